@@ -1,0 +1,250 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "gelight/concepts/mesh.hpp"
+#include "gelight/core/array.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+namespace gelight {
+
+/// An immutable snapshot of a triangle mesh in flat arrays, with its half-edges.
+///
+/// Half-edge h = 3 f + k runs from vertex k of face f to the next one, inside f. Edges may be
+/// shared by any number of faces, oriented any way; vertices may be bow-ties or belong to no face.
+/// Copies share the arrays, so a Surface is passed and kept by value.
+template <std::floating_point T>
+class Surface {
+ public:
+  using Scalar = T;
+
+  /// Copies what it needs of any mesh, in O(vertices + faces log valence).
+  /// Throws InvalidInput for a mesh without faces, a coordinate that is not finite, a face with an
+  /// index out of range or a vertex twice, and two faces with the same three vertices.
+  template <TriangleMesh M>
+  requires(!std::same_as<M, Surface>) explicit Surface(const M& mesh) {
+    auto data = std::make_shared<Data>();
+    copy_positions(mesh, *data);
+    copy_faces(mesh, *data);
+    link_corners(*data);
+    link_twins(*data);
+    measure(*data);
+    data_ = std::move(data);
+  }
+
+  [[nodiscard]] Index vertex_count() const { return static_cast<Index>(data_->positions.size()); }
+  [[nodiscard]] Index face_count() const { return halfedge_count() / 3; }
+  [[nodiscard]] Index halfedge_count() const { return static_cast<Index>(data_->vertices.size()); }
+  [[nodiscard]] const Vec3<T>& position(Index vertex) const { return data_->positions[vertex]; }
+  [[nodiscard]] std::array<Index, 3> face(Index f) const {
+    const Index* v = data_->vertices.data() + 3 * std::ptrdiff_t{f};
+    return {v[0], v[1], v[2]};
+  }
+
+  [[nodiscard]] static Index face_of(Index h) { return h / 3; }
+  [[nodiscard]] static Index next(Index h) { return h % 3 == 2 ? h - 2 : h + 1; }
+  [[nodiscard]] static Index previous(Index h) { return h % 3 == 0 ? h + 2 : h - 1; }
+
+  /// The vertex where h starts, where it ends, and the one across the face.
+  [[nodiscard]] Index origin(Index h) const { return data_->vertices[h]; }
+  [[nodiscard]] Index tip(Index h) const { return data_->vertices[next(h)]; }
+  [[nodiscard]] Index apex(Index h) const { return data_->vertices[previous(h)]; }
+
+  /// Length of h's edge, in the unit of the positions.
+  [[nodiscard]] T length(Index h) const { return data_->lengths[h]; }
+
+  /// The next half-edge on the same edge: h itself on a border, the other one where two faces meet,
+  /// a cycle where more do. It runs the same way as h where the two faces disagree in orientation.
+  [[nodiscard]] Index twin(Index h) const { return data_->twins[h]; }
+  [[nodiscard]] bool is_border(Index h) const { return twin(h) == h; }
+  [[nodiscard]] bool is_manifold(Index h) const { return twin(twin(h)) == h; }
+
+  /// The half-edges that start at a vertex, one in each of its faces, in no particular order.
+  [[nodiscard]] detail::Slice<const Index> corners(Index vertex) const {
+    const Index begin = data_->corner_begin[vertex];
+    const Index end = data_->corner_begin[vertex + 1];
+    return {data_->corners.data() + begin, static_cast<std::size_t>(end - begin)};
+  }
+
+  /// A half-edge between two vertices, of either direction, or -1 where there is none.
+  [[nodiscard]] Index find_halfedge(Index v0, Index v1) const {
+    for (const Index h : corners(v0)) {
+      if (tip(h) == v1) return h;
+      if (apex(h) == v1) return previous(h);
+    }
+    return -1;
+  }
+
+  /// Where a surface point is. Throws InvalidInput as `require_point` does.
+  [[nodiscard]] Vec3<T> position(const SurfacePoint<T>& point) const {
+    require_point(point);
+    const auto& [a, b] = point.element;
+    const auto& w = point.weights;
+    if (point.kind == SurfacePoint<T>::Kind::vertex) return position(a);
+    if (point.kind == SurfacePoint<T>::Kind::edge) return w[0] * position(a) + w[1] * position(b);
+    const auto v = face(a);
+    return w[0] * position(v[0]) + w[1] * position(v[1]) + w[2] * position(v[2]);
+  }
+
+  /// Throws InvalidInput for a vertex that is not of this surface.
+  void require_vertex(Index vertex) const {
+    detail::require(vertex >= 0 && vertex < vertex_count(), "vertex ", vertex,
+                    " is out of range, the mesh has ", vertex_count(), " vertices");
+  }
+
+  /// Throws InvalidInput for a point whose vertex, edge or face is not of this surface, or whose
+  /// weights are negative, not finite, or do not sum to 1 within 16 epsilon of the point's scalar.
+  template <std::floating_point U>
+  void require_point(const SurfacePoint<U>& point) const {
+    using Kind = typename SurfacePoint<U>::Kind;
+    const auto& [a, b] = point.element;
+    if (point.kind == Kind::face) {
+      detail::require(a >= 0 && a < face_count(), "face ", a, " is out of range, the mesh has ",
+                      face_count(), " faces");
+    } else {
+      require_vertex(a);
+    }
+    if (point.kind == Kind::edge) {
+      require_vertex(b);
+      detail::require(find_halfedge(a, b) >= 0, "there is no edge between vertices ", a, " and ",
+                      b);
+    }
+    const auto& w = point.weights;
+    const U off = std::abs(w[0] + w[1] + w[2] - 1);
+    detail::require(
+        w[0] >= 0 && w[1] >= 0 && w[2] >= 0 && off <= 16 * std::numeric_limits<U>::epsilon(),
+        "weights (", w[0], ", ", w[1], ", ", w[2], ") of a point on ",
+        point.kind == Kind::face ? "face " : "an edge at vertex ", a,
+        " are negative or do not sum to 1");
+  }
+
+ private:
+  struct Data {
+    detail::Array<Vec3<T>> positions;
+    detail::Array<Index> vertices;      // of each half-edge: its origin
+    detail::Array<Index> twins;         // of each half-edge
+    detail::Array<T> lengths;           // of each half-edge
+    detail::Array<Index> corner_begin;  // of each vertex, and one more: where its corners begin
+    detail::Array<Index> corners;       // half-edges, grouped by origin
+  };
+
+  template <TriangleMesh M>
+  static void copy_positions(const M& mesh, Data& data) {
+    const auto count = checked_count(MeshTraits<M>::vertex_count(mesh), 1, "vertices");
+    data.positions.resize(static_cast<std::size_t>(count));
+    for (Index v = 0; v < count; ++v) {
+      const auto& p = MeshTraits<M>::position(mesh, v);
+      const Vec3<T> q(static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2]));
+      detail::require(q.allFinite(), "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
+                      "), which is not finite");
+      data.positions[v] = q;
+    }
+  }
+
+  template <TriangleMesh M>
+  static void copy_faces(const M& mesh, Data& data) {
+    const auto count = checked_count(MeshTraits<M>::face_count(mesh), 3, "faces");
+    const auto vertices = static_cast<Index>(data.positions.size());
+    data.vertices.resize(3 * static_cast<std::size_t>(count));
+    for (Index f = 0; f < count; ++f) {
+      const std::array<Index, 3> face = MeshTraits<M>::face(mesh, f);
+      for (const Index v : face) {
+        detail::require(v >= 0 && v < vertices, "face ", f, " has vertex ", v,
+                        ", the mesh has vertices 0 to ", vertices - 1);
+      }
+      detail::require(face[0] != face[1] && face[1] != face[2] && face[2] != face[0], "face ", f,
+                      " has a vertex twice: (", face[0], ", ", face[1], ", ", face[2], ")");
+      std::copy(face.begin(), face.end(), data.vertices.begin() + 3 * std::ptrdiff_t{f});
+    }
+  }
+
+  // Half-edges are numbered by Index, so `per` times the count must fit.
+  static Index checked_count(std::integral auto count, Index per, const char* what) {
+    detail::require(count > 0, "the mesh has no ", what);
+    detail::require(std::cmp_less_equal(count, std::numeric_limits<Index>::max() / per),
+                    "the mesh has ", count, ' ', what, ", too many for 32 bits");
+    return static_cast<Index>(count);
+  }
+
+  static void link_corners(Data& data) {
+    data.corner_begin.assign(data.positions.size() + 1, 0);
+    for (const Index v : data.vertices) ++data.corner_begin[v + 1];
+    for (std::size_t v = 1; v < data.corner_begin.size(); ++v) {
+      data.corner_begin.data()[v] += data.corner_begin.data()[v - 1];
+    }
+    detail::Array<Index> fill(data.corner_begin.begin(), data.corner_begin.end() - 1);
+    data.corners.resize(data.vertices.size());
+    const auto count = static_cast<Index>(data.vertices.size());
+    for (Index h = 0; h < count; ++h) data.corners[fill[data.vertices[h]]++] = h;
+  }
+
+  // Gathers the half-edges of each edge at its lower vertex, and closes them into a cycle.
+  static void link_twins(Data& data) {
+    const auto vertex = [&](Index h) { return data.vertices[h]; };
+    data.twins.resize(data.vertices.size());
+    detail::Array<std::pair<Index, Index>> edges;  // the edge's higher vertex, the half-edge
+    const auto count = static_cast<Index>(data.positions.size());
+    for (Index v = 0; v < count; ++v) {
+      edges.clear();
+      for (Index c = data.corner_begin[v]; c < data.corner_begin[v + 1]; ++c) {
+        const Index out = data.corners[c];
+        const Index in = previous(out);
+        if (vertex(next(out)) > v) edges.emplace_back(vertex(next(out)), out);
+        if (vertex(in) > v) edges.emplace_back(vertex(in), in);
+      }
+      std::sort(edges.begin(), edges.end());
+      for (auto first = edges.begin(); first != edges.end();) {
+        const auto last = std::find_if(first, edges.end(),
+                                       [&](const auto& e) { return e.first != first->first; });
+        close_cycle(first, last, data);
+        first = last;
+      }
+    }
+  }
+
+  template <class Edge>
+  static void close_cycle(Edge first, Edge last, Data& data) {
+    for (auto e = first; e != last; ++e) {
+      data.twins[e->second] = (e + 1 == last ? first : e + 1)->second;
+    }
+    // Two faces with the same vertices share an edge and the vertex across it.
+    const auto apex = [&](const auto& e) { return data.vertices[previous(e.second)]; };
+    if (last - first == 1) return;
+    std::sort(first, last, [&](const auto& a, const auto& b) { return apex(a) < apex(b); });
+    const auto same = std::adjacent_find(
+        first, last, [&](const auto& a, const auto& b) { return apex(a) == apex(b); });
+    detail::require(same == last, "faces ", same == last ? 0 : face_of(same->second), " and ",
+                    same == last ? 0 : face_of((same + 1)->second),
+                    " have the same three vertices");
+  }
+
+  static void measure(Data& data) {
+    data.lengths.resize(data.vertices.size());
+    const auto count = static_cast<Index>(data.vertices.size());
+    for (Index h = 0; h < count; ++h) {
+      // From the lower vertex to the higher, so that twins agree to the last bit.
+      const auto [a, b] = std::minmax(data.vertices[h], data.vertices[next(h)]);
+      const Vec3<double> edge =
+          data.positions[b].template cast<double>() - data.positions[a].template cast<double>();
+      data.lengths[h] = static_cast<T>(edge.stableNorm());
+    }
+  }
+
+  std::shared_ptr<const Data> data_;
+};
+
+template <TriangleMesh M>
+explicit Surface(const M&) -> Surface<MeshScalar<M>>;
+
+static_assert(TriangleMesh<Surface<double>>);
+
+}  // namespace gelight

@@ -1,0 +1,111 @@
+#include "gelight/mesh/surface.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+#include <string>
+
+#include "gelight/views/mesh_view.hpp"
+
+using gelight::Index;
+using gelight::InvalidInput;
+using gelight::Mesh;
+using gelight::Surface;
+
+namespace {
+
+Mesh<double> tetrahedron() {
+  return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+          {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
+}
+
+std::string message_of(const Mesh<double>& mesh) {
+  try {
+    Surface surface(mesh);
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("a closed manifold: every twin runs the other way along the same edge") {
+  const Surface surface(tetrahedron());
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    CHECK(surface.is_manifold(h));
+    CHECK_FALSE(surface.is_border(h));
+    CHECK(surface.origin(surface.twin(h)) == surface.tip(h));
+    CHECK(surface.length(surface.twin(h)) == surface.length(h));
+    CHECK(surface.apex(h) == surface.tip(Surface<double>::next(h)));
+  }
+  CHECK(surface.length(surface.find_halfedge(1, 3)) == doctest::Approx(std::sqrt(2.0)));
+  CHECK(surface.find_halfedge(1, 1) == -1);
+}
+
+TEST_CASE("corners of a vertex: one half-edge out of it in each of its faces") {
+  const Surface surface(tetrahedron());
+  for (Index v = 0; v < 4; ++v) {
+    std::set<Index> faces;
+    for (const Index h : surface.corners(v)) {
+      CHECK(surface.origin(h) == v);
+      faces.insert(Surface<double>::face_of(h));
+    }
+    CHECK(faces.size() == 3);
+  }
+}
+
+TEST_CASE("borders, fins, flipped faces and unused vertices are held") {
+  // Three faces share the edge 0-1, one of them turned over; vertex 5 is in none.
+  const Mesh<double> fin{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {9, 9, 9}},
+                         {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}};
+  const Surface surface(fin);
+  std::set<Index> around;
+  Index h = 0;
+  do {
+    around.insert(h);
+    h = surface.twin(h);
+  } while (h != 0);
+  CHECK(around == std::set<Index>{0, 3, 6});
+  CHECK_FALSE(surface.is_manifold(0));
+  CHECK(surface.is_border(1));
+  CHECK(surface.corners(5).empty());
+}
+
+TEST_CASE("bad meshes are refused with the value and its place") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Mesh<double> mesh = tetrahedron();
+  CHECK(message_of({}) == "the mesh has no vertices");
+  CHECK(message_of({mesh.positions, {}}) == "the mesh has no faces");
+  mesh.faces[2] = {1, 4, 3};
+  CHECK(message_of(mesh) == "face 2 has vertex 4, the mesh has vertices 0 to 3");
+  mesh.faces[2] = {1, -1, 3};
+  CHECK(message_of(mesh) == "face 2 has vertex -1, the mesh has vertices 0 to 3");
+  mesh.faces[2] = {1, 3, 1};
+  CHECK(message_of(mesh) == "face 2 has a vertex twice: (1, 3, 1)");
+  mesh.faces[2] = {1, 3, 0};
+  CHECK(message_of(mesh) == "faces 1 and 2 have the same three vertices");
+  mesh = tetrahedron();
+  mesh.positions[3][1] = nan;
+  CHECK(message_of(mesh) == "vertex 3 has position (0, nan, 1), which is not finite");
+}
+
+TEST_CASE("surface points are found where their weights say, or refused") {
+  const Surface surface(tetrahedron());
+  using gelight::edge_point, gelight::face_point, gelight::vertex_point;
+  CHECK(surface.position(edge_point<double>(0, 1, 0.25))[0] == doctest::Approx(0.25));
+  CHECK(surface.position(face_point<double>(0, {0.5, 0.25, 0.25}))[1] == doctest::Approx(0.25));
+  CHECK_THROWS_AS((void)surface.position(vertex_point<double>(4)), InvalidInput);
+  CHECK_THROWS_AS((void)surface.position(edge_point<double>(0, 0, 0.5)), InvalidInput);
+  CHECK_THROWS_AS((void)surface.position(edge_point<double>(0, 1, 1.5)), InvalidInput);
+  CHECK_THROWS_AS((void)surface.position(face_point<double>(4, {1, 0, 0})), InvalidInput);
+  CHECK_THROWS_AS((void)surface.position(face_point<double>(0, {1, 1, 0})), InvalidInput);
+}
+
+TEST_CASE_TEMPLATE("lengths survive a mesh far from the origin", T, float, double) {
+  const T far = static_cast<T>(1e6);
+  const Mesh<T> mesh{{{far, 0, 0}, {far + 1, 0, 0}, {far, 1, 0}}, {{0, 1, 2}}};
+  CHECK(Surface<T>(mesh).length(0) == T{1});
+}
