@@ -1,0 +1,224 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/views/mesh_view.hpp"
+
+// Meshes to test, to teach and to press into a membrane. All are oriented with normals outwards (of
+// a sheet: towards +z) unless said otherwise.
+
+namespace gelight {
+
+/// A flat sheet over [0, width] x [0, height], with columns x rows cells of two triangles.
+/// Throws InvalidInput for no cells, or a size that is not positive.
+template <std::floating_point T>
+[[nodiscard]] Mesh<T> grid(Index columns, Index rows, T width = 1, T height = 1) {
+  detail::require(columns > 0 && rows > 0, "grid of ", columns, " x ", rows, " cells");
+  detail::require(width > 0 && height > 0, "grid of size ", width, " x ", height);
+  Mesh<T> mesh;
+  for (Index y = 0; y <= rows; ++y) {
+    for (Index x = 0; x <= columns; ++x) {
+      mesh.positions.push_back({width * static_cast<T>(x) / static_cast<T>(columns),
+                                height * static_cast<T>(y) / static_cast<T>(rows), 0});
+    }
+  }
+  for (Index y = 0; y < rows; ++y) {
+    for (Index x = 0; x < columns; ++x) {
+      const Index a = y * (columns + 1) + x;
+      const Index b = a + columns + 1;
+      mesh.faces.push_back({a, a + 1, b + 1});
+      mesh.faces.push_back({a, b + 1, b});
+    }
+  }
+  return mesh;
+}
+
+/// A sphere about the origin: an icosahedron whose faces are split into four `level` times, which
+/// makes 10 4^level + 2 vertices. Throws InvalidInput for a level outside 0 to 12 or a radius that
+/// is not positive.
+template <std::floating_point T>
+[[nodiscard]] Mesh<T> icosphere(int level, T radius = 1) {
+  detail::require(level >= 0 && level <= 12, "icosphere of level ", level);
+  detail::require(radius > 0, "icosphere of radius ", radius);
+  const double phi = std::numbers::phi;
+  std::vector<Vec3<double>> points{{-1, phi, 0}, {1, phi, 0}, {-1, -phi, 0}, {1, -phi, 0},
+                                   {0, -1, phi}, {0, 1, phi}, {0, -1, -phi}, {0, 1, -phi},
+                                   {phi, 0, -1}, {phi, 0, 1}, {-phi, 0, -1}, {-phi, 0, 1}};
+  std::vector<std::array<Index, 3>> faces{
+      {0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+      {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+      {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+  for (auto& p : points) p.normalize();
+
+  for (int i = 0; i < level; ++i) {
+    std::unordered_map<std::uint64_t, Index> middles;
+    const auto middle = [&](Index a, Index b) {
+      const auto [low, high] = std::minmax(a, b);
+      const auto key = static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high);
+      const auto [entry, is_new] = middles.try_emplace(key, static_cast<Index>(points.size()));
+      if (is_new) {
+        points.push_back((points[static_cast<std::size_t>(a)] + points[static_cast<std::size_t>(b)])
+                             .normalized());
+      }
+      return entry->second;
+    };
+    std::vector<std::array<Index, 3>> finer;
+    finer.reserve(4 * faces.size());
+    for (const auto& [a, b, c] : faces) {
+      const Index ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+    }
+    faces = std::move(finer);
+  }
+
+  Mesh<T> mesh;
+  mesh.faces = std::move(faces);
+  for (const auto& p : points) {
+    mesh.positions.push_back({static_cast<T>(radius * p[0]), static_cast<T>(radius * p[1]),
+                              static_cast<T>(radius * p[2])});
+  }
+  return mesh;
+}
+
+/// An axis-aligned box about the origin, of 8 vertices and 12 faces, with these edge lengths.
+template <std::floating_point T>
+[[nodiscard]] Mesh<T> box(T x, T y, T z) {
+  detail::require(x > 0 && y > 0 && z > 0, "box of size ", x, " x ", y, " x ", z);
+  Mesh<T> mesh;
+  for (int i = 0; i < 8; ++i) {
+    mesh.positions.push_back({(i & 1 ? x : -x) / 2, (i & 2 ? y : -y) / 2, (i & 4 ? z : -z) / 2});
+  }
+  mesh.faces = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  return mesh;
+}
+
+/// A point of the outline that `revolve` turns about the z axis: distance from the axis, height.
+template <std::floating_point T>
+struct ProfilePoint {
+  T radius = 0;
+  T z = 0;
+};
+
+/// The surface that an outline sweeps when it turns about the z axis, with triangles as equilateral
+/// as its points allow: each point becomes a ring of vertices about `edge_length` apart, or a
+/// single vertex on the axis. An outline that runs upwards on the outside has its normals outwards.
+///
+/// Throws InvalidInput for fewer than two points, a negative radius, two neighbours on the axis, or
+/// an edge length that is not positive. Cost is linear in the vertices made.
+template <std::floating_point T>
+[[nodiscard]] Mesh<T> revolve(std::span<const ProfilePoint<T>> profile, T edge_length) {
+  detail::require(profile.size() >= 2, "outline of ", profile.size(), " points");
+  detail::require(edge_length > 0, "edge length ", edge_length);
+  struct Ring {
+    Index first = 0, count = 0;
+    double turn = 0;  // angle of the first vertex, as a share of the whole turn
+  };
+  Mesh<T> mesh;
+  Ring below;
+  for (std::size_t i = 0; i < profile.size(); ++i) {
+    const auto [radius, z] = profile[i];
+    detail::require(radius >= 0, "point ", i, " of the outline has radius ", radius);
+    Ring ring{static_cast<Index>(mesh.positions.size()), 1, 0};
+    if (radius > 0) {
+      const double around = std::round(2 * std::numbers::pi * double{radius} / double{edge_length});
+      detail::require(around < 1e8, "ring of ", around, " vertices");
+      ring.count = std::max(Index{3}, static_cast<Index>(around));
+      // Where the count stays, each ring stands in the gaps of the one below.
+      const double step = 1.0 / ring.count;
+      ring.turn = std::fmod(below.turn + step / 2, step);
+    }
+    for (Index k = 0; k < ring.count; ++k) {
+      const double angle = 2 * std::numbers::pi * (ring.turn + static_cast<double>(k) / ring.count);
+      mesh.positions.push_back(
+          {static_cast<T>(radius * std::cos(angle)), static_cast<T>(radius * std::sin(angle)), z});
+    }
+    if (i > 0) {
+      detail::require(below.count > 1 || ring.count > 1, "points ", i - 1, " and ", i,
+                      " of the outline are both on the axis");
+      // Zip the two rings: always advance the one whose next vertex comes first.
+      const auto at = [](const Ring& r, Index k) { return r.first + k % r.count; };
+      const auto turn = [](const Ring& r, Index k) {
+        return r.turn + static_cast<double>(k) / r.count;
+      };
+      const Index low_steps = below.count > 1 ? below.count : 0;
+      const Index high_steps = ring.count > 1 ? ring.count : 0;
+      for (Index low = 0, high = 0; low < low_steps || high < high_steps;) {
+        const bool advance_low =
+            high == high_steps || (low < low_steps && turn(below, low + 1) < turn(ring, high + 1));
+        const Index third = advance_low ? at(below, low + 1) : at(ring, high + 1);
+        mesh.faces.push_back({at(below, low), third, at(ring, high)});
+        ++(advance_low ? low : high);
+      }
+    }
+    below = ring;
+  }
+  return mesh;
+}
+
+/// The membrane of a fingertip sensor: an open cylinder about the z axis from z = 0, closed by a
+/// hemisphere whose tip is at z = length. The defaults are the GelTip's (Gomes, Paoletti, Luo), in
+/// metres. Throws InvalidInput unless 0 < edge_length <= radius <= length.
+template <std::floating_point T>
+[[nodiscard]] Mesh<T> membrane(T radius = T(0.01146), T length = T(0.0455),
+                               T edge_length = T(0.001)) {
+  detail::require(edge_length > 0 && edge_length <= radius, "membrane with edge length ",
+                  edge_length, " and radius ", radius);
+  detail::require(radius <= length, "membrane with radius ", radius, " and length ", length);
+  const T wall = length - radius;
+  // Rings of equilateral triangles are sqrt(3)/2 edges apart.
+  const auto rings = [&](T distance) {
+    return static_cast<int>(std::ceil(distance / (edge_length * std::sqrt(T(0.75)))));
+  };
+  std::vector<ProfilePoint<T>> profile;
+  const int wall_rings = rings(wall);
+  for (int i = 0; i < wall_rings; ++i) {
+    profile.push_back({radius, wall * static_cast<T>(i) / static_cast<T>(wall_rings)});
+  }
+  const T quarter = std::numbers::pi_v<T> / 2;
+  const int cap_rings = rings(radius * quarter);
+  for (int i = 0; i < cap_rings; ++i) {
+    const T angle = quarter * static_cast<T>(i) / static_cast<T>(cap_rings);
+    profile.push_back({radius * std::cos(angle), wall + radius * std::sin(angle)});
+  }
+  profile.push_back({0, length});
+  return revolve<T>(profile, edge_length);
+}
+
+/// A ring about the z axis. Throws InvalidInput unless 0 < minor_radius < major_radius.
+template <std::floating_point T>
+[[nodiscard]] Mesh<T> torus(T major_radius, T minor_radius, Index around, Index across) {
+  detail::require(minor_radius > 0 && minor_radius < major_radius, "torus with radii ",
+                  major_radius, " and ", minor_radius);
+  detail::require(around >= 3 && across >= 3, "torus of ", around, " x ", across, " vertices");
+  Mesh<T> mesh;
+  for (Index i = 0; i < around; ++i) {
+    for (Index j = 0; j < across; ++j) {
+      const double u = 2 * std::numbers::pi * i / around;
+      const double v = 2 * std::numbers::pi * j / across;
+      const double r = major_radius + minor_radius * std::cos(v);
+      mesh.positions.push_back({static_cast<T>(r * std::cos(u)), static_cast<T>(r * std::sin(u)),
+                                static_cast<T>(minor_radius * std::sin(v))});
+      const Index next_i = (i + 1) % around, next_j = (j + 1) % across;
+      const Index a = i * across + j, b = next_i * across + j;
+      const Index c = next_i * across + next_j, d = i * across + next_j;
+      mesh.faces.push_back({a, b, c});
+      mesh.faces.push_back({a, c, d});
+    }
+  }
+  return mesh;
+}
+
+}  // namespace gelight

@@ -1,0 +1,128 @@
+#include "gelight/mesh/shapes.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "gelight/mesh/surface.hpp"
+
+using gelight::Index;
+using gelight::InvalidInput;
+using gelight::Mesh;
+using gelight::Surface;
+
+namespace {
+
+// Volume inside a closed mesh by the divergence theorem: positive where normals point outwards.
+double volume(const Mesh<double>& mesh) {
+  double sum = 0;
+  const Surface surface(mesh);
+  for (Index f = 0; f < surface.face_count(); ++f) {
+    const auto [a, b, c] = surface.face(f);
+    sum += surface.position(a).dot(gelight::cross(surface.position(b), surface.position(c))) / 6;
+  }
+  return sum;
+}
+
+Index count_borders(const Surface<double>& surface) {
+  Index borders = 0;
+  for (Index h = 0; h < surface.halfedge_count(); ++h) borders += surface.is_border(h);
+  return borders;
+}
+
+// Manifold, and neighbours agree in orientation.
+bool is_oriented(const Surface<double>& surface) {
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    if (!surface.is_manifold(h)) return false;
+    if (!surface.is_border(h) && surface.origin(surface.twin(h)) != surface.tip(h)) return false;
+  }
+  return true;
+}
+
+Index euler(const Surface<double>& surface) {
+  const Index edges = (surface.halfedge_count() + count_borders(surface)) / 2;
+  return surface.vertex_count() - edges + surface.face_count();
+}
+
+}  // namespace
+
+TEST_CASE("closed shapes enclose their volume with normals outwards") {
+  const double pi = std::numbers::pi;
+  const auto check = [](const Mesh<double>& mesh, double expected, double tolerance, Index chi) {
+    const Surface surface(mesh);
+    CHECK(is_oriented(surface));
+    CHECK(count_borders(surface) == 0);
+    CHECK(euler(surface) == chi);
+    CHECK(volume(mesh) == doctest::Approx(expected).epsilon(tolerance));
+  };
+  check(gelight::box(2.0, 3.0, 4.0), 24, 1e-14, 2);
+  check(gelight::icosphere(5, 2.0), 4.0 / 3 * pi * 8, 2e-3, 2);
+  check(gelight::torus(2.0, 0.5, 200, 100), 2 * pi * pi * 2 * 0.25, 2e-3, 0);
+}
+
+TEST_CASE("an icosphere has 10 4^n + 2 vertices, all on the sphere") {
+  for (int level = 0; level < 5; ++level) {
+    const auto mesh = gelight::icosphere(level, 3.0);
+    CHECK(mesh.positions.size() == 10 * (std::size_t{1} << (2 * level)) + 2);
+    for (const auto& p : mesh.positions) {
+      CHECK(std::hypot(p[0], p[1], p[2]) == doctest::Approx(3).epsilon(1e-15));
+    }
+  }
+}
+
+TEST_CASE("a grid covers its rectangle, facing +z") {
+  const Surface surface(gelight::grid(4, 3, 2.0, 1.5));
+  CHECK(surface.vertex_count() == 20);
+  CHECK(count_borders(surface) == 14);
+  CHECK(euler(surface) == 1);
+  double area = 0;
+  for (Index f = 0; f < surface.face_count(); ++f) {
+    const auto [a, b, c] = surface.face(f);
+    const gelight::Vec3<double> ab = surface.position(b) - surface.position(a);
+    const gelight::Vec3<double> ac = surface.position(c) - surface.position(a);
+    area += 0.5 * gelight::cross(ab, ac).z();
+  }
+  CHECK(area == doctest::Approx(3));
+}
+
+TEST_CASE("a membrane is a cylinder with a hemisphere, open at its base") {
+  const double radius = 0.01146, length = 0.0455, edge = 0.001;
+  const auto mesh = gelight::membrane(radius, length, edge);
+  const Surface surface(mesh);
+  CHECK(is_oriented(surface));
+  CHECK(euler(surface) == 1);
+  CHECK(count_borders(surface) == std::lround(2 * std::numbers::pi * radius / edge));
+  for (const auto& [x, y, z] : mesh.positions) {
+    const double beyond = std::max(0.0, z - (length - radius));
+    CHECK(std::hypot(x, y, beyond) == doctest::Approx(radius).epsilon(1e-12));
+  }
+  const auto [low, high] =
+      std::minmax_element(mesh.positions.begin(), mesh.positions.end(),
+                          [](const auto& a, const auto& b) { return a[2] < b[2]; });
+  CHECK((*low)[2] == 0);
+  CHECK((*high)[2] == length);
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    CHECK(surface.length(h) < 1.6 * edge);
+    CHECK(surface.length(h) > 0.4 * edge);
+  }
+  // Outwards: the base closes the volume with the plane z = 0, which adds nothing to the sum.
+  const double pi = std::numbers::pi;
+  const double expected =
+      pi * radius * radius * (length - radius) + 2.0 / 3 * pi * radius * radius * radius;
+  CHECK(volume(mesh) == doctest::Approx(expected).epsilon(5e-3));
+}
+
+TEST_CASE("shapes that cannot be are refused") {
+  CHECK_THROWS_AS((void)gelight::grid(0, 1, 1.0, 1.0), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::grid(1, 1, 1.0, -1.0), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::icosphere(-1, 1.0), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::icosphere(1, 0.0), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::box(1.0, 0.0, 1.0), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::membrane(0.01, 0.005, 0.001), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::membrane(0.01, 0.05, 0.0), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::torus(1.0, 2.0, 10, 10), InvalidInput);
+  const gelight::ProfilePoint<double> axis[] = {{0, 0}, {0, 1}};
+  CHECK_THROWS_AS((void)gelight::revolve<double>(axis, 0.1), InvalidInput);
+}
