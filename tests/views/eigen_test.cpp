@@ -1,0 +1,37 @@
+#include "gelight/views/eigen.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+
+#include "gelight/mesh/surface.hpp"
+
+using gelight::eigen_mesh;
+using gelight::InvalidInput;
+using gelight::Surface;
+
+TEST_CASE("V and F of any storage order and integer type make the same surface") {
+  Eigen::MatrixXd v(4, 3);
+  v << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1;
+  Eigen::MatrixXi f(2, 3);
+  f << 0, 1, 2, 0, 3, 1;
+  const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> v_rows = v.cast<float>();
+  const Eigen::Matrix<std::int64_t, Eigen::Dynamic, 3> f_long = f.cast<std::int64_t>();
+
+  const Surface columns(eigen_mesh(v, f));
+  const Surface rows(eigen_mesh(v_rows, f_long));
+  static_assert(std::same_as<decltype(rows), const Surface<float>>);
+  CHECK(columns.face(1) == rows.face(1));
+  CHECK(columns.position(3).cast<float>() == rows.position(3));
+}
+
+TEST_CASE("matrices of another shape, and indices that do not fit, are refused") {
+  const Eigen::MatrixXd flat = Eigen::MatrixXd::Zero(4, 2);
+  const Eigen::MatrixXd v = Eigen::MatrixXd::Zero(4, 3);
+  const Eigen::MatrixXi quads = Eigen::MatrixXi::Zero(1, 4);
+  Eigen::Matrix<std::int64_t, 1, 3> f(0, 1, std::int64_t{1} << 32);
+  CHECK_THROWS_AS((void)eigen_mesh(flat, f), InvalidInput);
+  CHECK_THROWS_AS((void)eigen_mesh(v, quads), InvalidInput);
+  CHECK_THROWS_WITH_AS((void)Surface<double>(eigen_mesh(v, f)), "face 0 has vertex 4294967296",
+                       InvalidInput);
+}
