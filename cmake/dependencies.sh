@@ -1,0 +1,47 @@
+#!/bin/sh
+# Installs what is missing of the named Debian packages: sh cmake/dependencies.sh PACKAGE...
+# Where there is no apt it says what to install, and goes on: CMake then finds it or names it.
+set -eu
+
+# What apt's names stand for, for those who install it another way.
+describe() {
+  case $1 in
+    g++) echo "a C++20 compiler (g++ 12 or clang++ 14, or later)" ;;
+    make) echo "make" ;;
+    cmake) echo "CMake 3.22 or later" ;;
+    libeigen3-dev) echo "Eigen 3.4" ;;
+    libopenmesh-dev) echo "OpenMesh 9" ;;
+    libcli11-dev) echo "CLI11 2" ;;
+    doctest-dev) echo "doctest 2.4" ;;
+    libstb-dev) echo "stb (stb_image.h, stb_image_write.h)" ;;
+    libbenchmark-dev) echo "Google Benchmark 1.7" ;;
+    *) echo "$1" ;;
+  esac
+}
+
+if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-query >/dev/null 2>&1; then
+  echo "This system has no apt-get. Please see that these are installed:"
+  for package in "$@"; do echo "  - $(describe "$package")"; done
+  echo "Going on with what is there."
+  exit 0
+fi
+
+missing=
+for package in "$@"; do
+  status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
+  [ "$status" = installed ] || missing="$missing $package"
+done
+[ -n "$missing" ] || exit 0
+
+as_root=
+if [ "$(id -u)" -ne 0 ]; then
+  if ! command -v sudo >/dev/null 2>&1; then
+    echo "Not root and no sudo. As root, please run: apt-get install$missing" >&2
+    exit 1
+  fi
+  as_root=sudo
+fi
+echo "Installing:$missing"
+$as_root apt-get update -qq
+# shellcheck disable=SC2086 # one word a package
+$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing

@@ -1,0 +1,10 @@
+#!/bin/sh
+# Installs what is missing, builds every test and runs it.
+# Options go to CTest: `sh cmake/test.sh -R exact` runs the tests of the exact solver alone.
+set -eu
+cd "$(dirname "$0")/.."
+jobs=$(getconf _NPROCESSORS_ONLN)
+sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev libcli11-dev doctest-dev
+cmake --preset test
+cmake --build --preset test -j "$jobs"
+exec ctest --preset test -j "$jobs" "$@"
