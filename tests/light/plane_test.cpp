@@ -1,0 +1,132 @@
+#include "gelight/light/plane.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "gelight/mesh/shapes.hpp"
+
+using gelight::Index;
+using gelight::plane_field;
+using gelight::Surface;
+using gelight::SurfacePoint;
+using gelight::Vec3;
+using gelight::vertex_point;
+
+namespace {
+
+double angle(const Vec3<double>& a, const Vec3<double>& b) {
+  return std::atan2(gelight::cross(a, b).norm(), a.dot(b));
+}
+
+std::vector<SurfacePoint<double>> centroids(const Surface<double>& surface) {
+  std::vector<SurfacePoint<double>> points;
+  for (Index f = 0; f < surface.face_count(); ++f) {
+    points.push_back(gelight::face_point<double>(f, {1. / 3, 1. / 3, 1. / 3}));
+  }
+  return points;
+}
+
+// Largest angle to the great circle's tangent over the vertices of an icosphere.
+double worst_on_sphere(int level) {
+  const Surface surface(gelight::icosphere(level, 1.0));
+  const Index led = 7;
+  const Vec3<double> s = surface.position(led);
+  const auto field =
+      plane_field<double>(surface, vertex_point<double>(led), gelight::vertex_points(surface));
+  double worst = 0;
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    const Vec3<double> p = surface.position(v);
+    if (gelight::cross(s, p).norm() < 0.3) continue;  // at both poles the direction turns fast
+    const Vec3<double> truth = (-s + s.dot(p) * p).normalized();
+    worst = std::max(worst, angle(field[static_cast<std::size_t>(v)], truth));
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("on a sphere the plane field follows great circles, better with every refinement") {
+  const double coarse = worst_on_sphere(3), fine = worst_on_sphere(5);
+  CHECK(fine < 0.05);
+  CHECK(fine < coarse / 3);
+}
+
+TEST_CASE("on any surface it is a unit vector in the face and in the cutting plane") {
+  const Surface surface(gelight::torus(2.0, 0.7, 60, 31));
+  const Index led = 17;
+  Vec3<double> normal = Vec3<double>::Zero();
+  for (const Index h : surface.corners(led)) {
+    normal += gelight::detail::face_normal(surface, surface.face_of(h));
+  }
+  const auto points = centroids(surface);
+  const auto field = plane_field<double>(surface, vertex_point<double>(led), points);
+  Index lit = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (field[i].isZero()) continue;
+    ++lit;
+    const Vec3<double> to_point = surface.position(points[i]) - surface.position(led);
+    const Vec3<double> plane = gelight::cross<double>(normal, to_point).normalized();
+    const Vec3<double> face =
+        gelight::detail::face_normal(surface, static_cast<Index>(i)).normalized();
+    CHECK(field[i].norm() == doctest::Approx(1).epsilon(1e-14));
+    CHECK(std::abs(field[i].dot(plane)) < 1e-12);
+    CHECK(std::abs(field[i].dot(face)) < 1e-12);
+  }
+  // Every cut of a closed surface comes back to the LED. Where it is in two loops, some points
+  // stand on the one that does not hold the LED.
+  CHECK(lit > static_cast<Index>(points.size()) / 2);
+}
+
+TEST_CASE("of the two arcs round a cylinder the shorter one arrives") {
+  // A prism of 100 sides and a height of 10 radii: cut at the LED's own height, the arcs run round
+  // it on both sides; the light leaves the LED at angle 0 either way and meets at angle pi.
+  const double radius = 1;
+  std::vector<gelight::ProfilePoint<double>> wall;
+  for (int i = 0; i <= 40; ++i) wall.push_back({radius, -5 + 0.25 * i});
+  const auto mesh = gelight::revolve<double>(wall, 2 * std::numbers::pi / 100);
+  const Surface surface(mesh);
+  Index led = 0;
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    const Vec3<double> to_led(radius, 0, 0);
+    if ((surface.position(v) - to_led).norm() < (surface.position(led) - to_led).norm()) led = v;
+  }
+  const auto points = centroids(surface);
+  const auto field = plane_field<double>(surface, vertex_point<double>(led), points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3<double> p = surface.position(points[i]);
+    const double theta = std::atan2(p[1], p[0]);
+    // Nearer to theta = pi the cut is so steep that both arcs leave the cylinder.
+    if (std::abs(p[2]) > 1 || std::abs(theta) < 0.3 || std::abs(theta) > 2.5) continue;
+    const double around = Vec3<double>(-std::sin(theta), std::cos(theta), 0).dot(field[i]);
+    CHECK(around * theta > 0);
+  }
+}
+
+TEST_CASE("inside the LED's own faces the light travels straight, and at the LED it has no way") {
+  const Surface surface(gelight::grid(4, 4, 1.0, 1.0));
+  const auto led = gelight::face_point<double>(10, {0.5, 0.25, 0.25});
+  const std::vector<SurfacePoint<double>> points{
+      led, gelight::face_point<double>(10, {0.25, 0.5, 0.25})};
+  const auto field = plane_field<double>(surface, led, points);
+  CHECK(field[0].isZero());
+  const Vec3<double> straight = surface.position(points[1]) - surface.position(led);
+  CHECK(angle(field[1], straight) < 1e-14);
+}
+
+TEST_CASE("on a flat sheet every field line is straight, whatever vertices the plane meets") {
+  const Surface surface(gelight::grid(8, 8, 1.0, 1.0));
+  const Index led = 4 * 9 + 4;  // many vertices lie exactly on the same lines through it
+  const auto points = gelight::vertex_points(surface);
+  const auto field = plane_field<double>(surface, vertex_point<double>(led), points);
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    if (v == led) continue;
+    const Vec3<double> straight = surface.position(v) - surface.position(led);
+    CAPTURE(v);
+    CHECK(field[static_cast<std::size_t>(v)].norm() == doctest::Approx(1));
+    CHECK(angle(field[static_cast<std::size_t>(v)], straight) < 1e-12);
+  }
+}
