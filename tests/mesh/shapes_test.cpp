@@ -114,6 +114,21 @@ TEST_CASE("a membrane is a cylinder with a hemisphere, open at its base") {
   CHECK(volume(mesh) == doctest::Approx(expected).epsilon(5e-3));
 }
 
+TEST_CASE("placed turns, then moves; joined keeps the parts apart") {
+  const auto box = gelight::box(1.0, 1.0, 1.0);
+  Eigen::Matrix3d quarter;  // about z: x becomes y
+  quarter << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  const auto moved = gelight::placed<double>(box, quarter, {10, 0, 0});
+  const Mesh<double> both[] = {box, moved};
+  const Surface surface(gelight::joined<double>(both));
+  CHECK(surface.vertex_count() == 16);
+  CHECK(surface.face_count() == 24);
+  const auto [x, y, z] = box.positions[1];
+  CHECK(surface.position(9).isApprox(gelight::Vec3<double>(10 - y, x, z)));
+  CHECK(surface.face(12)[0] == surface.face(0)[0] + 8);
+  CHECK(gelight::nearest_vertex(surface, surface.position(11)) == 11);
+}
+
 TEST_CASE("shapes that cannot be are refused") {
   CHECK_THROWS_AS((void)gelight::grid(0, 1, 1.0, 1.0), InvalidInput);
   CHECK_THROWS_AS((void)gelight::grid(1, 1, 1.0, -1.0), InvalidInput);

@@ -221,4 +221,29 @@ template <std::floating_point T>
   return mesh;
 }
 
+/// A copy of a mesh turned by a rotation, then moved.
+template <std::floating_point T>
+[[nodiscard]] Mesh<T> placed(Mesh<T> mesh, const Eigen::Matrix<T, 3, 3>& rotation,
+                             const Vec3<T>& translation) {
+  for (auto& [x, y, z] : mesh.positions) {
+    const Vec3<T> p = rotation * Vec3<T>(x, y, z) + translation;
+    x = p[0], y = p[1], z = p[2];
+  }
+  return mesh;
+}
+
+/// Several meshes as one, in the order given, sharing nothing.
+template <std::floating_point T>
+[[nodiscard]] Mesh<T> joined(std::span<const Mesh<T>> parts) {
+  Mesh<T> whole;
+  for (const Mesh<T>& part : parts) {
+    const auto first = static_cast<Index>(whole.positions.size());
+    whole.positions.insert(whole.positions.end(), part.positions.begin(), part.positions.end());
+    for (const auto& [a, b, c] : part.faces) {
+      whole.faces.push_back({first + a, first + b, first + c});
+    }
+  }
+  return whole;
+}
+
 }  // namespace gelight
