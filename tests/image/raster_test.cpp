@@ -20,10 +20,6 @@ Camera<T> small_camera() {
   return {40, 40, T(31.5), T(23.5), 64, 48};
 }
 
-Vec3<double> ray(const Camera<double>& camera, Index u, Index v) {
-  return {(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1};
-}
-
 // The point that depth and camera tell, and the one that face and barycentric coordinates tell.
 template <class T>
 void check_points_agree(const Mesh<T>& mesh, const gelight::Raster<T>& raster,
@@ -35,9 +31,8 @@ void check_points_agree(const Mesh<T>& mesh, const gelight::Raster<T>& raster,
         CHECK(raster.depth(u, v) == std::numeric_limits<T>::infinity());
         continue;
       }
-      const Camera<double> exact{camera.fx, camera.fy,    camera.cx,
-                                 camera.cy, camera.width, camera.height};
-      const Vec3<double> seen = raster.depth(u, v) * ray(exact, u, v);
+      const Camera<double> exact = camera.template cast<double>();
+      const Vec3<double> seen = exact.unproject(u, v, raster.depth(u, v));
       Vec3<double> on_face = Vec3<double>::Zero();
       for (std::size_t k = 0; k < 3; ++k) {
         const auto& p = mesh.position(mesh.face(f)[k]);
@@ -80,7 +75,7 @@ TEST_CASE(
   const auto raster = gelight::rasterize(box, camera);
   for (Index v = 0; v < camera.height; ++v) {
     for (Index u = 0; u < camera.width; ++u) {
-      const Vec3<double> d = ray(camera, u, v);
+      const Vec3<double> d = camera.ray(u, v);
       const double z = std::min({1 / std::abs(d[0]), 1.5 / std::abs(d[1]), 2.0});
       CHECK(raster.face(u, v) >= 0);
       CHECK(raster.depth(u, v) == doctest::Approx(z).epsilon(1e-14));
@@ -96,7 +91,7 @@ TEST_CASE("of two surfaces the nearer is seen, and what is behind the camera is 
   const auto raster = gelight::rasterize(ball, camera);
   for (Index v = 0; v < camera.height; ++v) {
     for (Index u = 0; u < camera.width; ++u) {
-      const Vec3<double> d = ray(camera, u, v);
+      const Vec3<double> d = camera.ray(u, v);
       const double a = d.squaredNorm(), root = 9 - a * 8;  // |z d - (0, 0, 3)| = 1
       if (root < -0.2) {
         CHECK(raster.face(u, v) == -1);
@@ -119,7 +114,7 @@ TEST_CASE("a triangle that passes beside the camera is seen only in front of it"
   const auto raster = gelight::rasterize(floor, camera);
   for (Index v = 0; v < camera.height; ++v) {
     for (Index u = 0; u < camera.width; ++u) {
-      const Vec3<double> d = ray(camera, u, v);
+      const Vec3<double> d = camera.ray(u, v);
       const bool below = d[1] > 0;
       CHECK((raster.face(u, v) >= 0) == below);
       if (below) CHECK(raster.depth(u, v) == doctest::Approx(1 / d[1]).epsilon(1e-13));

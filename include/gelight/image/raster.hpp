@@ -50,8 +50,8 @@ struct PixelRange {
 };
 
 /// A box of pixel coordinates around the part of a triangle in front of the camera.
-template <std::floating_point T>
-[[nodiscard]] PixelRange seen_range(const SeenTriangle& triangle, const Camera<T>& camera) {
+[[nodiscard]] inline PixelRange seen_range(const SeenTriangle& triangle,
+                                           const Camera<double>& camera) {
   const double inf = std::numeric_limits<double>::infinity();
   PixelRange box{inf, -inf, inf, -inf};
   const auto include = [&](double x, double y) {
@@ -87,7 +87,8 @@ template <std::floating_point T>
 template <std::floating_point T, TriangleMesh M>
 [[nodiscard]] Raster<T> rasterize(const M& mesh, const Camera<T>& camera) {
   using Traits = MeshTraits<M>;
-  require_valid(camera);
+  camera.require_valid();
+  const Camera<double> exact = camera.template cast<double>();
   Raster<T> raster{Image<T>(camera.width, camera.height, std::numeric_limits<T>::infinity()),
                    Image<Index>(camera.width, camera.height, -1),
                    Image<std::array<T, 3>>(camera.width, camera.height)};
@@ -104,7 +105,7 @@ template <std::floating_point T, TriangleMesh M>
       detail::require(corners[k].allFinite(), "vertex ", face[k], " is not finite");
     }
     const detail::SeenTriangle triangle(corners, face);
-    const detail::PixelRange box = detail::seen_range(triangle, camera);
+    const detail::PixelRange box = detail::seen_range(triangle, exact);
     // A pixel more on each side, so that rounding of the box loses none.
     const auto first = [](double from, Index size) {
       return static_cast<Index>(std::clamp<double>(std::floor(from), 0, size));
@@ -116,8 +117,7 @@ template <std::floating_point T, TriangleMesh M>
     const Index top = first(box.top, camera.height), bottom = last(box.bottom, camera.height);
     for (Index v = top; v <= bottom; ++v) {
       for (Index u = left; u <= right; ++u) {
-        const Vec3<double> ray((u - double{camera.cx}) / camera.fx,
-                               (v - double{camera.cy}) / camera.fy, 1);
+        const Vec3<double> ray = exact.ray(u, v);
         const double a = triangle.sides[0].dot(ray);
         const double b = triangle.sides[1].dot(ray);
         const double c = triangle.sides[2].dot(ray);
