@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
@@ -105,8 +106,9 @@ class Image {
   [[nodiscard]] const P& operator()(Index x, Index y) const { return row(y)[x]; }
 
   /// All pixels, row after row.
-  [[nodiscard]] std::vector<P>& pixels() { return pixels_; }
-  [[nodiscard]] const std::vector<P>& pixels() const { return pixels_; }
+  [[nodiscard]] std::vector<P>& pixels() & { return pixels_; }
+  [[nodiscard]] const std::vector<P>& pixels() const& { return pixels_; }
+  [[nodiscard]] std::vector<P> pixels() && { return std::move(pixels_); }
 
   [[nodiscard]] ImageView<P> view() { return {data(), width_, height_}; }
   [[nodiscard]] ImageView<const P> view() const { return {data(), width_, height_}; }
