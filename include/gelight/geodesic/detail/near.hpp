@@ -1,0 +1,74 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "gelight/core/types.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+namespace gelight::detail {
+
+/// The point named by the smallest element that holds it: a point of an edge or a face whose
+/// weight is all at one vertex, say, is that vertex. Equal points become equal in name too.
+inline SurfacePoint<double> simplified(const Surface<double>& surface, SurfacePoint<double> point) {
+  using Kind = SurfacePoint<double>::Kind;
+  std::array<Index, 3> vertices{point.element[0], point.element[1], -1};
+  if (point.kind == Kind::vertex) return point;
+  if (point.kind == Kind::face) vertices = surface.face(point.element[0]);
+  std::vector<std::pair<Index, double>> used;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (point.weights[k] > 0) used.emplace_back(vertices[k], point.weights[k]);
+  }
+  if (used.size() == 3) return point;
+  std::sort(used.begin(), used.end());
+  if (used.size() == 1) return vertex_point<double>(used[0].first);
+  return {Kind::edge, {used[0].first, used[1].first}, {used[0].second, used[1].second, 0}};
+}
+
+/// Calls `visit(face)` for each face that holds the point.
+inline void for_each_face_at(const Surface<double>& surface, const SurfacePoint<double>& point,
+                             auto&& visit) {
+  using Kind = SurfacePoint<double>::Kind;
+  if (point.kind == Kind::face) return visit(point.element[0]);
+  if (point.kind == Kind::vertex) {
+    for (const Index h : surface.corners(point.element[0])) visit(surface.face_of(h));
+    return;
+  }
+  const Index first = surface.find_halfedge(point.element[0], point.element[1]);
+  Index h = first;
+  do {
+    visit(surface.face_of(h));
+    h = surface.twin(h);
+  } while (h != first);
+}
+
+/// Length of the straight line from a point to a vertex of a face that holds both.
+inline double straight_distance(const Surface<double>& surface, const SurfacePoint<double>& point,
+                                Index vertex) {
+  using Kind = SurfacePoint<double>::Kind;
+  const auto& [a, b] = point.element;
+  const auto& w = point.weights;
+  // Differences of positions first: they are exact far from the origin, where positions are not.
+  const auto from = [&](Index v) -> Vec3<double> {
+    return surface.position(v) - surface.position(vertex);
+  };
+  if (point.kind == Kind::vertex) return from(a).stableNorm();
+  if (point.kind == Kind::edge) return (w[0] * from(a) + w[1] * from(b)).stableNorm();
+  const auto v = surface.face(a);
+  return (w[0] * from(v[0]) + w[1] * from(v[1]) + w[2] * from(v[2])).stableNorm();
+}
+
+/// Calls `visit(vertex, distance)` for the vertices that a point reaches by a straight line: itself
+/// if it is a vertex, else those of the faces that hold it, some perhaps twice.
+inline void for_each_vertex_near(const Surface<double>& surface, const SurfacePoint<double>& point,
+                                 auto&& visit) {
+  if (point.kind == SurfacePoint<double>::Kind::vertex) return visit(point.element[0], 0.0);
+  for_each_face_at(surface, point, [&](Index f) {
+    for (const Index v : surface.face(f)) visit(v, straight_distance(surface, point, v));
+  });
+}
+
+}  // namespace gelight::detail

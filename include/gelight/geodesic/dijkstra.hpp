@@ -1,0 +1,97 @@
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+#include <queue>
+#include <utility>
+#include <vector>
+
+#include "gelight/concepts/mesh.hpp"
+#include "gelight/core/array.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/detail/near.hpp"
+#include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/mesh/surface.hpp"
+
+namespace gelight {
+
+/// Length of the shortest path along edges (Dijkstra 1959, doi:10.1007/BF01386390): an upper bound
+/// of the geodesic distance that does not converge to it as the mesh is refined.
+///
+/// A source on an edge or in a face reaches the vertices of its faces by straight lines. Start
+/// distances may be negative. On icospheres of any level the mean error is 7 %, the largest 16 to
+/// 21 %. Set-up is linear in the edges, a query takes O(edges log vertices).
+template <std::floating_point T>
+class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
+ public:
+  /// Throws InvalidInput as Surface does.
+  template <TriangleMesh M>
+  explicit DijkstraSolver(const M& mesh) : surface_(mesh) {
+    link();
+  }
+
+  [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+
+  [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
+    detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()),
+                                   unreachable<double>);
+    using Entry = std::pair<double, Index>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    const auto relax = [&](Index v, double d) {
+      if (d >= distance[v]) return;
+      distance[v] = d;
+      queue.emplace(d, v);
+    };
+    for (const auto& source : sources) {
+      const auto point = detail::simplified(surface_, source.point);
+      detail::for_each_vertex_near(surface_, point,
+                                   [&](Index v, double d) { relax(v, source.distance + d); });
+    }
+    while (!queue.empty()) {
+      const auto [d, v] = queue.top();
+      queue.pop();
+      if (d > distance[v]) continue;  // reached on a shorter way since it was queued
+      for (Index e = begin_[v]; e < begin_[v + 1]; ++e) {
+        relax(edges_[e].tip, d + edges_[e].length);
+      }
+    }
+    return distance;
+  }
+
+ private:
+  struct Edge {
+    double length;
+    Index tip;
+  };
+
+  // Each edge once at either end, whatever number of faces it has.
+  void link() {
+    begin_.push_back(0);
+    detail::Array<Edge> around;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      around.clear();
+      for (const Index h : surface_.corners(v)) {
+        around.push_back({surface_.length(h), surface_.tip(h)});
+        const Index in = surface_.previous(h);
+        around.push_back({surface_.length(in), surface_.origin(in)});
+      }
+      std::sort(around.begin(), around.end(),
+                [](const Edge& a, const Edge& b) { return a.tip < b.tip; });
+      const auto end = std::unique(around.begin(), around.end(),
+                                   [](const Edge& a, const Edge& b) { return a.tip == b.tip; });
+      edges_.insert(edges_.end(), around.begin(), end);
+      begin_.push_back(static_cast<Index>(edges_.size()));
+    }
+  }
+
+  Surface<double> surface_;
+  detail::Array<Index> begin_;  // of each vertex, and one more: where its edges begin
+  detail::Array<Edge> edges_;
+};
+
+template <TriangleMesh M>
+explicit DijkstraSolver(const M&) -> DijkstraSolver<MeshScalar<M>>;
+
+static_assert(DistanceSolver<DijkstraSolver<double>, double>);
+
+}  // namespace gelight

@@ -1,0 +1,297 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <memory>
+#include <utility>
+
+#include "gelight/concepts/mesh.hpp"
+#include "gelight/core/array.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/detail/heat_flow.hpp"
+#include "gelight/geodesic/detail/near.hpp"
+#include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/mesh/cholesky.hpp"
+#include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/operators.hpp"
+#include "gelight/mesh/surface.hpp"
+
+namespace gelight {
+
+/// What heat does at a surface's border: it is held back, let out, or the mean of both, which bends
+/// the isolines least.
+enum class HeatBoundary { neumann, dirichlet, averaged };
+
+struct HeatOptions {
+  /// Time of the heat flow, in squared mean edge lengths. More smooths the distance, less makes it
+  /// follow the mesh's edges.
+  double time_factor = 1;
+  /// On a border vertex, and where a face has no vertex off the border, always neumann.
+  HeatBoundary boundary = HeatBoundary::neumann;
+};
+
+namespace detail {
+
+/// Heat and Poisson systems of a surface, factored; shared by the solvers that use them.
+struct HeatSystem {
+  double unit = 1;  // mean edge length, of the lengths below
+  IntrinsicTriangulation mesh;
+  Array<PlanarFace> faces;
+  Array<Index> component;  // of each vertex
+  std::shared_ptr<const SymmetricPattern> pattern;
+  Array<double> mass;
+  SymmetricMatrix<double> laplacian;
+  SymmetricMatrix<double> heat;
+  std::shared_ptr<const SparseFactor<double>> heat_factor;
+  std::shared_ptr<const SparseFactor<double>> poisson_factor;
+
+  HeatSystem(const Surface<double>& surface, double time_factor) {
+    require(time_factor > 0 && std::isfinite(time_factor), "the heat's time factor is ",
+            time_factor, ", not a positive number");
+    const double mean = mean_edge_length(surface);
+    unit = mean > 0 ? mean : 1;
+    mesh = intrinsic_triangulation(surface, unit);
+    faces = planar_faces(mesh);
+    component = component_of_vertices(mesh);
+    pattern = std::make_shared<SymmetricPattern>(mesh);
+    mass = vertex_areas(mesh);
+    laplacian = cotan_laplacian(mesh, pattern);
+
+    heat = laplacian;
+    for (double& x : heat.values) x *= time_factor;
+    for (Index v = 0; v < pattern->size(); ++v) {
+      // A vertex without faces has no area; it is its own component and never heated.
+      heat.values[pattern->diagonal(v)] += mass[v] > 0 ? mass[v] : 1;
+    }
+    heat_factor = std::make_shared<SparseFactor<double>>(heat);
+
+    // A constant per component is free: it is taken out by holding one vertex at zero.
+    Array<char> held(component.size(), 0);
+    for (Index v = 0; v < pattern->size(); ++v) held[v] = component[v] == v;
+    poisson_factor = std::make_shared<SparseFactor<double>>(with_held(laplacian, held));
+  }
+
+  /// The matrix with the rows and columns of some vertices replaced by the identity's.
+  static SymmetricMatrix<double> with_held(SymmetricMatrix<double> matrix,
+                                           const Array<char>& held) {
+    const auto& pattern = *matrix.pattern;
+    for (Index j = 0; j < pattern.size(); ++j) {
+      for (Index e = pattern.begin(j); e < pattern.begin(j + 1); ++e) {
+        if (held[j] || held[pattern.row(e)]) matrix.values[e] = pattern.row(e) == j ? 1 : 0;
+      }
+    }
+    return matrix;
+  }
+
+  /// The function, up to a constant per component, whose gradient is nearest to a unit field with
+  /// this integrated divergence.
+  [[nodiscard]] Array<double> integrate(Array<double> divergence) const {
+    for (Index v = 0; v < pattern->size(); ++v) {
+      if (component[v] == v) divergence[v] = 0;
+    }
+    return poisson_factor->solve(divergence);
+  }
+
+  /// 1 for each vertex in the component of a vertex with a load.
+  template <class Scalar>
+  [[nodiscard]] Array<char> reached_from(const Array<Scalar>& load) const {
+    Array<char> reached(load.size(), 0);
+    for (Index v = 0; v < pattern->size(); ++v) {
+      if (magnitude(load[v]) > 0) reached[component[v]] = 1;
+    }
+    for (Index v = 0; v < pattern->size(); ++v) reached[v] = reached[component[v]];
+    return reached;
+  }
+};
+
+}  // namespace detail
+
+/// Distance by the heat method (Crane, Weischedel, Wardetzky 2013, doi:10.1145/2516971.2516977): a
+/// smooth approximation by two sparse solves with matrices factored once.
+///
+/// Works on lengths alone: faces of any orientation, edges of any number of faces, faces without
+/// area. Each connected part is on its own; one without a source is +infinity. Sources that start
+/// at different distances cost a solve for each such distance.
+template <std::floating_point T>
+class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
+ public:
+  /// Throws InvalidInput as Surface does, and for a time factor that is not positive.
+  template <TriangleMesh M>
+  explicit HeatSolver(const M& mesh, const HeatOptions& options = {})
+      : surface_(mesh),
+        options_(options),
+        system_(std::make_shared<detail::HeatSystem>(surface_, options.time_factor)) {
+    if (options.boundary != HeatBoundary::neumann) hold_border();
+  }
+
+  [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+
+  [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
+    detail::Array<double> nearest(static_cast<std::size_t>(surface_.vertex_count()),
+                                  unreachable<double>);
+    const auto later = [](const auto& a, const auto& b) { return a.distance < b.distance; };
+    std::stable_sort(sources.begin(), sources.end(), later);
+    for (auto first = sources.begin(); first != sources.end();) {
+      const auto last = std::upper_bound(first, sources.end(), *first, later);
+      std::vector<SurfacePoint<double>> points;
+      for (auto s = first; s != last; ++s) {
+        const auto point = detail::simplified(surface_, s->point);
+        if (std::find(points.begin(), points.end(), point) == points.end()) points.push_back(point);
+      }
+      const auto distance = distance_from(points);
+      for (Index v = 0; v < surface_.vertex_count(); ++v) {
+        nearest[v] = std::min(nearest[v], first->distance + distance[v]);
+      }
+      first = last;
+    }
+    return nearest;
+  }
+
+  /// The factored systems, for solvers that share them.
+  [[nodiscard]] const std::shared_ptr<const detail::HeatSystem>& system() const { return system_; }
+
+ private:
+  using Points = std::vector<SurfacePoint<double>>;
+
+  [[nodiscard]] detail::Array<double> distance_from(const Points& points) const {
+    const auto load = load_of(points);
+    const auto reached = system_->reached_from(load);
+    auto phi = system_->integrate(divergence_of(load, reached));
+    return placed(std::move(phi), points, reached);
+  }
+
+  [[nodiscard]] detail::Array<double> load_of(const Points& points) const {
+    using Kind = SurfacePoint<double>::Kind;
+    detail::Array<double> load(static_cast<std::size_t>(surface_.vertex_count()), 0);
+    for (const auto& point : points) {
+      std::array<Index, 3> vertices{point.element[0], point.element[1], 0};
+      if (point.kind == Kind::face) vertices = surface_.face(point.element[0]);
+      const std::size_t count = point.kind == Kind::vertex ? 1 : point.kind == Kind::edge ? 2 : 3;
+      for (std::size_t k = 0; k < count; ++k) load[vertices[k]] += point.weights[k];
+    }
+    return load;
+  }
+
+  // The integrated divergence of the unit field that runs against the heat's gradient.
+  [[nodiscard]] detail::Array<double> divergence_of(const detail::Array<double>& load,
+                                                    const detail::Array<char>& reached) const {
+    const auto heat = detail::heat_flow(system_->heat, *system_->heat_factor, load, reached);
+    detail::Array<double> divergence(load.size(), 0);
+    if (!border_factor_) {
+      add_divergence(heat, divergence);
+      return divergence;
+    }
+    auto inner_load = load;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (is_border_[v]) inner_load[v] = 0;
+    }
+    auto inner_reached = system_->reached_from(inner_load);
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (is_border_[v]) inner_reached[v] = 0;
+    }
+    const auto inner = detail::heat_flow(border_heat_, *border_factor_, inner_load, inner_reached);
+    add_divergence(heat, inner, divergence);
+    return divergence;
+  }
+
+  void add_divergence(const detail::ScaledField<double>& heat,
+                      detail::Array<double>& divergence) const {
+    for (Index f = 0; f < surface_.face_count(); ++f)
+      add_divergence(f, gradient(f, heat), divergence);
+  }
+
+  // Directions of both fields are averaged rather than heats: far from the source one of the heats
+  // would outweigh the other.
+  void add_divergence(const detail::ScaledField<double>& neumann,
+                      const detail::ScaledField<double>& dirichlet,
+                      detail::Array<double>& divergence) const {
+    const double share = options_.boundary == HeatBoundary::dirichlet ? 0 : 1;
+    for (Index f = 0; f < surface_.face_count(); ++f) {
+      const Vec2<double> held = gradient(f, dirichlet);
+      const Vec2<double> free = gradient(f, neumann);
+      const Vec2<double> mixed = held + (held.isZero(0) ? 1 : share) * free;
+      const double norm = mixed.norm();
+      add_divergence(f, norm > 0 ? Vec2<double>(mixed / norm) : mixed, divergence);
+    }
+  }
+
+  void add_divergence(Index f, const Vec2<double>& direction,
+                      detail::Array<double>& divergence) const {
+    const auto at = integrated_divergence(system_->faces[f], -direction);
+    for (Index k = 0; k < 3; ++k) {
+      divergence[system_->mesh.origins[3 * f + k]] += at[static_cast<std::size_t>(k)];
+    }
+  }
+
+  // Unit gradient, or zero where the heat is the same at all three vertices.
+  [[nodiscard]] Vec2<double> gradient(Index f, const detail::ScaledField<double>& heat) const {
+    const Index* v = system_->mesh.origins.data() + 3 * std::ptrdiff_t{f};
+    const Index largest = std::max({heat.exponent[v[0]], heat.exponent[v[1]], heat.exponent[v[2]]});
+    std::array<double, 3> u{heat.value[v[0]], heat.value[v[1]], heat.value[v[2]]};
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (heat.exponent[v[k]] != largest) u[k] = std::ldexp(u[k], heat.exponent[v[k]] - largest);
+    }
+    const double most = std::max({std::abs(u[0]), std::abs(u[1]), std::abs(u[2])});
+    if (most == 0) return Vec2<double>::Zero();
+    for (double& x : u) x /= most;
+    const Vec2<double> g = scaled_gradient(system_->faces[f], u);
+    const double norm = g.norm();
+    return norm > 0 ? Vec2<double>(g / norm) : g;
+  }
+
+  // Shifts each component so that the vertices of the sources' faces have their true distance on
+  // average, and gives them that distance.
+  [[nodiscard]] detail::Array<double> placed(detail::Array<double> phi, const Points& points,
+                                             const detail::Array<char>& reached) const {
+    detail::Array<double> shift(phi.size(), 0), count(phi.size(), 0);
+    const auto for_each_near = [&](auto&& visit) {
+      for (const auto& point : points) detail::for_each_vertex_near(surface_, point, visit);
+    };
+    for_each_near([&](Index v, double d) {
+      const Index c = system_->component[v];
+      shift[c] += phi[v] - d / system_->unit;
+      count[c] += 1;
+    });
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      const Index c = system_->component[v];
+      phi[v] = reached[v] ? system_->unit * std::max(0.0, phi[v] - shift[c] / count[c])
+                          : unreachable<double>;
+    }
+    detail::Array<double> near(phi.size(), unreachable<double>);
+    for_each_near([&](Index v, double d) { near[v] = std::min(near[v], d); });
+    for_each_near([&](Index v, double) { phi[v] = near[v]; });
+    return phi;
+  }
+
+  void hold_border() {
+    is_border_.assign(static_cast<std::size_t>(surface_.vertex_count()), 0);
+    bool any = false;
+    for (Index h = 0; h < surface_.halfedge_count(); ++h) {
+      if (!surface_.is_border(h)) continue;
+      is_border_[surface_.origin(h)] = is_border_[surface_.tip(h)] = 1;
+      any = true;
+    }
+    if (!any) return;
+    border_heat_ = detail::HeatSystem::with_held(system_->heat, is_border_);
+    border_factor_ = std::make_shared<detail::SparseFactor<double>>(border_heat_);
+  }
+
+  Surface<double> surface_;
+  HeatOptions options_;
+  std::shared_ptr<const detail::HeatSystem> system_;
+  detail::Array<char> is_border_;  // of each vertex, where heat is held at zero there
+  SymmetricMatrix<double> border_heat_;
+  std::shared_ptr<const detail::SparseFactor<double>> border_factor_;
+};
+
+template <TriangleMesh M>
+explicit HeatSolver(const M&) -> HeatSolver<MeshScalar<M>>;
+template <TriangleMesh M>
+HeatSolver(const M&, const HeatOptions&) -> HeatSolver<MeshScalar<M>>;
+
+static_assert(DistanceSolver<HeatSolver<double>, double>);
+
+}  // namespace gelight

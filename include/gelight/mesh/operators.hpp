@@ -1,0 +1,95 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numeric>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/mesh/cholesky.hpp"
+#include "gelight/mesh/intrinsic.hpp"
+
+// The operators of linear finite elements on a triangulation, in the plane of each face.
+
+namespace gelight {
+
+/// Half the cotangents of the angles opposite a face's three edges: its share of the edges'
+/// weights.
+[[nodiscard]] inline std::array<double, 3> half_cotangents(const PlanarFace& face) {
+  const auto& [x1, x2, y2] = face;
+  const double scale = 1 / (2 * x1 * y2);
+  return {scale * (y2 * y2 - x2 * (x1 - x2)), scale * x1 * x2, scale * x1 * (x1 - x2)};
+}
+
+/// The cotan Laplacian, positive semidefinite: (L u)(i) = sum over edges ij of
+/// (cot a + cot b)/2 (u(i) - u(j)). Any number of faces may share an edge.
+[[nodiscard]] inline SymmetricMatrix<double> cotan_laplacian(
+    const IntrinsicTriangulation& mesh, const std::shared_ptr<const SymmetricPattern>& pattern) {
+  SymmetricMatrix<double> matrix{pattern, {}};
+  auto& values = matrix.values;
+  values.assign(static_cast<std::size_t>(pattern->entry_count()), 0);
+  const auto faces = planar_faces(mesh);
+  for (Index f = 0; f < mesh.face_count(); ++f) {
+    const auto weights = half_cotangents(faces[f]);
+    for (Index k = 0; k < 3; ++k) {
+      const double weight = weights[static_cast<std::size_t>(k)];
+      const Index from = mesh.origins[3 * f + k], to = mesh.origins[3 * f + (k + 1) % 3];
+      if (from == to) continue;  // a loop carries no difference
+      values[pattern->entry(3 * f + k)] -= weight;
+      values[pattern->diagonal(from)] += weight;
+      values[pattern->diagonal(to)] += weight;
+    }
+  }
+  return matrix;
+}
+
+/// A third of the area of each vertex's faces: the lumped mass matrix's diagonal.
+[[nodiscard]] inline detail::Array<double> vertex_areas(const IntrinsicTriangulation& mesh) {
+  detail::Array<double> areas(static_cast<std::size_t>(mesh.vertex_count), 0);
+  const auto faces = planar_faces(mesh);
+  for (Index f = 0; f < mesh.face_count(); ++f) {
+    for (Index k = 0; k < 3; ++k) {
+      areas[mesh.origins[3 * f + k]] += faces[f].x1 * faces[f].y2 / 6;
+    }
+  }
+  return areas;
+}
+
+/// Twice the face's area times the gradient of the linear function with these values at its
+/// vertices, in the face's plane.
+[[nodiscard]] inline Vec2<double> scaled_gradient(const PlanarFace& face,
+                                                  const std::array<double, 3>& u) {
+  const double du1 = u[1] - u[0], du2 = u[2] - u[0];
+  return {face.y2 * du1, face.x1 * du2 - face.x2 * du1};
+}
+
+/// The face's share of the integrated divergence at its three vertices: the integral of the
+/// hat functions' gradients times a field constant on the face.
+[[nodiscard]] inline std::array<double, 3> integrated_divergence(const PlanarFace& face,
+                                                                 const Vec2<double>& field) {
+  const double at1 = (face.y2 * field[0] - face.x2 * field[1]) / 2;
+  const double at2 = face.x1 * field[1] / 2;
+  return {-at1 - at2, at1, at2};
+}
+
+/// For each vertex the smallest vertex that faces join it to: one number per connected part.
+[[nodiscard]] inline detail::Array<Index> component_of_vertices(
+    const IntrinsicTriangulation& mesh) {
+  detail::Array<Index> parent(static_cast<std::size_t>(mesh.vertex_count));
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](Index v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (Index h = 0; h < static_cast<Index>(mesh.origins.size()); h += 3) {
+    for (const Index k : {1, 2}) {
+      const Index a = root(mesh.origins[h]), b = root(mesh.origins[h + k]);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  }
+  for (Index v = 0; v < mesh.vertex_count; ++v) parent[v] = parent[parent[v]];
+  return parent;
+}
+
+}  // namespace gelight

@@ -1,0 +1,167 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/surface.hpp"
+
+namespace gelight {
+
+/// Two unit vectors at right angles in a tangent plane; x cross y is the surface's normal.
+struct TangentBasis {
+  Vec3<double> x, y;
+
+  [[nodiscard]] Vec3<double> normal() const { return x.cross(y); }
+  [[nodiscard]] Vec3<double> embed(std::complex<double> z) const {
+    return z.real() * x + z.imag() * y;
+  }
+  [[nodiscard]] std::complex<double> project(const Vec3<double>& v) const {
+    return {v.dot(x), v.dot(y)};
+  }
+};
+
+/// Throws InvalidInput unless every edge has at most two faces, and those run it in opposite ways:
+/// without that, a tangent vector has no left and right.
+inline void require_oriented(const Surface<double>& surface) {
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    const Index t = surface.twin(h);
+    if (t == h) continue;
+    detail::require(surface.twin(t) == h, "the edge between vertices ", surface.origin(h), " and ",
+                    surface.tip(h), " has more than two faces; vectors need an oriented manifold");
+    detail::require(surface.origin(t) != surface.origin(h), "faces ", surface.face_of(h), " and ",
+                    surface.face_of(t), " are oriented against each other along vertices ",
+                    surface.origin(h), " and ", surface.tip(h),
+                    "; vectors need an orientation, the same for all faces that meet");
+  }
+}
+
+/// A tangent plane at each vertex, in which directions are angles: those of the edges around an
+/// inner vertex are scaled to sum to 2 pi, those at a border are as they are, so that a flat sheet
+/// stays flat (Knoeppel, Crane, Pinkall, Schroeder 2013, doi:10.1145/2461912.2462005).
+///
+/// The plane is that of the mean normal, weighted by the faces' angles; it is turned so that the
+/// angles fit the edges' own directions best. Each fan of a bow-tie vertex is turned by itself.
+class TangentFrames {
+ public:
+  /// Throws InvalidInput as require_oriented does. Linear in the faces.
+  explicit TangentFrames(const Surface<double>& surface) : surface_(surface) {
+    require_oriented(surface);
+    measure_corners();
+    const auto halfedges = static_cast<std::size_t>(surface.halfedge_count());
+    bases_.resize(static_cast<std::size_t>(surface.vertex_count()));
+    angles_.resize(halfedges);
+    far_angles_.resize(halfedges);
+    for (Index v = 0; v < surface.vertex_count(); ++v) place(v);
+  }
+
+  [[nodiscard]] const TangentBasis& basis(Index vertex) const { return bases_[vertex]; }
+
+  /// Direction of half-edge h in the tangent plane of its origin, and that of the way back in the
+  /// plane of its tip: angles from the basis' x, in radians.
+  [[nodiscard]] double angle(Index h) const { return angles_[h]; }
+  [[nodiscard]] double angle_back(Index h) const { return far_angles_[surface_.next(h)]; }
+
+  /// Angle between h and the edge before it in their face.
+  [[nodiscard]] double corner(Index h) const { return corners_[h]; }
+
+  /// What turns a vector at h's origin into the parallel one at its tip.
+  [[nodiscard]] std::complex<double> transport(Index h) const {
+    return std::polar(1.0, angle_back(h) + std::numbers::pi - angle(h));
+  }
+
+ private:
+  void measure_corners() {
+    const auto faces = planar_faces(intrinsic_triangulation(surface_));
+    corners_.resize(static_cast<std::size_t>(surface_.halfedge_count()));
+    for (Index f = 0; f < surface_.face_count(); ++f) {
+      const auto& [x1, x2, y2] = faces[f];
+      corners_[3 * f] = std::atan2(y2, x2);
+      corners_[3 * f + 1] = std::atan2(y2, x1 - x2);
+      corners_[3 * f + 2] = std::atan2(x1 * y2, y2 * y2 - x2 * (x1 - x2));
+    }
+  }
+
+  void place(Index v) {
+    choose_basis(v);
+    for (const Index h : surface_.corners(v)) far_angles_[h] = unvisited;
+    for (const Index h : surface_.corners(v)) {
+      if (surface_.is_border(h)) walk_fan(v, h, 1);
+    }
+    for (const Index h : surface_.corners(v)) {
+      if (far_angles_[h] != unvisited) continue;
+      double total = 0;
+      Index g = h;
+      do {
+        total += corners_[g];
+        g = surface_.twin(surface_.previous(g));
+      } while (g != h);
+      walk_fan(v, h, 2 * std::numbers::pi / total);
+    }
+  }
+
+  // Sums the corners from half-edge `first` on, counter-clockwise, then turns them all together.
+  void walk_fan(Index v, Index first, double scale) {
+    double sum = 0;
+    std::complex<double> turn = 0;
+    for (Index h = first; h >= 0; h = next_in_fan(h, first)) {
+      angles_[h] = sum;
+      turn += projected(v, surface_.tip(h)) * std::polar(1.0, -sum);
+      sum += scale * corners_[h];
+      far_angles_[h] = sum;
+      const Index before = surface_.previous(h);
+      if (!surface_.is_border(before)) continue;
+      turn += projected(v, surface_.origin(before)) * std::polar(1.0, -sum);
+    }
+    const double offset = turn == 0.0 ? 0 : std::arg(turn);
+    for (Index h = first; h >= 0; h = next_in_fan(h, first)) {
+      angles_[h] += offset;
+      far_angles_[h] += offset;
+    }
+  }
+
+  // The half-edge after h around its origin, -1 where the fan ends or comes round to its first.
+  [[nodiscard]] Index next_in_fan(Index h, Index first) const {
+    const Index before = surface_.previous(h);
+    if (surface_.is_border(before)) return -1;
+    const Index following = surface_.twin(before);
+    return following == first ? -1 : following;
+  }
+
+  [[nodiscard]] std::complex<double> projected(Index from, Index to) const {
+    return bases_[from].project(surface_.position(to) - surface_.position(from));
+  }
+
+  void choose_basis(Index v) {
+    Vec3<double> normal = Vec3<double>::Zero();
+    Vec3<double> along = Vec3<double>::UnitX();
+    for (const Index h : surface_.corners(v)) {
+      const Vec3<double> a = surface_.position(surface_.tip(h)) - surface_.position(v);
+      const Vec3<double> b = surface_.position(surface_.apex(h)) - surface_.position(v);
+      normal += corners_[h] * a.stableNormalized().cross(b.stableNormalized()).stableNormalized();
+      if (h == surface_.corners(v).front()) along = a;
+    }
+    normal.stableNormalize();
+    // Faces without area, or normals that cancel, leave any plane through the first edge.
+    if (!(normal.squaredNorm() > 0)) normal = along.unitOrthogonal();
+    Vec3<double> x = along - normal.dot(along) * normal;
+    x.stableNormalize();
+    if (!(x.squaredNorm() > 0)) x = normal.unitOrthogonal();
+    bases_[v] = {x, normal.cross(x)};
+  }
+
+  static constexpr double unvisited = -1e300;
+
+  Surface<double> surface_;
+  detail::Array<TangentBasis> bases_;  // of each vertex
+  detail::Array<double> corners_;      // of each half-edge: the angle at its origin
+  detail::Array<double> angles_;       // of each half-edge, at its origin
+  detail::Array<double> far_angles_;   // of the edge before each half-edge, at the same vertex
+};
+
+}  // namespace gelight
