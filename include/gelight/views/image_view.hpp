@@ -16,6 +16,20 @@ namespace gelight {
 
 using Rgb8 = std::array<std::uint8_t, 3>;
 
+namespace detail {
+
+/// A pixel of zeros; Eigen's vectors have no value unless they are given one.
+template <class P>
+[[nodiscard]] P zero_pixel() {
+  if constexpr (requires { P::Zero(); }) {
+    return P::Zero();
+  } else {
+    return P{};
+  }
+}
+
+}  // namespace detail
+
 /// Pixels that someone else owns, at any distance from one another: packed, padded, one plane of an
 /// interleaved image, transposed or mirrored. Copying a view copies no pixels.
 template <class P>
@@ -91,7 +105,7 @@ class Image {
   Image() = default;
 
   /// Throws InvalidInput for a negative size.
-  Image(Index width, Index height, const P& fill = P{})
+  Image(Index width, Index height, const P& fill = detail::zero_pixel<P>())
       : width_(width), height_(height), pixels_(count(width, height), fill) {}
 
   [[nodiscard]] Index width() const { return width_; }

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <numbers>
+#include <type_traits>
+
+#include "gelight/concepts/image.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/views/image_view.hpp"
+
+namespace gelight {
+
+/// A pinhole camera: x to the right, y down, z forward; depth is z, not the length of the ray.
+/// The centre of pixel (u, v) is at (u, v), so the middle of the image is ((width - 1) / 2, ...).
+template <std::floating_point T>
+struct Camera {
+  T fx = 0, fy = 0;  ///< focal lengths, in pixels
+  T cx = 0, cy = 0;  ///< where the optical axis meets the image, in pixels
+  Index width = 0, height = 0;
+
+  /// A camera with square pixels that looks through the middle of the image; the angle between its
+  /// top and bottom edges is in radians. Throws InvalidInput for an angle outside (0, pi) and for a
+  /// size that is not positive.
+  [[nodiscard]] static Camera from_vertical_fov(std::type_identity_t<T> fov, Index width,
+                                                Index height) {
+    detail::require(fov > 0 && fov < std::numbers::pi_v<T>, "a field of view of ", fov,
+                    " radians is not between 0 and pi");
+    const T f = static_cast<T>(height) / (2 * std::tan(fov / 2));
+    const Camera camera{f,     f,     static_cast<T>(width - 1) / 2, static_cast<T>(height - 1) / 2,
+                        width, height};
+    camera.require_valid();
+    return camera;
+  }
+
+  /// The point of depth 1 that pixel (u, v) sees.
+  [[nodiscard]] Vec3<T> ray(T u, T v) const { return {(u - cx) / fx, (v - cy) / fy, 1}; }
+
+  /// The point that pixel (u, v) sees at a depth, in the unit of the depth.
+  [[nodiscard]] Vec3<T> unproject(T u, T v, T depth) const { return depth * ray(u, v); }
+
+  /// The pixel where a point with z > 0 appears.
+  [[nodiscard]] Vec2<T> project(const Vec3<T>& point) const {
+    return {fx * point.x() / point.z() + cx, fy * point.y() / point.z() + cy};
+  }
+
+  template <std::floating_point U>
+  [[nodiscard]] Camera<U> cast() const {
+    return {static_cast<U>(fx),
+            static_cast<U>(fy),
+            static_cast<U>(cx),
+            static_cast<U>(cy),
+            width,
+            height};
+  }
+
+  /// Throws InvalidInput for a focal length that is not positive and finite, a centre that is not
+  /// finite, or a size that is not positive.
+  void require_valid() const {
+    detail::require(fx > 0 && fy > 0 && std::isfinite(fx) && std::isfinite(fy),
+                    "the camera's focal lengths (", fx, ", ", fy, ") are not positive and finite");
+    detail::require(std::isfinite(cx) && std::isfinite(cy), "the camera's centre (", cx, ", ", cy,
+                    ") is not finite");
+    detail::require(width > 0 && height > 0, "the camera's image size ", width, " x ", height,
+                    " is not positive");
+  }
+};
+
+namespace detail {
+
+/// Throws InvalidInput unless an image has the camera's size; `what` names the image.
+template <ImageLike I, std::floating_point T>
+void require_camera_size(const I& image, const Camera<T>& camera, const char* what) {
+  const auto width = ImageTraits<I>::width(image);
+  const auto height = ImageTraits<I>::height(image);
+  require(width == camera.width && height == camera.height, what, " is ", width, " x ", height,
+          " pixels, the camera's image ", camera.width, " x ", camera.height);
+}
+
+}  // namespace detail
+
+/// The point that each pixel sees, in the unit of the depth; NaN where the depth is.
+/// Throws InvalidInput for a camera that is not valid or a depth image of another size.
+template <std::floating_point T, ImageOf<T> I>
+[[nodiscard]] Image<Vec3<T>> unproject(const I& depth, const Camera<T>& camera) {
+  camera.require_valid();
+  detail::require_camera_size(depth, camera, "the depth image");
+  Image<Vec3<T>> points(camera.width, camera.height);
+  for (Index y = 0; y < camera.height; ++y) {
+    for (Index x = 0; x < camera.width; ++x) {
+      points(x, y) = camera.unproject(static_cast<T>(x), static_cast<T>(y),
+                                      static_cast<T>(ImageTraits<I>::pixel(depth, x, y)));
+    }
+  }
+  return points;
+}
+
+}  // namespace gelight

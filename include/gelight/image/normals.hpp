@@ -1,0 +1,152 @@
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "gelight/concepts/image.hpp"
+#include "gelight/core/array.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/image/camera.hpp"
+#include "gelight/views/image_view.hpp"
+
+namespace gelight {
+
+/// What the outermost pixels of an image have for a normal, where a 3 x 3 window lacks neighbours:
+/// none (a zero vector), or that of the depth extrapolated linearly by one pixel.
+enum class BorderNormals : std::uint8_t { none, extrapolated };
+
+namespace detail {
+
+/// A row of vectors, one plane per coordinate; `facing` is their product with the pixel's ray.
+template <class T>
+struct NormalRow {
+  T *x, *y, *z, *facing;
+};
+
+/// What a row's normals depend on apart from depth: x[i] / fx of its rays, y / fy, the focal
+/// lengths.
+template <class T>
+struct RayRow {
+  const T* x;
+  T y, fx, fy;
+};
+
+/// Turns the vectors of a row into unit vectors, those without a length (or not a number) into
+/// zero.
+template <class T>
+void normalise_row(const NormalRow<T>& n, T* __restrict length, std::ptrdiff_t count) {
+  T* __restrict x = n.x, * __restrict y = n.y, * __restrict z = n.z, * __restrict facing = n.facing;
+  for (std::ptrdiff_t i = 0; i < count; ++i) length[i] = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+  // Eigen's square root is vectorised; std::sqrt is not, as it has to set errno.
+  Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>> squares(length, count);
+  squares = squares.sqrt();
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const bool is_vector = length[i] > 0;
+    const T scale = T(1) / length[i];
+    x[i] = is_vector ? x[i] * scale : 0;
+    y[i] = is_vector ? y[i] * scale : 0;
+    z[i] = is_vector ? z[i] * scale : 0;
+    facing[i] = is_vector ? facing[i] * scale : 0;
+  }
+}
+
+/// The normals of a row of pixels that face the camera: the cross product of the point cloud's
+/// Sobel derivatives, which is a polynomial in the depths of the 3 x 3 window.
+///
+/// With r = (u, v, 1) the pixel's ray, the two derivatives are D r + (S / fx, A / fy, 0) and
+/// E r + (A / fx, T / fy, 0): D and E are the depth's own derivatives, S and T its sums over the
+/// two outer columns and the two outer rows, A its mixed difference. What is common to both drops
+/// out of the product, so that nothing cancels where the surface is flat.
+template <class T>
+void sobel_normal_row(const NormalRow<T>& n, T* __restrict length, const T* above,
+                      const T* __restrict middle, const T* below, const RayRow<T>& ray,
+                      std::ptrdiff_t count) {
+  T* __restrict nx = n.x, * __restrict ny = n.y, * __restrict nz = n.z, * __restrict facing = n.facing;
+  const T* __restrict u = ray.x;
+  const T v = ray.y, fx = ray.fx, fy = ray.fy;
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const T top_difference = above[i + 1] - above[i - 1], top_sum = above[i + 1] + above[i - 1];
+    const T difference = middle[i + 1] - middle[i - 1], sum = middle[i + 1] + middle[i - 1];
+    const T low_difference = below[i + 1] - below[i - 1], low_sum = below[i + 1] + below[i - 1];
+    const T D = top_difference + 2 * difference + low_difference;
+    const T E = (low_sum - top_sum) + 2 * (below[i] - above[i]);
+    const T S = top_sum + 2 * sum + low_sum;
+    const T R = top_sum + low_sum + 2 * (above[i] + below[i]);
+    const T A = low_difference - top_difference;
+    const T x = fx * (D * R - E * A);
+    const T y = fy * (E * S - D * A);
+    const T along_ray = A * A - S * R;
+    nx[i] = x;
+    ny[i] = y;
+    nz[i] = along_ray - u[i] * x - v * y;
+    facing[i] = along_ray;
+  }
+  normalise_row(n, length, count);
+}
+
+/// Writes the pixels before and after a row of depths, extrapolated linearly.
+template <class T>
+void extrapolate_ends(T* row, Index width) {
+  row[-1] = width > 1 ? 2 * row[0] - row[1] : row[0];
+  row[width] = width > 1 ? 2 * row[width - 1] - row[width - 2] : row[0];
+}
+
+/// Writes the row of depths outside the first or the last row, `width` long and one more each side.
+template <class T>
+void extrapolate_row(T* outside, const T* first, const T* second, Index width) {
+  for (Index x = -1; x <= width; ++x) outside[x] = 2 * first[x] - second[x];
+}
+
+template <std::floating_point T>
+[[nodiscard]] std::vector<T> ray_columns(const Camera<T>& camera) {
+  std::vector<T> columns;
+  for (Index x = 0; x < camera.width; ++x) columns.push_back(camera.ray(static_cast<T>(x), 0).x());
+  return columns;
+}
+
+}  // namespace detail
+
+/// The unit normal of the surface at every pixel of a depth image, towards the camera: the cross
+/// product of the point cloud's 3 x 3 Sobel derivatives.
+///
+/// Zero where a depth of the 3 x 3 window is NaN or infinite, and on the outermost pixels unless
+/// they are extrapolated. Throws InvalidInput for a camera that is not valid or a depth image of
+/// another size. About 60 floating-point operations a pixel.
+template <std::floating_point T, ImageOf<T> I>
+[[nodiscard]] Image<Vec3<T>> sobel_normals(const I& depth, const Camera<T>& camera,
+                                           BorderNormals border = BorderNormals::none) {
+  camera.require_valid();
+  detail::require_camera_size(depth, camera, "the depth image");
+  const Index width = camera.width, height = camera.height;
+  const std::ptrdiff_t stride = width + 2;
+  detail::Array<T> padded(static_cast<std::size_t>(stride * (height + 2)));
+  const auto row = [&](Index y) { return padded.data() + (y + 1) * stride + 1; };
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      row(y)[x] = static_cast<T>(ImageTraits<I>::pixel(depth, x, y));
+    }
+    detail::extrapolate_ends(row(y), width);
+  }
+  const Index last = height - 1;
+  detail::extrapolate_row(row(-1), row(0), row(std::min(1, last)), width);
+  detail::extrapolate_row(row(height), row(last), row(std::max(0, last - 1)), width);
+
+  Image<Vec3<T>> normals(width, height, Vec3<T>::Zero());
+  const std::vector<T> columns = detail::ray_columns(camera);
+  detail::Array<T> planes(static_cast<std::size_t>(5 * width));
+  T* const p = planes.data();
+  const detail::NormalRow<T> n{p, p + width, p + 2 * width, p + 3 * width};
+  const Index rim = border == BorderNormals::none ? 1 : 0;
+  for (Index y = rim; y < height - rim; ++y) {
+    const detail::RayRow<T> ray{columns.data(), camera.ray(0, static_cast<T>(y)).y(), camera.fx,
+                                camera.fy};
+    detail::sobel_normal_row(n, p + 4 * width, row(y - 1), row(y), row(y + 1), ray, width);
+    for (Index x = rim; x < width - rim; ++x) normals(x, y) = {n.x[x], n.y[x], n.z[x]};
+  }
+  return normals;
+}
+
+}  // namespace gelight

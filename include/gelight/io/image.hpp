@@ -1,0 +1,67 @@
+#pragma once
+
+// Opt-in: needs the headers stb_image.h and stb_image_write.h (Debian: libstb-dev) on the include
+// path. Their functions are compiled into each translation unit that includes this header.
+
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+
+#include "gelight/core/error.hpp"
+#include "gelight/views/image_view.hpp"
+
+#if defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#endif
+#define STBI_ONLY_PNG
+#define STB_IMAGE_STATIC
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_WRITE_STATIC
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#include <stb_image.h>
+#include <stb_image_write.h>
+#undef STB_IMAGE_IMPLEMENTATION
+#undef STB_IMAGE_WRITE_IMPLEMENTATION
+#if defined(__GNUC__)
+#pragma GCC diagnostic pop
+#endif
+
+namespace gelight {
+
+/// Reads a PNG file as 8-bit RGB; grey is repeated, opacity dropped. Throws InvalidInput where the
+/// file is missing or is not a whole PNG image.
+[[nodiscard, maybe_unused]] static Image<Rgb8> read_png(const std::string& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                             &std::fclose);
+  detail::require(file != nullptr, path, " cannot be opened");
+  int width = 0, height = 0, channels = 0;
+  const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
+      stbi_load_from_file(file.get(), &width, &height, &channels, 3), &std::free);
+  detail::require(pixels != nullptr, path, " is not a PNG image that can be read: ",
+                  pixels == nullptr ? stbi_failure_reason() : "");
+  Image<Rgb8> image(width, height);
+  const stbi_uc* from = pixels.get();
+  for (Rgb8& pixel : image.pixels()) {
+    pixel = {from[0], from[1], from[2]};
+    from += 3;
+  }
+  return image;
+}
+
+/// Writes an image as an 8-bit RGB PNG file. Throws InvalidInput for an image without pixels and
+/// where the file cannot be written.
+[[maybe_unused]] static void write_png(const std::string& path, ImageView<const Rgb8> image) {
+  detail::require(image.width() > 0 && image.height() > 0, "an image of ", image.width(), " x ",
+                  image.height(), " pixels cannot be written to ", path);
+  Image<Rgb8> packed(image.width(), image.height());
+  for (Index y = 0; y < image.height(); ++y) {
+    for (Index x = 0; x < image.width(); ++x) packed(x, y) = image(x, y);
+  }
+  const int written = stbi_write_png(path.c_str(), image.width(), image.height(), 3, packed.data(),
+                                     3 * image.width());
+  detail::require(written != 0, path, " cannot be written");
+}
+
+}  // namespace gelight

@@ -1,0 +1,223 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <span>
+#include <sstream>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "gelight/concepts/image.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/views/image_view.hpp"
+
+namespace gelight {
+
+/// An array of any number of dimensions, its last index running fastest.
+template <class T>
+struct NpyArray {
+  std::vector<Index> shape;
+  std::vector<T> values;
+};
+
+namespace detail {
+
+static_assert(std::endian::native == std::endian::little, ".npy files are read as they are");
+
+template <class T>
+concept NpyScalar = std::is_arithmetic_v<T> && !std::same_as<T, bool>;
+
+/// NumPy's name of a type, such as <f4.
+template <NpyScalar T>
+[[nodiscard]] std::string npy_type() {
+  const char kind = std::floating_point<T> ? 'f' : std::signed_integral<T> ? 'i' : 'u';
+  return std::string(1, sizeof(T) == 1 ? '|' : '<') + kind + std::to_string(sizeof(T));
+}
+
+/// A pixel as numbers of one type: itself, a std::array or a fixed-size vector of Eigen's.
+template <class P>
+struct NpyPixel {
+  using Scalar = P;
+  static constexpr Index count = 0;  // no dimension of its own
+};
+template <class S, std::size_t N>
+struct NpyPixel<std::array<S, N>> {
+  using Scalar = S;
+  static constexpr Index count = N;
+};
+template <class S, int N>
+struct NpyPixel<Eigen::Matrix<S, N, 1>> {
+  using Scalar = S;
+  static constexpr Index count = N;
+};
+
+struct NpyHeader {
+  std::string type;
+  bool column_major = false;
+  std::vector<Index> shape;
+};
+
+/// What stands behind 'key': in the dictionary of a .npy header.
+[[nodiscard]] inline std::string npy_value(const std::string& text, const std::string& key,
+                                           char last, const std::string& path) {
+  const auto at = text.find('\'' + key + "':");
+  const auto begin = at == std::string::npos ? at : at + key.size() + 3;
+  const auto end = begin == std::string::npos ? begin : text.find(last, begin);
+  require(end != std::string::npos, path, " has no '", key, "' in its .npy header");
+  return text.substr(begin, end - begin);
+}
+
+[[nodiscard]] inline NpyHeader read_npy_header(std::istream& file, const std::string& path) {
+  std::array<unsigned char, 8> magic{};
+  file.read(reinterpret_cast<char*>(magic.data()), magic.size());
+  require(file && std::memcmp(magic.data(), "\x93NUMPY", 6) == 0, path, " is not a .npy file");
+  require(magic[6] >= 1 && magic[6] <= 3, path, " has .npy version ", int{magic[6]},
+          ", which is not known");
+  std::array<unsigned char, 4> size{};
+  file.read(reinterpret_cast<char*>(size.data()), magic[6] == 1 ? 2 : 4);
+  const std::size_t length = size[0] + (std::size_t{size[1]} << 8) + (std::size_t{size[2]} << 16) +
+                             (std::size_t{size[3]} << 24);
+  require(file && length < (1u << 20), path, " has a damaged .npy header");
+  std::string text(length, ' ');
+  file.read(text.data(), static_cast<std::streamsize>(length));
+  require(bool(file), path, " ends within its .npy header");
+
+  NpyHeader header;
+  const std::string type = npy_value(text, "descr", ',', path);
+  const auto quote = type.find('\'');
+  const auto close = type.rfind('\'');
+  require(quote != close, path, " has elements of a compound type");
+  header.type = type.substr(quote + 1, close - quote - 1);
+  header.column_major =
+      npy_value(text, "fortran_order", ',', path).find("True") != std::string::npos;
+  std::string shape = npy_value(text, "shape", ')', path);
+  for (char& c : shape) c = c == '(' || c == ',' ? ' ' : c;
+  std::istringstream sizes(shape);
+  for (long long n = 0; sizes >> n;) {
+    require(n >= 0 && n <= std::numeric_limits<Index>::max(), path, " has a dimension of ", n);
+    header.shape.push_back(static_cast<Index>(n));
+  }
+  require(sizes.eof(), path, " has a shape that is not understood: ", shape);
+  return header;
+}
+
+[[nodiscard]] inline std::string shape_text(std::span<const Index> shape) {
+  std::string text = "(";
+  for (const Index n : shape) text += (text.size() > 1 ? ", " : "") + std::to_string(n);
+  return text + ")";
+}
+
+inline void write_npy_file(const std::string& path, const std::string& type,
+                           std::span<const Index> shape, const char* bytes, std::size_t count) {
+  std::string sizes = "(";
+  for (const Index n : shape) sizes += std::to_string(n) + ",";
+  std::string text = "{'descr': '" + type + "', 'fortran_order': False, 'shape': " + sizes + "), }";
+  constexpr std::size_t before = 10;  // magic, version, length
+  text.append(63 - (before + text.size()) % 64, ' ');
+  text += '\n';
+  std::ofstream file(path, std::ios::binary);
+  file.write("\x93NUMPY\x01\x00", 8);
+  file.put(static_cast<char>(text.size() % 256));
+  file.put(static_cast<char>(text.size() / 256));
+  file << text;
+  file.write(bytes, static_cast<std::streamsize>(count));
+  file.flush();
+  require(bool(file), path, " cannot be written");
+}
+
+}  // namespace detail
+
+/// Reads an array from NumPy's .npy format. Throws InvalidInput where the file is missing, damaged
+/// or shorter than its shape says, and where its elements are not of type T, are big-endian or are
+/// stored column by column.
+template <detail::NpyScalar T>
+[[nodiscard]] NpyArray<T> read_npy(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  detail::require(bool(file), path, " cannot be opened");
+  const detail::NpyHeader header = detail::read_npy_header(file, path);
+  detail::require(header.type == detail::npy_type<T>(), path, " has elements of type ", header.type,
+                  ", not ", detail::npy_type<T>());
+  detail::require(!header.column_major || header.shape.size() < 2, path,
+                  " is stored column by column");
+
+  std::size_t wanted = sizeof(T);
+  const auto begin = file.tellg();
+  file.seekg(0, std::ios::end);
+  const auto there = static_cast<std::size_t>(file.tellg() - begin);
+  file.seekg(begin);
+  for (const Index n : header.shape) {
+    detail::require(n == 0 || wanted <= std::numeric_limits<std::size_t>::max() / 2 /
+                                            static_cast<std::size_t>(n),
+                    path, " has shape ", detail::shape_text(header.shape), ", which is too large");
+    wanted *= static_cast<std::size_t>(n);
+  }
+  detail::require(there == wanted, path, " has ", there, " bytes of data where its shape ",
+                  detail::shape_text(header.shape), " needs ", wanted);
+  NpyArray<T> array{header.shape, std::vector<T>(wanted / sizeof(T))};
+  file.read(reinterpret_cast<char*>(array.values.data()), static_cast<std::streamsize>(wanted));
+  detail::require(bool(file), path, " cannot be read");
+  return array;
+}
+
+/// Reads an image from a .npy file: (height, width) for pixels that are numbers, (height, width, n)
+/// for pixels that are arrays or vectors of n. Throws InvalidInput as read_npy does, and for
+/// another shape.
+template <class P>
+[[nodiscard]] Image<P> read_npy_image(const std::string& path) {
+  using Pixel = detail::NpyPixel<P>;
+  const auto array = read_npy<typename Pixel::Scalar>(path);
+  const bool fits = Pixel::count == 0 ? array.shape.size() == 2
+                                      : array.shape.size() == 3 && array.shape[2] == Pixel::count;
+  detail::require(fits, path, " has shape ", detail::shape_text(array.shape),
+                  ", not (height, width", Pixel::count == 0 ? "" : ", ",
+                  Pixel::count == 0 ? "" : std::to_string(Pixel::count), ")");
+  Image<P> image(array.shape[1], array.shape[0]);
+  static_assert(sizeof(P) ==
+                sizeof(typename Pixel::Scalar) * std::max<std::size_t>(1, Pixel::count));
+  if (!array.values.empty()) {
+    std::memcpy(static_cast<void*>(image.data()), array.values.data(),
+                array.values.size() * sizeof(typename Pixel::Scalar));
+  }
+  return image;
+}
+
+/// Writes an array in NumPy's .npy format. Throws InvalidInput where the shape and the number of
+/// values disagree, or the file cannot be written.
+template <detail::NpyScalar T>
+void write_npy(const std::string& path, const NpyArray<T>& array) {
+  std::size_t count = 1;
+  for (const Index n : array.shape) count *= static_cast<std::size_t>(n);
+  detail::require(count == array.values.size(), "an array of shape ",
+                  detail::shape_text(array.shape), " has ", array.values.size(), " values");
+  detail::write_npy_file(path, detail::npy_type<T>(), array.shape,
+                         reinterpret_cast<const char*>(array.values.data()), count * sizeof(T));
+}
+
+/// Writes an image in NumPy's .npy format, in the shapes that read_npy_image reads. Throws
+/// InvalidInput where the file cannot be written.
+template <ImageLike I>
+void write_npy(const std::string& path, const I& image) {
+  using P = PixelOf<I>;
+  using Pixel = detail::NpyPixel<P>;
+  const auto width = static_cast<Index>(ImageTraits<I>::width(image));
+  const auto height = static_cast<Index>(ImageTraits<I>::height(image));
+  std::vector<P> pixels;
+  pixels.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) pixels.push_back(ImageTraits<I>::pixel(image, x, y));
+  }
+  std::vector<Index> shape{height, width};
+  if (Pixel::count > 0) shape.push_back(Pixel::count);
+  detail::write_npy_file(path, detail::npy_type<typename Pixel::Scalar>(), shape,
+                         reinterpret_cast<const char*>(pixels.data()), pixels.size() * sizeof(P));
+}
+
+}  // namespace gelight
