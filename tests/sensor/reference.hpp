@@ -29,7 +29,7 @@ inline bool is_absent() {
 }
 
 inline Image<float> depth(const std::string& name) {
-  return read_npy_image<float>(path("geltip/depth/" + name + ".npy"));
+  return read_npy<float>(path("geltip/depth/" + name + ".npy"));
 }
 
 inline Image<std::uint8_t> background() {
@@ -44,7 +44,7 @@ Camera<T> camera() {
 // A light field at the camera's size: blurred and resized, not made unit again.
 template <class T>
 Image<Vec3<T>> field(const std::string& method, int led) {
-  const auto coarse = read_npy_image<Vec3<double>>(
+  const auto coarse = read_npy<Vec3<double>>(
       path("geltip/field/" + method + "_led" + std::to_string(led) + ".npy"));
   const auto fine = resize_bilinear(gaussian(coarse, 4.1, 12), 640, 480);
   Image<Vec3<T>> out(640, 480);

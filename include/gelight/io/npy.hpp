@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <concepts>
@@ -20,13 +21,6 @@
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {
-
-/// An array of any number of dimensions, its last index running fastest.
-template <class T>
-struct NpyArray {
-  std::vector<Index> shape;
-  std::vector<T> values;
-};
 
 namespace detail {
 
@@ -51,7 +45,7 @@ struct NpyPixel {
 template <class S, std::size_t N>
 struct NpyPixel<std::array<S, N>> {
   using Scalar = S;
-  static constexpr Index count = N;
+  static constexpr Index count = static_cast<Index>(N);
 };
 template <class S, int N>
 struct NpyPixel<Eigen::Matrix<S, N, 1>> {
@@ -133,75 +127,69 @@ inline void write_npy_file(const std::string& path, const std::string& type,
   require(bool(file), path, " cannot be written");
 }
 
-}  // namespace detail
-
-/// Reads an array from NumPy's .npy format. Throws InvalidInput where the file is missing, damaged
-/// or shorter than its shape says, and where its elements are not of type T, are big-endian or are
-/// stored column by column.
-template <detail::NpyScalar T>
-[[nodiscard]] NpyArray<T> read_npy(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  detail::require(bool(file), path, " cannot be opened");
-  const detail::NpyHeader header = detail::read_npy_header(file, path);
-  detail::require(header.type == detail::npy_type<T>(), path, " has elements of type ", header.type,
-                  ", not ", detail::npy_type<T>());
-  detail::require(!header.column_major || header.shape.size() < 2, path,
-                  " is stored column by column");
-
+/// The bytes of a .npy file whose elements have the size and type of T.
+template <NpyScalar T>
+[[nodiscard]] std::vector<T> read_npy_values(std::istream& file, const NpyHeader& header,
+                                             const std::string& path) {
   std::size_t wanted = sizeof(T);
+  for (const Index n : header.shape) {
+    constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / 2;
+    require(n == 0 || wanted <= most / static_cast<std::size_t>(n), path, " has shape ",
+            shape_text(header.shape), ", which is too large");
+    wanted *= static_cast<std::size_t>(n);
+  }
   const auto begin = file.tellg();
   file.seekg(0, std::ios::end);
   const auto there = static_cast<std::size_t>(file.tellg() - begin);
   file.seekg(begin);
-  for (const Index n : header.shape) {
-    detail::require(n == 0 || wanted <= std::numeric_limits<std::size_t>::max() / 2 /
-                                            static_cast<std::size_t>(n),
-                    path, " has shape ", detail::shape_text(header.shape), ", which is too large");
-    wanted *= static_cast<std::size_t>(n);
-  }
-  detail::require(there == wanted, path, " has ", there, " bytes of data where its shape ",
-                  detail::shape_text(header.shape), " needs ", wanted);
-  NpyArray<T> array{header.shape, std::vector<T>(wanted / sizeof(T))};
-  file.read(reinterpret_cast<char*>(array.values.data()), static_cast<std::streamsize>(wanted));
-  detail::require(bool(file), path, " cannot be read");
-  return array;
+  require(there == wanted, path, " has ", there, " bytes of data where its shape ",
+          shape_text(header.shape), " needs ", wanted);
+  std::vector<T> values(wanted / sizeof(T));
+  file.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(wanted));
+  require(bool(file), path, " cannot be read");
+  return values;
 }
 
-/// Reads an image from a .npy file: (height, width) for pixels that are numbers, (height, width, n)
-/// for pixels that are arrays or vectors of n. Throws InvalidInput as read_npy does, and for
-/// another shape.
+}  // namespace detail
+
+/// Reads an image from NumPy's .npy format: of shape (height, width) for pixels that are numbers,
+/// (height, width, n) for pixels that are arrays or vectors of n.
+///
+/// The elements have the pixel's own type, or are float32 where it is double. Throws InvalidInput
+/// where the file is missing, damaged, shorter or longer than its shape says, and where its
+/// elements are of another type, big-endian, or stored column by column.
 template <class P>
-[[nodiscard]] Image<P> read_npy_image(const std::string& path) {
+[[nodiscard]] Image<P> read_npy(const std::string& path) {
   using Pixel = detail::NpyPixel<P>;
-  const auto array = read_npy<typename Pixel::Scalar>(path);
-  const bool fits = Pixel::count == 0 ? array.shape.size() == 2
-                                      : array.shape.size() == 3 && array.shape[2] == Pixel::count;
-  detail::require(fits, path, " has shape ", detail::shape_text(array.shape),
-                  ", not (height, width", Pixel::count == 0 ? "" : ", ",
-                  Pixel::count == 0 ? "" : std::to_string(Pixel::count), ")");
-  Image<P> image(array.shape[1], array.shape[0]);
-  static_assert(sizeof(P) ==
-                sizeof(typename Pixel::Scalar) * std::max<std::size_t>(1, Pixel::count));
-  if (!array.values.empty()) {
-    std::memcpy(static_cast<void*>(image.data()), array.values.data(),
-                array.values.size() * sizeof(typename Pixel::Scalar));
+  using T = typename Pixel::Scalar;
+  std::ifstream file(path, std::ios::binary);
+  detail::require(bool(file), path, " cannot be opened");
+  const detail::NpyHeader header = detail::read_npy_header(file, path);
+  const std::string own = detail::npy_type<T>(), narrow = detail::npy_type<float>();
+  const bool widen = std::same_as<T, double> && header.type == narrow;
+  detail::require(header.type == own || widen, path, " has elements of type ", header.type,
+                  ", not ", own);
+  detail::require(!header.column_major, path, " is stored column by column");
+  const auto& shape = header.shape;
+  const bool fits =
+      Pixel::count == 0 ? shape.size() == 2 : shape.size() == 3 && shape[2] == Pixel::count;
+  detail::require(fits, path, " has shape ", detail::shape_text(shape), ", not (height, width",
+                  Pixel::count == 0 ? std::string(")") : ", " + std::to_string(Pixel::count) + ")");
+
+  Image<P> image(shape[1], shape[0]);
+  static_assert(sizeof(P) == sizeof(T) * (Pixel::count == 0 ? 1 : Pixel::count));
+  T* const out = reinterpret_cast<T*>(image.data());
+  if (widen) {
+    const auto values = detail::read_npy_values<float>(file, header, path);
+    std::transform(values.begin(), values.end(), out, [](float v) { return static_cast<T>(v); });
+  } else {
+    const auto values = detail::read_npy_values<T>(file, header, path);
+    std::copy(values.begin(), values.end(), out);
   }
   return image;
 }
 
-/// Writes an array in NumPy's .npy format. Throws InvalidInput where the shape and the number of
-/// values disagree, or the file cannot be written.
-template <detail::NpyScalar T>
-void write_npy(const std::string& path, const NpyArray<T>& array) {
-  std::size_t count = 1;
-  for (const Index n : array.shape) count *= static_cast<std::size_t>(n);
-  detail::require(count == array.values.size(), "an array of shape ",
-                  detail::shape_text(array.shape), " has ", array.values.size(), " values");
-  detail::write_npy_file(path, detail::npy_type<T>(), array.shape,
-                         reinterpret_cast<const char*>(array.values.data()), count * sizeof(T));
-}
-
-/// Writes an image in NumPy's .npy format, in the shapes that read_npy_image reads. Throws
+/// Writes an image in NumPy's .npy format, in the shapes that read_npy reads. Throws
 /// InvalidInput where the file cannot be written.
 template <ImageLike I>
 void write_npy(const std::string& path, const I& image) {
