@@ -1,0 +1,115 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/mesh/surface.hpp"
+
+namespace gelight::detail {
+
+/// Every face laid flat, once per half-edge: the half-edge's origin at (0, 0), its tip at
+/// (length, 0) and the apex at `apex(h)`, whose y is not negative.
+class PlanarFaces {
+ public:
+  explicit PlanarFaces(const Surface<double>& surface) {
+    const Index faces = surface.face_count();
+    apex_.resize(static_cast<std::size_t>(surface.halfedge_count()));
+    for (Index f = 0; f < faces; ++f) lay_flat(surface, 3 * f);
+    classify_vertices(surface);
+  }
+
+  [[nodiscard]] const Vec2<double>& apex(Index h) const { return apex_[h]; }
+
+  /// The angle of h's face at h's origin, in radians.
+  [[nodiscard]] double angle(Index h) const { return std::atan2(apex_[h].y(), apex_[h].x()); }
+
+  /// Whether a shortest path can bend at a vertex.
+  [[nodiscard]] bool bends_paths(Index vertex) const { return bends_paths_[vertex] != 0; }
+
+ private:
+  // Paths round a saddle of less excess angle than this are found without windows of its own: they
+  // are longer than those of the neighbouring windows by half its square at most, relative.
+  static constexpr double smallest_excess = 1e-11;
+
+  void lay_flat(const Surface<double>& surface, Index first) {
+    // The area from the two shorter edges: its rounding error is proportional to their product.
+    std::array<Index, 3> by_length{first, first + 1, first + 2};
+    std::sort(by_length.begin(), by_length.end(),
+              [&](Index a, Index b) { return surface.length(a) < surface.length(b); });
+    const double doubled_area =
+        vector(surface, by_length[0]).cross(vector(surface, by_length[1])).norm();
+    for (Index h = first; h < first + 3; ++h) {
+      const double length = surface.length(h);
+      if (length == 0) {
+        apex_[h] = {surface.length(Surface<double>::previous(h)), 0};
+        continue;
+      }
+      const Vec3<double> along = vector(surface, h) / length;
+      const Index next = Surface<double>::next(h), previous = Surface<double>::previous(h);
+      // From the nearer end, so that the error is proportional to the distance from there.
+      const double x = surface.length(previous) < surface.length(next)
+                           ? -along.dot(vector(surface, previous))
+                           : length + along.dot(vector(surface, next));
+      apex_[h] = {x, doubled_area / length};
+    }
+  }
+
+  static Vec3<double> vector(const Surface<double>& surface, Index h) {
+    return surface.position(surface.tip(h)) - surface.position(surface.origin(h));
+  }
+
+  void classify_vertices(const Surface<double>& surface) {
+    const Index count = surface.vertex_count();
+    bends_paths_.assign(static_cast<std::size_t>(count), 0);
+    for (Index v = 0; v < count; ++v) bends_paths_[v] = is_saddle(surface, v);
+  }
+
+  // Saddles, re-entrant corners of the border, and every vertex that is not a plain one: on a
+  // zero-length edge, on an edge of three faces or more, or where several fans meet.
+  [[nodiscard]] bool is_saddle(const Surface<double>& surface, Index vertex) const {
+    double sum = 0;
+    Index border_edges = 0;
+    for (const Index out : surface.corners(vertex)) {
+      const Index in = Surface<double>::previous(out);
+      for (const Index h : {out, in}) {
+        if (surface.length(h) == 0 || !surface.is_manifold(h)) return true;
+        border_edges += surface.is_border(h);
+      }
+      sum += angle(out);
+    }
+    if (surface.corners(vertex).empty()) return false;
+    if (border_edges > 2 || fan_size(surface, vertex) < std::ssize(surface.corners(vertex))) {
+      return true;
+    }
+    const double flat = border_edges > 0 ? std::numbers::pi : 2 * std::numbers::pi;
+    return sum > flat + smallest_excess;
+  }
+
+  // Faces reached from a vertex's first corner by turning round the vertex both ways.
+  static std::ptrdiff_t fan_size(const Surface<double>& surface, Index vertex) {
+    const Index start = surface.corners(vertex)[0];
+    std::ptrdiff_t count = 1;
+    for (const Index side : {start, Surface<double>::previous(start)}) {
+      Index h = side;
+      while (!surface.is_border(h)) {
+        const Index across = surface.twin(h);
+        if (Surface<double>::face_of(across) == Surface<double>::face_of(start)) return count;
+        ++count;
+        h = surface.origin(across) == vertex ? Surface<double>::previous(across)
+                                             : Surface<double>::next(across);
+      }
+    }
+    return count;
+  }
+
+  Array<Vec2<double>> apex_;
+  Array<char> bends_paths_;
+};
+
+}  // namespace gelight::detail

@@ -1,0 +1,150 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "gelight/geodesic/detail/planar_faces.hpp"
+#include "gelight/geodesic/detail/window_propagation.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+namespace gelight::detail {
+
+/// Follows shortest paths back to their sources, from what the vertices remember.
+class Trace {
+ public:
+  using Mesh = Surface<double>;
+  using Point = SurfacePoint<double>;
+
+  Trace(const Mesh& surface, const PlanarFaces& faces, const Sources& sources,
+        const Array<Arrival>& arrivals, const Array<Origin>& origins)
+      : surface_(surface),
+        faces_(faces),
+        sources_(sources),
+        arrivals_(arrivals),
+        origins_(origins) {}
+
+  /// The path from `from`, at `at` in the frame of half-edge `last.entry` (where there is one), to
+  /// the source.
+  [[nodiscard]] std::vector<Point> back(const Point& from, const Vec2<double>& at,
+                                        const Arrival& last) const {
+    std::vector<Point> path{from};
+    Index vertex = last.entry < 0 ? reach(last.origin, path) : cross_faces(at, last, path);
+    return from_vertex(vertex, std::move(path));
+  }
+
+  /// The path from a vertex to the source, after what is there already.
+  [[nodiscard]] std::vector<Point> from_vertex(Index vertex, std::vector<Point> path) const {
+    while (vertex >= 0) {
+      append(path, vertex_point<double>(vertex));
+      const Arrival& last = arrivals_[vertex];
+      vertex = last.entry < 0 ? reach(last.origin, path)
+                              : cross_faces(faces_.apex(last.entry), last, path);
+    }
+    return path;
+  }
+
+ private:
+  static constexpr Index arrived = -1;
+  // A vertex beside the path is on it when the way by it is longer by rounding only.
+  static constexpr double hardly = 1 + 8 * std::numeric_limits<double>::epsilon();
+
+  static void append(std::vector<Point>& path, const Point& point) {
+    if (!(path.back() == point)) path.push_back(point);
+  }
+
+  // The vertex of an origin, or `arrived` after adding a source to the path.
+  Index reach(Index origin, std::vector<Point>& path) const {
+    const Origin& o = origins_[origin];
+    if (o.kind == Origin::Kind::vertex) return o.index;
+    append(path, sources_[static_cast<std::size_t>(o.index)].point);
+    return arrived;
+  }
+
+  // Goes back straight through faces; returns the vertex at which the straight line ends.
+  Index cross_faces(Vec2<double> at, const Arrival& last, std::vector<Point>& path) const {
+    Index h = last.entry, origin = last.origin;
+    Vec2<double> image = last.image;
+    const double start = last.distance - (at - image).norm();
+    for (Index faces = surface_.face_count(); faces > 0; --faces) {
+      const double length = surface_.length(h);
+      const double x = crossing(at, image, length);
+      const bool near_origin = 2 * x < length;
+      const Index beside = near_origin ? surface_.origin(h) : surface_.tip(h);
+      const double gap = near_origin ? x : length - x;
+      const double rest = start + (Vec2<double>(x, 0) - image).norm();
+      if (arrivals_[beside].distance + gap <= rest * hardly) return beside;
+      append(path, edge_point<double>(surface_.origin(h), surface_.tip(h), x / length));
+
+      Index across = surface_.twin(h);
+      if (origins_[origin].kind == Origin::Kind::crossing) {
+        across = surface_.is_manifold(h) ? across : origins_[origin].index;
+        if (!surface_.is_manifold(h)) origin = origins_[origin].previous;
+      }
+      if (across == h) return nearest_end(h, x);
+      if (surface_.origin(across) != surface_.origin(h)) {
+        at = {length - x, 0};
+        image = {length - image.x(), -image.y()};
+      } else {
+        at = {x, 0};
+        image = {image.x(), -image.y()};
+      }
+      if (is_in_face(origin, across)) return reach(origin, path);
+      h = step(across, at, image);
+    }
+    return nearest_end(h, at.x());
+  }
+
+  static double crossing(const Vec2<double>& at, const Vec2<double>& image, double length) {
+    const double height = at.y() - image.y();
+    if (!(height > 0)) return std::clamp(at.x(), 0.0, length);
+    return std::clamp(image.x() + (at.x() - image.x()) * (-image.y() / height), 0.0, length);
+  }
+
+  // The line from `at` on half-edge h to the image beyond h's face: returns the half-edge by which
+  // it leaves the face, with both points in its frame.
+  Index step(Index h, Vec2<double>& at, Vec2<double>& image) const {
+    const Vec2<double> apex = faces_.apex(h);
+    const Vec2<double> to_image = image - at, to_apex = apex - at;
+    const bool right = to_image.x() * to_apex.y() - to_image.y() * to_apex.x() > 0;
+    const Vec2<double> tip(surface_.length(h), 0);
+    const Vec2<double> from = right ? tip : apex;
+    const Vec2<double> along =
+        (right ? Vec2<double>(apex - tip) : Vec2<double>(-apex)).normalized();
+    for (Vec2<double>* point : {&at, &image}) {
+      const Vec2<double> d = *point - from;
+      *point = {along.dot(d), along.x() * d.y() - along.y() * d.x()};
+    }
+    return right ? Mesh::next(h) : Mesh::previous(h);
+  }
+
+  [[nodiscard]] Index nearest_end(Index h, double x) const {
+    const double by_origin = arrivals_[surface_.origin(h)].distance + x;
+    const double by_tip = arrivals_[surface_.tip(h)].distance + surface_.length(h) - x;
+    return by_origin < by_tip ? surface_.origin(h) : surface_.tip(h);
+  }
+
+  [[nodiscard]] bool is_in_face(Index origin, Index h) const {
+    const Origin& o = origins_[origin];
+    if (o.kind == Origin::Kind::crossing) return false;
+    const auto has = [&](Index v) {
+      return surface_.origin(h) == v || surface_.tip(h) == v || surface_.apex(h) == v;
+    };
+    if (o.kind == Origin::Kind::vertex) return has(o.index);
+    const Point& point = sources_[static_cast<std::size_t>(o.index)].point;
+    const auto [a, b] = point.element;
+    if (point.kind == Point::Kind::vertex) return has(a);
+    if (point.kind == Point::Kind::edge) return has(a) && has(b);
+    return Mesh::face_of(h) == a;
+  }
+
+  const Mesh& surface_;
+  const PlanarFaces& faces_;
+  const Sources& sources_;
+  const Array<Arrival>& arrivals_;
+  const Array<Origin>& origins_;
+};
+
+}  // namespace gelight::detail

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "gelight/core/types.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+namespace gelight {
+
+/// A polyline on a surface; each piece lies in one face or along one edge.
+template <std::floating_point T>
+using Path = std::vector<SurfacePoint<T>>;
+
+/// The positions of a path's points.
+template <std::floating_point T>
+[[nodiscard]] std::vector<Vec3<T>> positions(const Surface<T>& surface, const Path<T>& path) {
+  std::vector<Vec3<T>> out;
+  out.reserve(path.size());
+  for (const auto& point : path) out.push_back(surface.position(point));
+  return out;
+}
+
+/// Length of a path, in the unit of the positions; 0 for fewer than two points. Throws InvalidInput
+/// for a point that is not of the surface.
+template <std::floating_point T>
+[[nodiscard]] T length(const Surface<T>& surface, const Path<T>& path) {
+  T sum = 0;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    sum += (surface.position(path[i]) - surface.position(path[i - 1])).stableNorm();
+  }
+  return sum;
+}
+
+}  // namespace gelight
