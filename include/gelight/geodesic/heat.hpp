@@ -37,7 +37,8 @@ namespace detail {
 
 /// Heat and Poisson systems of a surface, factored; shared by the solvers that use them.
 struct HeatSystem {
-  double unit = 1;  // mean edge length, of the lengths below
+  double mean_edge = 0;
+  double unit = 1;  // of the lengths below: the mean edge, or 1 if that is zero
   IntrinsicTriangulation mesh;
   Array<PlanarFace> faces;
   Array<Index> component;  // of each vertex
@@ -51,8 +52,8 @@ struct HeatSystem {
   HeatSystem(const Surface<double>& surface, double time_factor) {
     require(time_factor > 0 && std::isfinite(time_factor), "the heat's time factor is ",
             time_factor, ", not a positive number");
-    const double mean = mean_edge_length(surface);
-    unit = mean > 0 ? mean : 1;
+    mean_edge = mean_edge_length(surface);
+    unit = mean_edge > 0 ? mean_edge : 1;
     mesh = intrinsic_triangulation(surface, unit);
     faces = planar_faces(mesh);
     component = component_of_vertices(mesh);
@@ -257,7 +258,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     });
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const Index c = system_->component[v];
-      phi[v] = reached[v] ? system_->unit * std::max(0.0, phi[v] - shift[c] / count[c])
+      phi[v] = reached[v] ? system_->mean_edge * std::max(0.0, phi[v] - shift[c] / count[c])
                           : unreachable<double>;
     }
     detail::Array<double> near(phi.size(), unreachable<double>);

@@ -49,11 +49,11 @@ inline constexpr double least_slack = 1e-8;
 
 /// Edge lengths of a triangle whose area is not zero: the given ones, each a little longer where
 /// they do not make one (Sharp and Crane 2020, doi:10.1111/cgf.14069, for each face alone, so that
-/// sound faces keep their lengths). `unit` stands in for the longest edge if that is zero.
+/// sound faces keep their lengths). A face that is a point gets edges of `unit`.
 inline std::array<double, 3> mollified(std::array<double, 3> l, double unit) {
   const double longest = std::max({l[0], l[1], l[2]});
   const double slack = l[0] + l[1] + l[2] - 2 * longest;
-  const double missing = least_slack * (longest > 0 ? longest : unit) - slack;
+  const double missing = longest > 0 ? least_slack * longest - slack : unit;
   if (missing > 0) {
     for (double& length : l) length += missing;
   }

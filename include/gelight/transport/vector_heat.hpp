@@ -38,7 +38,11 @@ struct VectorSource {
 /// (Sharp, Soliman, Crane 2019, doi:10.1145/3243651): sparse solves with matrices factored once.
 ///
 /// Vectors go in and come out in the mesh's own space, one per vertex, tangent there. A vertex in a
-/// part without a source, or in no face, gets the zero vector.
+/// part without a source, or in no face, gets the zero vector. At a vertex that shortest paths
+/// reach with opposite vectors, such as the antipode on a sphere, the direction is arbitrary.
+///
+/// On icospheres of 642 to 40,962 vertices the carried vector is 0.06 to 0.11 degrees (mean) and at
+/// most 0.52 degrees off; the radial field 0.04 to 0.11 and 0.31.
 template <std::floating_point T>
 class VectorHeatSolver {
  public:

@@ -1,0 +1,139 @@
+#include "gelight/geodesic/dijkstra.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/views/mesh_view.hpp"
+
+using namespace gelight;
+
+namespace {
+
+// Distance along edges by Bellman-Ford: relax all edges until nothing changes.
+std::vector<double> bellman_ford(const Mesh<double>& mesh, Index source) {
+  const Surface surface(mesh);
+  std::vector<double> d(mesh.positions.size(), unreachable<double>);
+  d[static_cast<std::size_t>(source)] = 0;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (Index h = 0; h < surface.halfedge_count(); ++h) {
+      const auto a = static_cast<std::size_t>(surface.origin(h));
+      const auto b = static_cast<std::size_t>(surface.tip(h));
+      for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)}) {
+        if (d[from] + surface.length(h) >= d[to]) continue;
+        d[to] = d[from] + surface.length(h);
+        changed = true;
+      }
+    }
+  }
+  return d;
+}
+
+Mesh<double> two_squares_and_a_stray() {
+  return {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}, {9, 9, 9}},
+          {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}}};
+}
+
+}  // namespace
+
+TEST_CASE("equals Bellman-Ford on every vertex") {
+  for (const auto& mesh : {icosphere<double>(3), grid<double>(13, 7, 3.0, 1.0), box(1.0, 2.0, 3.0),
+                           torus(2.0, 0.7, 40, 17)}) {
+    const DijkstraSolver solver(mesh);
+    CHECK(solver.distance(5) == bellman_ford(mesh, 5));
+  }
+}
+
+TEST_CASE("parts without a source and stray vertices are infinitely far") {
+  const DijkstraSolver solver(two_squares_and_a_stray());
+  const double inf = unreachable<double>;
+  CHECK(solver.distance(1) == std::vector<double>{1, 0, 1, 2, inf, inf, inf, inf});
+  CHECK(solver.distance(7) == std::vector<double>{inf, inf, inf, inf, inf, inf, inf, 0});
+}
+
+TEST_CASE("sources on edges and in faces reach their faces' vertices by straight lines") {
+  const DijkstraSolver solver(two_squares_and_a_stray());
+  const auto from = [&](SurfacePoint<double> p) {
+    const std::vector<Source<double>> sources{{p, 0}};
+    return solver.distance(sources);
+  };
+  const auto middle = from(edge_point<double>(2, 0, 0.5));
+  for (std::size_t v = 0; v < 4; ++v) CHECK(middle[v] == doctest::Approx(std::sqrt(0.5)));
+  const auto face = from(face_point<double>(0, {0.25, 0.5, 0.25}));  // at (0.75, 0.25)
+  CHECK(face[0] == doctest::Approx(std::hypot(0.75, 0.25)));
+  CHECK(face[2] == doctest::Approx(std::hypot(0.25, 0.75)));
+  CHECK(face[3] == doctest::Approx(1 + std::hypot(0.25, 0.75)));
+  CHECK(from(edge_point<double>(0, 1, 1.0)) == solver.distance(1));
+  CHECK(from(face_point<double>(1, {0, 1, 0})) == solver.distance(2));
+}
+
+TEST_CASE("several sources: the smallest of the single answers, start distances added") {
+  const auto mesh = icosphere<double>(3);
+  const DijkstraSolver solver(mesh);
+  const auto a = solver.distance(3), b = solver.distance(100);
+  const std::vector<Source<double>> sources{{vertex_point<double>(3), 0.5},
+                                            {vertex_point<double>(100), -0.25},
+                                            {vertex_point<double>(100), 7}};
+  const auto both = solver.distance(sources);
+  for (std::size_t v = 0; v < both.size(); ++v) {
+    CHECK(both[v] == doctest::Approx(std::min(a[v] + 0.5, b[v] - 0.25)));
+  }
+  const std::vector<Index> twice{3, 3};
+  CHECK(solver.distance(twice) == a);
+}
+
+TEST_CASE("scales with the mesh; flipped, finned and flattened faces change nothing") {
+  auto mesh = icosphere<double>(3);
+  const auto expected = DijkstraSolver(mesh).distance(0);
+  for (const double scale : {1e-20, 1e-6, 1e6}) {
+    auto scaled = mesh;
+    for (auto& p : scaled.positions) p = {scale * p[0], scale * p[1], scale * p[2]};
+    const auto d = DijkstraSolver(scaled).distance(0);
+    for (std::size_t v = 0; v < d.size(); ++v) {
+      CHECK(std::abs(d[v] - scale * expected[v]) <= 1e-13 * scale * expected[v]);
+    }
+  }
+  for (std::size_t f = 0; f < mesh.faces.size(); f += 2)
+    std::swap(mesh.faces[f][0], mesh.faces[f][1]);
+  CHECK(DijkstraSolver(mesh).distance(0) == expected);
+
+  const Mesh<double> fin{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {1, 0, 0}},
+                         {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}, {1, 5, 2}}};
+  const auto d = DijkstraSolver(fin).distance(4);
+  CHECK(d[2] == 2);
+  CHECK(d[1] == d[5]);
+}
+
+TEST_CASE("mean error on icospheres stays at 8 %: edges alone do not converge") {
+  for (const int level : {3, 5}) {
+    const auto mesh = icosphere<double>(level);
+    const auto d = DijkstraSolver(mesh).distance(0);
+    double mean = 0;
+    for (std::size_t v = 1; v < d.size(); ++v) {
+      double dot = 0;
+      for (std::size_t k = 0; k < 3; ++k) dot += mesh.positions[0][k] * mesh.positions[v][k];
+      const double truth = std::acos(std::clamp(dot, -1.0, 1.0));
+      CHECK(d[v] >= truth * (1 - 2e-2));  // chords are a little shorter than arcs
+      mean += std::abs(d[v] / truth - 1) / static_cast<double>(d.size() - 1);
+    }
+    CHECK(mean > 0.06);
+    CHECK(mean < 0.09);
+  }
+}
+
+TEST_CASE("bad queries are refused before anything is written") {
+  const DijkstraSolver solver(two_squares_and_a_stray());
+  CHECK_THROWS_AS((void)solver.distance(8), InvalidInput);
+  CHECK_THROWS_AS((void)solver.distance(-1), InvalidInput);
+  CHECK_THROWS_AS((void)solver.distance(std::vector<Index>{}), InvalidInput);
+  std::vector<double> small(3, 7);
+  CHECK_THROWS_AS(solver.distance_into(small, 0), InvalidInput);
+  CHECK(small == std::vector<double>{7, 7, 7});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Source<double>> sources{{vertex_point<double>(0), nan}};
+  CHECK_THROWS_AS((void)solver.distance(sources), InvalidInput);
+}

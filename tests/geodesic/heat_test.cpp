@@ -1,0 +1,306 @@
+#include "gelight/geodesic/heat.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/views/mesh_view.hpp"
+
+using namespace gelight;
+
+namespace {
+
+struct Error {
+  double mean = 0, max = 0;
+};
+
+Vec3<double> at(const Mesh<double>& mesh, std::size_t v) {
+  return {mesh.positions[v][0], mesh.positions[v][1], mesh.positions[v][2]};
+}
+
+double arc(const Vec3<double>& a, const Vec3<double>& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+// Relative errors where the truth is not zero.
+Error error_of(const std::vector<double>& d, auto&& truth) {
+  Error error;
+  double count = 0;
+  for (std::size_t v = 0; v < d.size(); ++v) {
+    const double t = truth(v);
+    if (t == 0) continue;
+    const double off = std::abs(d[v] - t) / t;
+    error.mean += off;
+    error.max = std::max(error.max, off);
+    ++count;
+  }
+  error.mean /= count;
+  return error;
+}
+
+Error sphere_error(int level, Index source, const HeatOptions& options = {}) {
+  const auto mesh = icosphere<double>(level);
+  const auto d = HeatSolver(mesh, options).distance(source);
+  const auto s = at(mesh, static_cast<std::size_t>(source));
+  return error_of(d, [&](std::size_t v) { return arc(s, at(mesh, v)); });
+}
+
+Mesh<double> scaled(Mesh<double> mesh, double s) {
+  for (auto& p : mesh.positions) p = {s * p[0], s * p[1], s * p[2]};
+  return mesh;
+}
+
+Mesh<double> parts_and_a_stray() {
+  const std::vector<Mesh<double>> parts{icosphere<double>(2), grid<double>(8, 8)};
+  auto mesh = joined<double>(parts);
+  mesh.positions.push_back({9, 9, 9});
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "spheres: the mean error falls with the edge length, the largest sits beside the source") {
+  double before = 0;
+  for (const int level : {3, 4, 5}) {
+    const Error error = sphere_error(level, 12);
+    MESSAGE("level " << level << ": mean " << error.mean << ", max " << error.max);
+    CHECK(error.max < 0.2);
+    if (before > 0) CHECK(std::log2(before / error.mean) > 0.4);
+    before = error.mean;
+  }
+  CHECK(before < 0.01);
+}
+
+TEST_CASE("a strip far longer than heat reaches in doubles") {
+  for (const Index n : {300, 1000, 10000}) {
+    const auto mesh = grid<double>(n, 1, n, 1);
+    const auto d = HeatSolver(mesh).distance(0);
+    const auto last = static_cast<std::size_t>(n);
+    CHECK(d[last] == doctest::Approx(n).epsilon(1e-3));
+    for (std::size_t x = 10; x < last; ++x) {
+      CHECK(d[x + 1] > d[x]);  // no face of zero gradient
+      CHECK(d[x] == doctest::Approx(static_cast<double>(x)).epsilon(0.02));
+    }
+  }
+}
+
+TEST_CASE("parts without a source and stray vertices are infinite, each part stands alone") {
+  const auto mesh = parts_and_a_stray();
+  const HeatSolver solver(mesh);
+  const auto sphere = HeatSolver(icosphere<double>(2));
+  const auto d = solver.distance(3);
+  CHECK(d[3] == 0);
+  for (std::size_t v = 0; v < d.size(); ++v) CHECK(std::isfinite(d[v]) == (v < 162));
+  const auto stray = static_cast<Index>(mesh.positions.size()) - 1;
+  const auto from_stray = solver.distance(stray);
+  for (Index v = 0; v < stray; ++v)
+    CHECK(from_stray[static_cast<std::size_t>(v)] == unreachable<double>);
+  CHECK(from_stray.back() == 0);
+
+  // A source in each part gives each part its own answer.
+  const auto sheet = solver.distance(162);
+  const auto both = solver.distance(std::vector<Index>{3, 162});
+  for (std::size_t v = 0; v + 1 < d.size(); ++v) {
+    CHECK(both[v] == doctest::Approx(v < 162 ? d[v] : sheet[v]).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("the scale of the mesh is the scale of the answer") {
+  const auto mesh = icosphere<double>(3);
+  const auto expected = HeatSolver(mesh).distance(0);
+  for (const double s : {1e-20, 1e-6, 1e6}) {
+    const auto d = HeatSolver(scaled(mesh, s)).distance(0);
+    for (std::size_t v = 0; v < d.size(); ++v) {
+      CHECK(d[v] / s == doctest::Approx(expected[v]).epsilon(1e-12));
+    }
+  }
+}
+
+TEST_CASE("turned, moved, renumbered and flipped: the same distances") {
+  const auto mesh = torus(2.0, 0.7, 30, 14);
+  const auto expected = HeatSolver(mesh).distance(0);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(1.1, Vec3<double>(1, 2, 3).normalized()).toRotationMatrix();
+  const auto moved = HeatSolver(placed(mesh, turn, Vec3<double>(3, -4, 5))).distance(0);
+  auto flipped = mesh;
+  for (std::size_t f = 0; f < mesh.faces.size(); f += 3) {
+    std::swap(flipped.faces[f][0], flipped.faces[f][2]);
+  }
+  const auto other = HeatSolver(flipped).distance(0);
+  auto renumbered = mesh;
+  const auto count = static_cast<Index>(mesh.positions.size());
+  for (auto& p : renumbered.faces) p = {count - 1 - p[1], count - 1 - p[2], count - 1 - p[0]};
+  std::reverse(renumbered.positions.begin(), renumbered.positions.end());
+  const auto reversed = HeatSolver(renumbered).distance(count - 1);
+  for (std::size_t v = 0; v < expected.size(); ++v) {
+    CHECK(moved[v] == doctest::Approx(expected[v]).epsilon(1e-10));
+    CHECK(other[v] == doctest::Approx(expected[v]).epsilon(1e-10));
+    CHECK(reversed[expected.size() - 1 - v] == doctest::Approx(expected[v]).epsilon(1e-10));
+  }
+}
+
+TEST_CASE("far from the origin nothing is lost but what the positions have lost") {
+  auto mesh = grid<double>(20, 20);
+  const auto expected = HeatSolver(mesh).distance(0);
+  for (auto& p : mesh.positions) p[0] += 1e6;
+  const auto d = HeatSolver(mesh).distance(0);
+  for (std::size_t v = 0; v < d.size(); ++v) CHECK(std::abs(d[v] - expected[v]) < 1e-8);
+}
+
+TEST_CASE("sources on edges and in faces") {
+  const auto mesh = grid<double>(40, 40);
+  const HeatSolver solver(mesh);
+  const auto check = [&](const SurfacePoint<double>& point) {
+    const std::vector<Source<double>> sources{{point, 0}};
+    const auto d = solver.distance(sources);
+    const Vec3<double> s = Surface(mesh).position(point);
+    const Error error = error_of(d, [&](std::size_t v) { return (at(mesh, v) - s).norm(); });
+    MESSAGE("mean " << error.mean << ", max " << error.max);
+    CHECK(error.mean < 0.03);
+    CHECK(error.max < 0.35);
+  };
+  check(edge_point<double>(20 * 41 + 20, 20 * 41 + 21, 0.3));
+  check(face_point<double>(20 * 80 + 41, {0.2, 0.3, 0.5}));
+  const std::vector<Source<double>> corner{{face_point<double>(0, {1, 0, 0}), 0}};
+  CHECK(solver.distance(corner) == solver.distance(0));
+}
+
+TEST_CASE("several sources, repeated sources, start distances") {
+  const auto mesh = icosphere<double>(4);
+  const HeatSolver solver(mesh);
+  const auto a = solver.distance(3), b = solver.distance(700);
+  const auto both = solver.distance(std::vector<Index>{3, 700});
+  double worst = 0;
+  for (std::size_t v = 0; v < both.size(); ++v) {
+    worst = std::max(worst, std::abs(both[v] - std::min(a[v], b[v])));
+  }
+  MESSAGE("off the smaller of the single answers by " << worst);
+  CHECK(worst < 0.07);  // an edge length
+  CHECK(solver.distance(std::vector<Index>{700, 3, 700, 3, 3}) == both);
+
+  const std::vector<Source<double>> started{{vertex_point<double>(3), 0.5},
+                                            {vertex_point<double>(700), -0.25}};
+  const auto d = solver.distance(started);
+  for (std::size_t v = 0; v < d.size(); ++v) {
+    CHECK(d[v] == doctest::Approx(std::min(a[v] + 0.5, b[v] - 0.25)).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("a whole side as the source") {
+  const Index n = 40;
+  const auto mesh = grid<double>(n, n);
+  std::vector<Index> side;
+  for (Index y = 0; y <= n; ++y) side.push_back(y * (n + 1));
+  const auto d = HeatSolver(mesh).distance(side);
+  const Error error = error_of(d, [&](std::size_t v) { return mesh.positions[v][0]; });
+  MESSAGE("mean " << error.mean << ", max " << error.max);
+  CHECK(error.mean < 0.01);
+  for (std::size_t v = 0; v < d.size(); ++v) CHECK(std::abs(d[v] - mesh.positions[v][0]) < 0.5 / n);
+}
+
+TEST_CASE("how each border rule bends the isolines, by distance from the border") {
+  // The upper half of a disc, the source on its axis of symmetry.
+  std::vector<ProfilePoint<double>> profile{{0, 0}};
+  for (int i = 1; i <= 30; ++i) profile.push_back({i / 30.0, 0});
+  const auto mesh = revolve<double>(profile, 1 / 30.0);
+  Index source = 0;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const auto off = [&](std::size_t i) { return (at(mesh, i) - Vec3<double>(0.5, 0, 0)).norm(); };
+    if (off(v) < off(static_cast<std::size_t>(source))) source = static_cast<Index>(v);
+  }
+  std::array<double, 3> at_border{}, inside{};
+  for (const auto boundary :
+       {HeatBoundary::neumann, HeatBoundary::dirichlet, HeatBoundary::averaged}) {
+    const auto rule = static_cast<std::size_t>(boundary);
+    const auto d = HeatSolver(mesh, {.boundary = boundary}).distance(source);
+    for (std::size_t v = 0; v < d.size(); ++v) {
+      const auto p = at(mesh, v);
+      const double off = std::abs(d[v] - (p - at(mesh, static_cast<std::size_t>(source))).norm());
+      double& worst = p.norm() > 1 - 2.5 / 30 ? at_border[rule] : inside[rule];
+      worst = std::max(worst, off);
+    }
+    MESSAGE("rule " << rule << ": largest error " << at_border[rule] << " on the outer two rings, "
+                    << inside[rule] << " inside");
+    CHECK(at_border[rule] < 0.05);
+    CHECK(inside[rule] < 0.04);
+  }
+  CHECK(at_border[2] < std::max(at_border[0], at_border[1]));
+}
+
+TEST_CASE("degenerate faces leave finite answers that are about right") {
+  // A square sheet; then one edge gets a vertex on it with a face of no area, and a zero edge.
+  auto mesh = grid<double>(10, 10);
+  const auto plain = HeatSolver(mesh).distance(0);
+  const auto count = static_cast<Index>(mesh.positions.size());
+
+  auto cap = mesh;  // face 0 is (0, 1, 12): a vertex on its edge 1-12, seen from face 0 only
+  cap.positions.push_back({0.1, 0.05, 0});
+  cap.faces[0] = {0, 1, count};
+  cap.faces.push_back({0, count, 12});
+  cap.faces.push_back({count, 1, 12});
+  const auto d = HeatSolver(cap).distance(0);
+  for (std::size_t v = 0; v < plain.size(); ++v) {
+    CHECK(std::isfinite(d[v]));
+    CHECK(std::abs(d[v] - plain[v]) < 0.02);
+  }
+
+  auto doubled = mesh;  // vertex 60 twice at one place, with faces of no area between
+  doubled.positions.push_back(mesh.positions[60]);
+  Index neighbour = -1;
+  for (auto& face : doubled.faces) {
+    for (auto& v : face) {
+      if (v != 60 || neighbour >= 0) continue;
+      v = count;
+      neighbour = face[0] == count ? face[1] : face[0];
+    }
+  }
+  doubled.faces.push_back({60, count, neighbour});
+  const auto e = HeatSolver(doubled).distance(0);
+  for (const double x : e) CHECK(std::isfinite(x));
+  CHECK(std::abs(e[60] - e.back()) < 1e-3);
+}
+
+TEST_CASE("three faces on an edge, bow-ties, single triangles") {
+  const Mesh<double> fin{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}},
+                         {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}};
+  for (const double x : HeatSolver(fin).distance(2)) CHECK(std::isfinite(x));
+  const Mesh<double> bow{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}},
+                         {{0, 1, 2}, {0, 3, 4}}};
+  for (const double x : HeatSolver(bow).distance(1)) CHECK(std::isfinite(x));
+  const Mesh<double> point{{{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, {{0, 1, 2}}};
+  for (const double x : HeatSolver(point).distance(1)) CHECK(x == 0);
+}
+
+TEST_CASE("queries leave no trace and may run at once") {
+  const auto mesh = icosphere<double>(3);
+  const HeatSolver solver(mesh);
+  const auto expected = solver.distance(5);
+  (void)solver.distance(77);
+  CHECK(solver.distance(5) == expected);
+  CHECK(HeatSolver(mesh).distance(5) == expected);
+  std::vector<std::vector<double>> results(4);
+  {
+    std::vector<std::jthread> threads;
+    for (auto& result : results) threads.emplace_back([&] { result = solver.distance(5); });
+  }
+  for (const auto& result : results) CHECK(result == expected);
+}
+
+TEST_CASE("bad options and queries are refused") {
+  const auto mesh = grid<double>(2, 2);
+  CHECK_THROWS_AS(HeatSolver(mesh, {.time_factor = 0}), InvalidInput);
+  CHECK_THROWS_AS(HeatSolver(mesh, {.time_factor = std::numeric_limits<double>::quiet_NaN()}),
+                  InvalidInput);
+  const HeatSolver solver(mesh);
+  CHECK_THROWS_AS((void)solver.distance(9), InvalidInput);
+  CHECK_THROWS_AS((void)solver.distance(std::vector<Index>{}), InvalidInput);
+}

@@ -1,0 +1,252 @@
+#include "gelight/transport/vector_heat.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/views/mesh_view.hpp"
+
+using namespace gelight;
+using std::numbers::pi;
+using Vec = Vec3<double>;
+
+namespace {
+
+Vec at(const Mesh<double>& mesh, std::size_t v) {
+  return {mesh.positions[v][0], mesh.positions[v][1], mesh.positions[v][2]};
+}
+
+double angle_between(const Vec& a, const Vec& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+constexpr double degree = pi / 180;
+
+struct Worst {
+  double mean = 0, max = 0;
+  int count = 0;
+  void add(double x) {
+    mean += (x - mean) / ++count;
+    max = std::max(max, x);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("in a flat sheet a vector of any quadrant stays what it is, from any kind of point") {
+  const auto mesh = grid<double>(12, 9, 2.0, 1.0);
+  const VectorHeatSolver solver(mesh);
+  for (const Vec& v :
+       {Vec(1, 2, 0), Vec(-1, 2, 0), Vec(-3, -0.1, 0), Vec(0, -5, 0), Vec(1, 0, 0)}) {
+    for (const auto& point :
+         {vertex_point<double>(0), vertex_point<double>(40), edge_point<double>(40, 41, 0.3),
+          edge_point<double>(41, 40, 0.3), face_point<double>(57, {0.2, 0.5, 0.3})}) {
+      const std::vector<VectorSource<double>> sources{{point, v}};
+      for (const auto& carried : solver.transport(sources)) CHECK((carried - v).norm() < 1e-12);
+    }
+  }
+}
+
+TEST_CASE("length is kept, the result is tangent, the part along the normal is dropped") {
+  const auto mesh = icosphere<double>(3);
+  const VectorHeatSolver solver(mesh);
+  const auto basis = solver.tangent_basis(9);
+  const Vec tangent = 0.3 * basis[0] - 4 * basis[1];
+  const auto carried = solver.transport(9, tangent);
+  for (std::size_t v = 0; v < carried.size(); ++v) {
+    CHECK(carried[v].norm() == doctest::Approx(tangent.norm()).epsilon(1e-12));
+    CHECK(std::abs(carried[v].dot(at(mesh, v))) < 0.02 * tangent.norm());
+  }
+  CHECK((carried[9] - tangent).norm() < 1e-12);
+  const auto lifted = solver.transport(9, tangent + 7 * basis[0].cross(basis[1]));
+  for (std::size_t v = 0; v < carried.size(); ++v) {
+    if ((at(mesh, v) + at(mesh, 9)).norm() < 1e-9) continue;  // vectors cancel at the antipode
+    CHECK((lifted[v] - carried[v]).norm() < 1e-12);
+  }
+}
+
+TEST_CASE("on spheres: angle to parallel transport along great circles") {
+  for (const int level : {3, 4, 5}) {
+    const auto mesh = icosphere<double>(level);
+    const VectorHeatSolver solver(mesh);
+    const Vec pole = at(mesh, 7);
+    const Vec start = pole.cross(Vec(0.3, 1, 0.2)).normalized();
+    const auto carried = solver.transport(7, start);
+    const auto radial = solver.radial(7);
+    Worst transport, away;
+    for (std::size_t v = 0; v < carried.size(); ++v) {
+      const Vec p = at(mesh, v);
+      if (v == 7 || (p + pole).norm() < 1e-9) continue;
+      const auto turn = Eigen::Quaterniond::FromTwoVectors(pole, p);
+      transport.add(angle_between(turn * start, carried[v]) / degree);
+      away.add(angle_between(turn * (p - p.dot(pole) * pole), radial[v]) / degree);
+    }
+    MESSAGE("level " << level << ", degrees: transport " << transport.mean << " mean, "
+                     << transport.max << " max; radial " << away.mean << ", " << away.max);
+    CHECK(transport.mean < 0.15);
+    CHECK(transport.max < 0.6);
+    CHECK(away.mean < 0.15);
+    CHECK(away.max < 0.6);
+  }
+}
+
+TEST_CASE("holonomy of an octant of the sphere is pi / 2") {
+  // Three corners of the octant, each the vertex nearest to an axis of a turned frame.
+  const auto mesh = icosphere<double>(5);
+  const VectorHeatSolver solver(mesh);
+  const auto nearest = [&](const Vec& p) {
+    Index best = 0;
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+      if ((at(mesh, v) - p).norm() < (at(mesh, static_cast<std::size_t>(best)) - p).norm()) {
+        best = static_cast<Index>(v);
+      }
+    }
+    return best;
+  };
+  // The icosahedron's edge midpoints hold three at right angles to each other.
+  const std::array<Index, 3> corner{nearest(Vec::UnitX()), nearest(Vec::UnitY()),
+                                    nearest(Vec::UnitZ())};
+  const Vec start = Vec::UnitY();
+  Vec v = start;
+  for (std::size_t k = 0; k < 3; ++k) {
+    v = solver.transport(corner[k], v)[static_cast<std::size_t>(corner[(k + 1) % 3])];
+  }
+  CHECK(angle_between(start, v) == doctest::Approx(pi / 2).epsilon(0.01));
+}
+
+TEST_CASE("turning the source vector turns the result; turning the mesh turns all") {
+  const auto mesh = torus(2.0, 0.7, 30, 14);
+  const VectorHeatSolver solver(mesh);
+  const auto basis = solver.tangent_basis(33);
+  const auto x = solver.transport(33, basis[0]);
+  const auto y = solver.transport(33, basis[1]);
+  const auto mixed = solver.transport(33, std::cos(2.5) * basis[0] + std::sin(2.5) * basis[1]);
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    CHECK((mixed[v] - std::cos(2.5) * x[v] - std::sin(2.5) * y[v]).norm() < 1e-9);
+  }
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(2, Vec(1, 2, -3).normalized()).toRotationMatrix();
+  const VectorHeatSolver turned(placed(mesh, turn, Vec(5, 6, 7)));
+  const auto z = turned.transport(33, turn * basis[0]);
+  for (std::size_t v = 0; v < x.size(); ++v) CHECK((z[v] - turn * x[v]).norm() < 1e-8);
+}
+
+TEST_CASE("several vectors: each near its source, lengths blended") {
+  const auto mesh = grid<double>(30, 10, 3.0, 1.0);
+  const VectorHeatSolver solver(mesh);
+  const std::vector<VectorSource<double>> sources{
+      {vertex_point<double>(5 * 31), Vec(1, 0, 0)},
+      {vertex_point<double>(5 * 31 + 30), Vec(0, 3, 0)}};
+  const auto field = solver.transport(sources);
+  CHECK((field[5 * 31 + 3] - Vec(1, 0, 0)).norm() < 1e-6);
+  CHECK((field[5 * 31 + 27] - Vec(0, 3, 0)).norm() < 1e-6);
+  for (const auto& v : field) {
+    CHECK(v.norm() >= 1 - 1e-9);
+    CHECK(v.norm() <= 3 + 1e-9);
+  }
+}
+
+TEST_CASE("log map of a flat sheet is the difference of positions") {
+  const auto mesh = grid<double>(40, 40);
+  const VectorHeatSolver solver(mesh);
+  const Index s = 20 * 41 + 20;
+  const auto basis = solver.tangent_basis(s);
+  const auto map = solver.log_map(s);
+  Worst radius, direction;
+  for (std::size_t v = 0; v < map.size(); ++v) {
+    const Vec truth = at(mesh, v) - at(mesh, static_cast<std::size_t>(s));
+    const Vec found = map[v][0] * basis[0] + map[v][1] * basis[1];
+    if (v == static_cast<std::size_t>(s)) {
+      CHECK(found.norm() == 0);
+      continue;
+    }
+    radius.add(std::abs(found.norm() / truth.norm() - 1));
+    direction.add(angle_between(found, truth) / degree);
+  }
+  MESSAGE("radius off by " << radius.mean << " mean, " << radius.max << " max; direction "
+                           << direction.mean << ", " << direction.max << " degrees");
+  CHECK(radius.mean < 0.03);
+  CHECK(radius.max < 0.2);
+  CHECK(direction.mean < 2);
+  CHECK(direction.max < 15);
+  CHECK((map[static_cast<std::size_t>(s) + 1].norm()) == doctest::Approx(1.0 / 40));
+}
+
+TEST_CASE("extend: a constant stays, values stay in range and near their vertices") {
+  const auto mesh = icosphere<double>(4);
+  const VectorHeatSolver solver(mesh);
+  const std::vector<Index> at{3, 500, 1200};
+  const std::vector<double> constant(3, -7.5), values{1, -2, 4};
+  for (const double x : solver.extend(at, constant))
+    CHECK(x == doctest::Approx(-7.5).epsilon(1e-9));
+  const auto field = solver.extend(at, values);
+  for (const double x : field) {
+    CHECK(x >= -2 - 1e-9);
+    CHECK(x <= 4 + 1e-9);
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    CHECK(field[static_cast<std::size_t>(at[k])] == doctest::Approx(values[k]).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("parts out of reach are zero, infinite or not a number, as documented") {
+  const std::vector<Mesh<double>> parts{icosphere<double>(1), grid<double>(2, 2)};
+  auto mesh = joined<double>(parts);
+  mesh.positions.push_back({9, 9, 9});
+  const VectorHeatSolver solver(mesh);
+  const auto carried = solver.transport(0, solver.tangent_basis(0)[0]);
+  const auto radial = solver.radial(0);
+  const auto map = solver.log_map(0);
+  const std::vector<Index> from{0};
+  const std::vector<double> value{1};
+  const auto extended = solver.extend(from, value);
+  for (std::size_t v = 0; v < carried.size(); ++v) {
+    const bool reached = v < 42;
+    CHECK(carried[v].norm() == doctest::Approx(reached ? 1 : 0));
+    CHECK(radial[v].norm() == doctest::Approx(reached && v != 0 ? 1 : 0));
+    CHECK(std::isfinite(map[v].norm()) == reached);
+    CHECK(std::isnan(extended[v]) != reached);
+  }
+  CHECK_THROWS_AS((void)solver.radial(static_cast<Index>(mesh.positions.size()) - 1), InvalidInput);
+}
+
+TEST_CASE("a strip longer than heat reaches in doubles still carries vectors") {
+  const VectorHeatSolver solver(grid<double>(4000, 1, 4000, 1));
+  for (const auto& v : solver.transport(0, Vec(-1, 2, 0))) CHECK((v - Vec(-1, 2, 0)).norm() < 1e-9);
+}
+
+TEST_CASE("scale leaves directions alone") {
+  const auto mesh = icosphere<double>(3);
+  const auto expected = VectorHeatSolver(mesh).radial(0);
+  for (const double s : {1e-20, 1e6}) {
+    auto scaled = mesh;
+    for (auto& p : scaled.positions) p = {s * p[0], s * p[1], s * p[2]};
+    const auto radial = VectorHeatSolver(scaled).radial(0);
+    for (std::size_t v = 0; v < radial.size(); ++v) {
+      if ((at(mesh, v) + at(mesh, 0)).norm() < 1e-9) continue;  // radial from all sides
+      CHECK((radial[v] - expected[v]).norm() < 1e-9);
+    }
+  }
+}
+
+TEST_CASE("bad input is refused by name") {
+  auto mesh = icosphere<double>(1);
+  const VectorHeatSolver solver(mesh);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto basis = solver.tangent_basis(0);
+  CHECK_THROWS_AS((void)solver.transport(0, Vec(0, 0, 0)), InvalidInput);
+  CHECK_THROWS_AS((void)solver.transport(0, basis[0].cross(basis[1])), InvalidInput);
+  CHECK_THROWS_AS((void)solver.transport(0, Vec(nan, 0, 0)), InvalidInput);
+  CHECK_THROWS_AS((void)solver.transport(42, basis[0]), InvalidInput);
+  CHECK_THROWS_AS((void)solver.transport(std::vector<VectorSource<double>>{}), InvalidInput);
+  CHECK_THROWS_AS((void)solver.log_map(-1), InvalidInput);
+  const std::vector<Index> vertex{0};
+  CHECK_THROWS_AS((void)solver.extend(vertex, std::vector<double>{}), InvalidInput);
+  CHECK_THROWS_AS((void)solver.extend(vertex, std::vector<double>{nan}), InvalidInput);
+  std::swap(mesh.faces[3][0], mesh.faces[3][1]);
+  CHECK_THROWS_AS(VectorHeatSolver{mesh}, InvalidInput);
+}
