@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "sensor/reference.hpp"
+#include "reference.hpp"
 
 using namespace gelight;
 

@@ -176,17 +176,15 @@ template <class P>
   detail::require(fits, path, " has shape ", detail::shape_text(shape), ", not (height, width",
                   Pixel::count == 0 ? std::string(")") : ", " + std::to_string(Pixel::count) + ")");
 
-  Image<P> image(shape[1], shape[0]);
   static_assert(sizeof(P) == sizeof(T) * (Pixel::count == 0 ? 1 : Pixel::count));
-  T* const out = reinterpret_cast<T*>(image.data());
-  if (widen) {
-    const auto values = detail::read_npy_values<float>(file, header, path);
-    std::transform(values.begin(), values.end(), out, [](float v) { return static_cast<T>(v); });
-  } else {
-    const auto values = detail::read_npy_values<T>(file, header, path);
-    std::copy(values.begin(), values.end(), out);
-  }
-  return image;
+  const auto image_of = [&](const auto& values) {
+    Image<P> image(shape[1], shape[0]);
+    std::transform(values.begin(), values.end(), reinterpret_cast<T*>(image.data()),
+                   [](auto value) { return static_cast<T>(value); });
+    return image;
+  };
+  if (widen) return image_of(detail::read_npy_values<float>(file, header, path));
+  return image_of(detail::read_npy_values<T>(file, header, path));
 }
 
 /// Writes an image in NumPy's .npy format, in the shapes that read_npy reads. Throws

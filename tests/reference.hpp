@@ -36,6 +36,12 @@ inline Image<std::uint8_t> background() {
   return grey(read_png(path("geltip/image/background.png")));
 }
 
+// An intermediate result for contact_2.
+template <class P>
+Image<P> stage(const std::string& name) {
+  return read_npy<P>(path("geltip/stage/" + name + ".npy"));
+}
+
 template <class T>
 Camera<T> camera() {
   return Camera<T>::from_vertical_fov(std::numbers::pi_v<T> / 2, 640, 480);

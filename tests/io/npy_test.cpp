@@ -1,0 +1,134 @@
+#include "gelight/io/npy.hpp"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+using namespace gelight;
+
+namespace {
+
+std::string temporary(const std::string& name) {
+  return (std::filesystem::temp_directory_path() / ("gelight_npy_" + name)).string();
+}
+
+// A version 1 file as NumPy's documentation lays it out.
+std::string with_header(std::string dictionary, const std::string& data) {
+  dictionary += '\n';
+  std::string file = "\x93NUMPY";
+  file += {'\1', '\0', static_cast<char>(dictionary.size()), '\0'};
+  return file + dictionary + data;
+}
+
+std::string saved(const std::string& name, const std::string& bytes) {
+  const std::string path = temporary(name);
+  std::ofstream(path, std::ios::binary) << bytes;
+  return path;
+}
+
+template <class P>
+std::string refusal(const std::string& path) {
+  try {
+    (void)read_npy<P>(path);
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("images come back as they were written, bit for bit") {
+  Image<double> numbers(3, 2);
+  Image<Vec3<float>> vectors(2, 2);
+  Image<Rgb8> colours(1, 3, {1, 2, 255});
+  for (Index y = 0; y < 2; ++y) {
+    for (Index x = 0; x < 3; ++x) numbers(x, y) = 0.1 * x - 1e300 * y;
+  }
+  vectors(1, 0) = {1, -2, 0.5f};
+  const std::string path = temporary("roundtrip.npy");
+  write_npy(path, numbers);
+  CHECK(read_npy<double>(path) == numbers);
+  write_npy(path, vectors);
+  CHECK(read_npy<Vec3<float>>(path) == vectors);
+  CHECK(read_npy<std::array<float, 3>>(path)(1, 0) == std::array<float, 3>{1, -2, 0.5f});
+  write_npy(path, colours);
+  CHECK(read_npy<Rgb8>(path) == colours);
+  write_npy(path, Image<float>(0, 4));
+  CHECK(read_npy<float>(path).height() == 4);
+}
+
+TEST_CASE("rows are read in the order in which NumPy stores them") {
+  const std::string data{1, 2, 3, 4, 5, 6};
+  const auto path = saved(
+      "rows.npy", with_header("{'descr': '|u1', 'fortran_order': False, 'shape': (2, 3), }", data));
+  const auto image = read_npy<std::uint8_t>(path);
+  CHECK(image.width() == 3);
+  CHECK(image.height() == 2);
+  CHECK(image(2, 0) == 3);
+  CHECK(image(0, 1) == 4);
+}
+
+TEST_CASE("float32 widens to double, and nothing else converts") {
+  Image<float> narrow(2, 1, 0.1f);
+  const std::string path = temporary("narrow.npy");
+  write_npy(path, narrow);
+  CHECK(read_npy<double>(path)(1, 0) == double{0.1f});
+  CHECK(contains(refusal<std::int32_t>(path), "<f4, not <i4"));
+  write_npy(path, Image<double>(2, 1));
+  CHECK(contains(refusal<float>(path), "<f8, not <f4"));
+}
+
+TEST_CASE("files that cannot be used are refused with their name and fault") {
+  const std::string dictionary = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }";
+  const std::string data(24, '\0');
+  CHECK(refusal<float>(saved("good.npy", with_header(dictionary, data))) == "accepted");
+
+  CHECK(contains(refusal<float>("/no/such.npy"), "/no/such.npy cannot be opened"));
+  CHECK(contains(refusal<float>(saved("text.npy", "hello, world")), "not a .npy file"));
+  CHECK(contains(refusal<float>(saved("empty.npy", "")), "not a .npy file"));
+  CHECK(contains(refusal<float>(saved("cut.npy", with_header(dictionary, data).substr(0, 40))),
+                 "ends within its .npy header"));
+  CHECK(contains(refusal<float>(saved("short.npy", with_header(dictionary, data.substr(1)))),
+                 "23 bytes of data where its shape (2, 3) needs 24"));
+  CHECK(
+      contains(refusal<float>(saved("long.npy", with_header(dictionary, data + "x"))), "25 bytes"));
+  CHECK(contains(
+      refusal<float>(
+          saved("big.npy",
+                with_header("{'descr': '>f4', 'fortran_order': False, 'shape': (2, 3), }", data))),
+      ">f4, not <f4"));
+  CHECK(contains(
+      refusal<float>(
+          saved("columns.npy",
+                with_header("{'descr': '<f4', 'fortran_order': True, 'shape': (2, 3), }", data))),
+      "column by column"));
+  CHECK(
+      contains(refusal<float>(saved(
+                   "flat.npy",
+                   with_header("{'descr': '<f4', 'fortran_order': False, 'shape': (6,), }", data))),
+               "shape (6), not (height, width)"));
+  CHECK(contains(
+      refusal<float>(
+          saved("huge.npy",
+                with_header(
+                    "{'descr': '<f4', 'fortran_order': False, 'shape': (2000000000, 2000000000), }",
+                    data))),
+      "bytes of data where its shape"));
+  CHECK(contains(refusal<float>(saved("nokey.npy", with_header("{'descr': '<f4', }", data))),
+                 "'fortran_order'"));
+  CHECK(contains(
+      refusal<Rgb8>(saved(
+          "rgba.npy",
+          with_header("{'descr': '|u1', 'fortran_order': False, 'shape': (2, 3, 4), }", data))),
+      "shape (2, 3, 4), not (height, width, 3)"));
+  CHECK_THROWS_AS(write_npy("/no/such/folder/x.npy", Image<float>(1, 1)), InvalidInput);
+}
