@@ -12,6 +12,8 @@ describe() {
     libeigen3-dev) echo "Eigen 3.4" ;;
     libopenmesh-dev) echo "OpenMesh 9" ;;
     libcli11-dev) echo "CLI11 2" ;;
+    libcairo2-dev) echo "cairo 1.16" ;;
+    fonts-dejavu-core) echo "a sans-serif font" ;;
     doctest-dev) echo "doctest 2.4" ;;
     libstb-dev) echo "stb (stb_image.h, stb_image_write.h)" ;;
     libbenchmark-dev) echo "Google Benchmark 1.7" ;;

@@ -4,6 +4,7 @@
 #include <concepts>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
@@ -36,21 +37,37 @@ class PlaneWalk {
       if (holds(target_faces, f)) return direction_of<T>(target - led_);
     }
     const Vec3<T> plane = cross<T>(normal_, target - led_);
-    Arc best;
-    for (const Index f : led_faces_) {
-      for (const Index h : {3 * f, 3 * f + 1, 3 * f + 2}) {
-        if (!starts_through(h, plane)) continue;
-        const Arc arc = walk(h, plane, target, target_faces);
-        if (arc.length < best.length) best = arc;
+    Array<Arc> arcs = starts(plane);
+    // The shorter arc goes ahead, until one has arrived and no other can be shorter.
+    Vec3<T> arrival = Vec3<T>::Zero();
+    T shortest = ended;
+    while (true) {
+      const auto arc = std::min_element(
+          arcs.begin(), arcs.end(), [](const Arc& a, const Arc& b) { return a.length < b.length; });
+      if (arc == arcs.end() || arc->length >= shortest) return arrival;
+      const T before = arc->length;
+      advance(*arc, plane);
+      if (arc->length == ended || !holds(target_faces, Surface<T>::face_of(arc->h))) continue;
+      // The target may lie where the curve enters its face: the whole cut is the longer lever.
+      const Vec3<T> along = arc->exit - arc->entry, to_target = target - arc->entry;
+      if (before + to_target.norm() < shortest) {
+        shortest = before + to_target.norm();
+        arrival =
+            direction_of<T>(along.squaredNorm() > to_target.squaredNorm() ? along : to_target);
       }
+      arc->length = ended;
     }
-    return best.arrival;
   }
 
  private:
+  static constexpr T ended = std::numeric_limits<T>::infinity();
+
+  /// The end of the curve so far: in the face of h, which it leaves through h.
   struct Arc {
-    T length = std::numeric_limits<T>::infinity();
-    Vec3<T> arrival = Vec3<T>::Zero();
+    Index h;
+    T above_origin, above_tip;  // heights of h's ends above the plane
+    Vec3<T> entry, exit;        // where it enters and leaves the face
+    T length;                   // from the LED to `exit`
   };
 
   static bool holds(const Array<Index>& faces, Index f) {
@@ -60,48 +77,54 @@ class PlaneWalk {
   [[nodiscard]] T height(Index v, const Vec3<T>& plane) const {
     return plane.dot(surface_.position(v) - led_);
   }
-  [[nodiscard]] bool crosses(Index h, const Vec3<T>& plane) const {
-    return (height(surface_.origin(h), plane) >= 0) != (height(surface_.tip(h), plane) >= 0);
-  }
-  /// Where the plane meets the edge of a half-edge that crosses it.
-  [[nodiscard]] Vec3<T> crossing(Index h, const Vec3<T>& plane) const {
-    const Vec3<T>& a = surface_.position(surface_.origin(h));
-    const Vec3<T>& b = surface_.position(surface_.tip(h));
-    const T height_a = height(surface_.origin(h), plane), height_b = height(surface_.tip(h), plane);
-    return a + height_a / (height_a - height_b) * (b - a);
-  }
-  /// Whether an arc leaves the LED's faces through h: not across a side that they share.
-  [[nodiscard]] bool starts_through(Index h, const Vec3<T>& plane) const {
-    if (!crosses(h, plane)) return false;
-    for (Index t = surface_.twin(h); t != h; t = surface_.twin(t)) {
-      if (holds(led_faces_, Surface<T>::face_of(t))) return false;
-    }
-    return true;
+
+  /// Where the plane meets the edge that the arc leaves through.
+  [[nodiscard]] Vec3<T> crossing(const Arc& arc) const {
+    const Vec3<T>& a = surface_.position(surface_.origin(arc.h));
+    const Vec3<T>& b = surface_.position(surface_.tip(arc.h));
+    return a + arc.above_origin / (arc.above_origin - arc.above_tip) * (b - a);
   }
 
-  /// Follows the curve out of half-edge h until it enters a face of the target. It ends without
-  /// arriving on a border, where more than two faces meet, and back at the LED.
-  [[nodiscard]] Arc walk(Index h, const Vec3<T>& plane, const Vec3<T>& target,
-                         const Array<Index>& target_faces) const {
-    Vec3<T> entry = crossing(h, plane);
-    T length = (entry - led_).norm();
-    while (!surface_.is_border(h) && surface_.is_manifold(h)) {
-      h = surface_.twin(h);
-      const Index face = Surface<T>::face_of(h);
-      if (holds(led_faces_, face)) break;
-      const bool through_next = crosses(Surface<T>::next(h), plane);
-      h = through_next ? Surface<T>::next(h) : Surface<T>::previous(h);
-      const Vec3<T> exit = crossing(h, plane);
-      if (holds(target_faces, face)) {
-        // The target may lie on the side where the curve enters: the whole cut is the longer lever.
-        const Vec3<T> along = exit - entry, to_target = target - entry;
-        const bool lever = along.squaredNorm() > to_target.squaredNorm();
-        return {length + to_target.norm(), direction_of<T>(lever ? along : to_target)};
+  /// The arcs that leave the LED's faces, but for sides that these share.
+  [[nodiscard]] Array<Arc> starts(const Vec3<T>& plane) const {
+    Array<Arc> arcs;
+    for (const Index f : led_faces_) {
+      for (const Index h : {3 * f, 3 * f + 1, 3 * f + 2}) {
+        Arc arc{h, height(surface_.origin(h), plane), height(surface_.tip(h), plane), led_, led_,
+                0};
+        if ((arc.above_origin >= 0) == (arc.above_tip >= 0) || is_inside(h)) continue;
+        arc.exit = crossing(arc);
+        arc.length = (arc.exit - led_).norm();
+        arcs.push_back(arc);
       }
-      length += (exit - entry).norm();
-      entry = exit;
     }
-    return {};
+    return arcs;
+  }
+  [[nodiscard]] bool is_inside(Index h) const {
+    for (Index t = surface_.twin(h); t != h; t = surface_.twin(t)) {
+      if (holds(led_faces_, Surface<T>::face_of(t))) return true;
+    }
+    return false;
+  }
+
+  /// Takes an arc through one more face. It ends on a border, where more than two faces meet, and
+  /// back at the LED.
+  void advance(Arc& arc, const Vec3<T>& plane) const {
+    const Index in = surface_.twin(arc.h);
+    if (in == arc.h || !surface_.is_manifold(in) || holds(led_faces_, Surface<T>::face_of(in))) {
+      arc.length = ended;
+      return;
+    }
+    T above_origin = arc.above_origin, above_tip = arc.above_tip;
+    if (surface_.origin(in) != surface_.origin(arc.h)) std::swap(above_origin, above_tip);
+    const T above_apex = height(surface_.apex(in), plane);
+    if ((above_apex >= 0) == (above_origin >= 0)) {
+      arc = {Surface<T>::next(in), above_tip, above_apex, arc.exit, arc.exit, arc.length};
+    } else {
+      arc = {Surface<T>::previous(in), above_apex, above_origin, arc.exit, arc.exit, arc.length};
+    }
+    arc.exit = crossing(arc);
+    arc.length += (arc.exit - arc.entry).norm();
   }
 
   const Surface<T>& surface_;

@@ -18,7 +18,7 @@ namespace detail {
 /// Directions between vertices: the mean of the face's three by barycentric coordinates, laid into
 /// the face. Zero where they cancel.
 template <std::floating_point T>
-[[nodiscard]] LightField<T> interpolate(const Surface<T>& surface,
+[[nodiscard]] LightField<T> interpolate(const Surface<double>& surface,
                                         const std::vector<Vec3<T>>& at_vertices,
                                         std::span<const SurfacePoint<T>> points) {
   using Kind = typename SurfacePoint<T>::Kind;
@@ -35,7 +35,7 @@ template <std::floating_point T>
     if (point.kind == Kind::face) {
       const auto v = surface.face(a);
       mean = w[0] * at(v[0]) + w[1] * at(v[1]) + w[2] * at(v[2]);
-      const Vec3<T> normal = direction_of(face_normal(surface, a));
+      const Vec3<T> normal = direction_of(face_normal(surface, a)).template cast<T>();
       mean -= mean.dot(normal) * normal;
     }
     field.push_back(direction_of(mean));

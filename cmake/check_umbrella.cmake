@@ -1,0 +1,12 @@
+# cmake -P cmake/check_umbrella.cmake: gelight.hpp includes every header but the opt-in ones.
+cmake_minimum_required(VERSION 3.22)
+get_filename_component(root "${CMAKE_CURRENT_LIST_DIR}/../include" ABSOLUTE)
+file(GLOB_RECURSE headers RELATIVE "${root}" "${root}/gelight/*/*.hpp")
+list(FILTER headers EXCLUDE REGEX "/detail/|/io/|/views/(eigen|openmesh)\\.hpp")
+file(READ "${root}/gelight/gelight.hpp" umbrella)
+foreach(header ${headers})
+  string(FIND "${umbrella}" "#include \"${header}\"" place)
+  if(place EQUAL -1)
+    message(SEND_ERROR "gelight.hpp does not include ${header}")
+  endif()
+endforeach()

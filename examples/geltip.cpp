@@ -1,0 +1,375 @@
+// A GelTip sensor from nothing: membrane, light fields, objects pressed in, tactile images.
+//
+//        LED  o----------------------.             mesh, LEDs        once per sensor
+//             |     membrane          \            -> four light fields, baked to pixels
+//    camera  [>   sees all of this     )  <- object
+//             |                       /            depth of the object   every frame
+//        LED  o----------------------'             -> smooth, unproject, normals, Phong
+//
+// With options it runs on data of your own: --mesh, --rest, --contact, --background.
+
+#include <CLI/CLI.hpp>
+#include <OpenMesh/Core/IO/MeshIO.hh>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/path.hpp"
+#include "gelight/image/raster.hpp"
+#include "gelight/io/image.hpp"
+#include "gelight/io/npy.hpp"
+#include "gelight/light/geodesic.hpp"
+#include "gelight/light/linear.hpp"
+#include "gelight/light/plane.hpp"
+#include "gelight/light/transport.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/sensor/bake.hpp"
+#include "gelight/sensor/tactile_renderer.hpp"
+#include "gelight/views/openmesh.hpp"
+#include "support/field_pictures.hpp"
+#include "support/figure.hpp"
+#include "support/press.hpp"
+
+using gelight::Background;
+using gelight::Light;
+using gelight::Mesh;
+using gelight::Raster;
+using gelight::Surface;
+
+namespace {
+
+struct Settings {
+  double radius = 0.01146, length = 0.0455, edge = 0.001, depth = 0.0025;
+  Index width = 640, height = 480;
+  std::string mesh, rest, background, out = "out";
+  std::vector<std::string> contacts;
+};
+
+void read_options(CLI::App& app, Settings& settings) {
+  app.add_option("--radius", settings.radius, "radius of the membrane, metres")
+      ->capture_default_str();
+  app.add_option("--length", settings.length, "length from the camera to the tip, metres")
+      ->capture_default_str();
+  app.add_option("--edge", settings.edge, "edge length of the mesh, metres")->capture_default_str();
+  app.add_option("--depth", settings.depth, "how deep objects are pressed, metres")
+      ->capture_default_str();
+  app.add_option("--width", settings.width, "pixels")->capture_default_str();
+  app.add_option("--height", settings.height, "pixels")->capture_default_str();
+  app.add_option("--mesh", settings.mesh, "a membrane of your own (STL, OBJ, PLY, OFF)");
+  app.add_option("--rest", settings.rest, "its depth map without contact (.npy)");
+  app.add_option("--contact", settings.contacts, "depth maps of what touches it (.npy)");
+  app.add_option("--background", settings.background, "what the camera sees in ambient light");
+  app.add_option("--out", settings.out, "folder for the pictures")->capture_default_str();
+}
+
+/// Runs a stage of the work, and prints its name before and its time after.
+template <class Work>
+auto timed(const std::string& name, const Work& work) {
+  std::printf("  %-38s", name.c_str());
+  std::fflush(stdout);
+  const auto start = std::chrono::steady_clock::now();
+  auto result = work();
+  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+  std::printf("%9.1f ms\n", time.count());
+  return result;
+}
+
+Mesh<double> read_mesh(const std::string& path) {
+  OpenMesh::TriMesh_ArrayKernelT<> file;
+  if (!OpenMesh::IO::read_mesh(file, path)) {
+    throw gelight::InvalidInput("cannot read a mesh from " + path);
+  }
+  const Surface<double> surface(file);
+  Mesh<double> mesh;
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    const Vec3<double>& p = surface.position(v);
+    mesh.positions.push_back({p[0], p[1], p[2]});
+  }
+  for (Index f = 0; f < surface.face_count(); ++f) mesh.faces.push_back(surface.face(f));
+  return mesh;
+}
+
+/// The sensor: what does not change from frame to frame.
+struct Sensor {
+  Mesh<double> mesh;
+  Surface<double> surface;
+  Camera<double> camera;
+  Raster<double> raster;  // the membrane at rest, inside the lens
+  Image<double> rest;
+  std::vector<gelight::SurfacePoint<double>> points;  // that the pixels show
+  std::array<Index, 3> leds;                          // vertices
+  Background<double> background;
+
+  explicit Sensor(const Settings& settings)
+      : mesh(settings.mesh.empty()
+                 ? gelight::membrane(settings.radius, settings.length, settings.edge)
+                 : read_mesh(settings.mesh)),
+        surface(mesh),
+        camera(Camera<double>::from_vertical_fov(std::numbers::pi / 2, settings.width,
+                                                 settings.height)),
+        raster(gelight::rasterize(mesh, camera)),
+        rest(settings.rest.empty() ? raster.depth : gelight::read_npy<double>(settings.rest)) {
+    for (Index v = 0; v < camera.height; ++v) {
+      for (Index u = 0; u < camera.width; ++u) {
+        if (!in_lens(u, v)) raster.face(u, v) = -1;
+      }
+    }
+    points = gelight::pixel_points(raster);
+    for (std::size_t k = 0; k < leds.size(); ++k) {
+      const double angle = 2 * std::numbers::pi / 3 * static_cast<double>(k);
+      leds[k] = gelight::nearest_vertex<double>(
+          surface, {settings.radius * std::cos(angle), settings.radius * std::sin(angle), 0});
+    }
+    if (settings.background.empty()) {
+      background = round_background();
+    } else {
+      background = Background<double>(gelight::read_png(settings.background));
+    }
+  }
+
+  /// A round lens shows a disc as high as the image.
+  [[nodiscard]] bool in_lens(Index u, Index v) const {
+    return std::hypot(u - camera.cx, v - camera.cy) < 0.5 * camera.height;
+  }
+
+  [[nodiscard]] Image<Rgb8> round_background() const {
+    Image<Rgb8> image(camera.width, camera.height);
+    for (Index v = 0; v < camera.height; ++v) {
+      for (Index u = 0; u < camera.width; ++u) {
+        if (in_lens(u, v)) image(u, v) = {130, 130, 130};
+      }
+    }
+    return image;
+  }
+};
+
+struct NamedField {
+  std::string name;
+  bool along_surface = true;
+  std::array<Image<Vec3<double>>, 3> leds;
+};
+
+std::vector<NamedField> light_fields(const Sensor& sensor) {
+  using gelight::vertex_point;
+  using Field = gelight::LightField<double>;
+  const auto exact =
+      timed("exact solver, set-up", [&] { return gelight::ExactSolver<double>(sensor.surface); });
+  const auto heat = timed("vector heat solver, set-up",
+                          [&] { return gelight::VectorHeatSolver<double>(sensor.surface); });
+  const auto field = [&](const std::string& name, bool along_surface,
+                         const std::function<Field(Index)>& of_led) {
+    return timed(name + " field, 3 LEDs", [&] {
+      NamedField result{name, along_surface, {}};
+      for (std::size_t k = 0; k < 3; ++k) {
+        result.leds[k] = gelight::bake(of_led(sensor.leds[k]), sensor.raster);
+      }
+      return result;
+    });
+  };
+  const Vec3<double> towards_tip(0, 0, 1);
+  const auto& [surface, points] = std::tie(sensor.surface, sensor.points);
+  return {field("linear", false,
+                [&](Index led) {
+                  return gelight::linear_field<double>(surface, surface.position(led), points);
+                }),
+          field("plane", true,
+                [&](Index led) {
+                  return gelight::plane_field<double>(surface, vertex_point<double>(led), points);
+                }),
+          field("geodesic", true,
+                [&](Index led) {
+                  return gelight::geodesic_field<double>(exact, vertex_point<double>(led), points);
+                }),
+          field("transport", true, [&](Index led) {
+            return gelight::transport_field<double>(heat, led, towards_tip, points);
+          })};
+}
+
+struct Contact {
+  std::string name;
+  Image<double> depth;
+};
+
+std::vector<Contact> contacts(const Settings& settings, const Sensor& sensor) {
+  std::vector<Contact> result;
+  for (const std::string& path : settings.contacts) {
+    result.push_back(
+        {std::filesystem::path(path).stem().string(), gelight::read_npy<double>(path)});
+  }
+  if (!result.empty()) return result;
+  const auto presses = objects_to_press();
+  for (std::size_t i = 0; i < presses.size(); ++i) {
+    const double tilt = 1.1, turn = -0.5 + 1.05 * static_cast<double>(i);
+    const auto object =
+        pressed(presses[i].object, settings.radius, settings.length, settings.depth, tilt, turn);
+    result.push_back({presses[i].name, gelight::rasterize(object, sensor.camera).depth});
+  }
+  // What touches the membrane is seen where it is nearer than the membrane at rest.
+  for (Contact& contact : result) {
+    auto& depth = contact.depth.pixels();
+    const auto& rest = sensor.rest.pixels();
+    for (std::size_t i = 0; i < depth.size(); ++i) depth[i] = std::min(depth[i], rest[i]);
+  }
+  return result;
+}
+
+gelight::TactileRenderer<double> renderer(const Sensor& sensor, const NamedField& field) {
+  // The light on each side of the membrane has its own colour.
+  constexpr std::array<std::array<double, 3>, 3> colours{{{0, 0, 1}, {1, 0, 0}, {0, 1, 0}}};
+  std::vector<Light<double>> lights(3);
+  for (std::size_t k = 0; k < 3; ++k) {
+    lights[k] = {.direction = field.leds[k],
+                 .rgb = colours[k],
+                 .diffuse = 0.5,
+                 .specular = 0.1,
+                 .shininess = 100};
+  }
+  return {sensor.camera, sensor.rest, lights, sensor.background, {.rectify = field.along_surface}};
+}
+
+std::string draw_panel(const std::string& path, const Sensor& sensor,
+                       const std::vector<NamedField>& fields, const std::vector<Contact>& touches) {
+  const int cell = 300, gap = 6, margin = 40;
+  const double scale = static_cast<double>(cell) / sensor.camera.height;
+  // The disc in the middle of the image is what the lens shows.
+  const double beside = 0.5 * (scale * sensor.camera.width - cell);
+  Figure figure(margin + static_cast<int>(touches.size()) * (cell + gap),
+                margin + static_cast<int>(fields.size()) * (cell + gap), {0, 0, 0});
+  for (std::size_t row = 0; row < fields.size(); ++row) {
+    const auto render = renderer(sensor, fields[row]);
+    const double y = margin + static_cast<double>(row) * (cell + gap);
+    for (std::size_t column = 0; column < touches.size(); ++column) {
+      const double x = margin + static_cast<double>(column) * (cell + gap);
+      figure.clipped_image(render.render(touches[column].depth), x - beside, y, scale,
+                           {x, y, double{cell}, double{cell}});
+      figure.pen({1, 1, 1}, 1);
+      if (row == 0) figure.text(touches[column].name, x + cell / 2.0, margin / 2.0, 18);
+    }
+    figure.text(fields[row].name, margin / 2.0, y + cell / 2.0, 18, true);
+  }
+  figure.save(path);
+  return path;
+}
+
+std::string draw_isolines(const std::string& path, const Sensor& sensor) {
+  const gelight::ExactSolver<double> solver(sensor.surface);
+  const Index led = sensor.leds[0];
+  const gelight::Source<double> source{gelight::vertex_point<double>(led), 0};
+  const auto field = solver.solve(std::span(&source, 1), {.keep_windows = true});
+  const auto distances = field.distances();
+  const double farthest = *std::max_element(distances.begin(), distances.end());
+
+  const Index columns = 800, rows = 1200;
+  const double scale = 0.5, width = scale * columns;
+  Figure figure(static_cast<int>(2 * width), static_cast<int>(scale * rows) + 40);
+  const std::array<std::pair<const char*, double>, 2> sides{
+      {{"the LED's side", -std::numbers::pi / 2}, {"the far side", std::numbers::pi / 2}}};
+  for (std::size_t side = 0; side < 2; ++side) {
+    const double x = width * static_cast<double>(side), y = 40;
+    const OutsideView view(sensor.mesh, sides[side].second, columns, rows);
+    figure.image(view.isolines(sensor.surface, field, 0.002, farthest), x, y, scale);
+    figure.pen({0.85, 0.1, 0.1}, 1.6);
+    for (Index v = 0; v < sensor.surface.vertex_count(); v += sensor.surface.vertex_count() / 50) {
+      std::vector<Vec3<double>> line;
+      for (const auto& p : field.path(v)) line.push_back(sensor.surface.position(p));
+      view.draw_path(figure, line, x, y, scale);
+    }
+    figure.pen({0, 0, 0}, 1);
+    figure.text(sides[side].first, x + width / 2, 24, 18);
+  }
+  figure.save(path);
+  return path;
+}
+
+std::string draw_field(const std::string& path, const Sensor& sensor, const NamedField& field) {
+  const double scale = 480.0 / sensor.camera.height;
+  const double width = scale * sensor.camera.width;
+  Figure figure(static_cast<int>(3 * width), 520);
+  const std::array<Colour, 3> pens{{{0.1, 0.2, 0.8}, {0.8, 0.1, 0.1}, {0.0, 0.5, 0.15}}};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double x = width * static_cast<double>(k);
+    figure.pen(pens[k], 1.2);
+    draw_arrows(figure, field.leds[k], sensor.raster.depth, sensor.camera, x, 40, scale,
+                sensor.camera.height / 24);
+    figure.pen({0, 0, 0}, 1);
+    figure.text(field.name + ", LED " + std::to_string(k), x + width / 2, 22, 20);
+  }
+  figure.save(path);
+  return path;
+}
+
+/// What must hold of the result whatever the options were; says what does not.
+std::optional<std::string> fault(const Sensor& sensor, const std::vector<NamedField>& fields) {
+  for (const NamedField& field : fields) {
+    for (const auto& led : field.leds) {
+      std::size_t dark = 0;
+      for (const Vec3<double>& direction : led.pixels()) {
+        dark += direction.isZero();
+        if (!direction.isZero() && std::abs(direction.norm() - 1) > 1e-9) {
+          return "the " + field.name + " field has a direction that is not of unit length";
+        }
+      }
+      const std::size_t shown = sensor.points.size(), pixels = led.pixels().size();
+      if (dark > pixels - shown + shown / 50) {
+        return "the " + field.name + " field is dark at " + std::to_string(dark) + " pixels";
+      }
+    }
+    const auto render = renderer(sensor, field);
+    if (!(render.render(sensor.rest) == render.rest_image())) {
+      return "without contact the " + field.name + " image is not the image at rest";
+    }
+  }
+  return std::nullopt;
+}
+
+int run(const Settings& settings) {
+  std::filesystem::create_directories(settings.out);
+  const auto file = [&](const std::string& name) { return settings.out + "/" + name + ".png"; };
+  const Sensor sensor = timed("membrane, camera, LEDs", [&] { return Sensor(settings); });
+  std::printf("  (%d vertices, %d faces, %zu pixels of membrane)\n", sensor.surface.vertex_count(),
+              sensor.surface.face_count(), sensor.points.size());
+  const auto fields = light_fields(sensor);
+  const auto touches = timed("contacts", [&] { return contacts(settings, sensor); });
+  std::vector<std::string> pictures;
+  pictures.push_back(timed(std::to_string(fields.size() * touches.size()) + " tactile images",
+                           [&] { return draw_panel(file("panel"), sensor, fields, touches); }));
+  pictures.push_back(timed("geodesic distance, drawn",
+                           [&] { return draw_isolines(file("geodesic_distance"), sensor); }));
+  for (const NamedField& field : fields) {
+    pictures.push_back(timed(field.name + " field, drawn", [&] {
+      return draw_field(file("field_" + field.name), sensor, field);
+    }));
+  }
+  const auto wrong = timed("checks", [&] { return fault(sensor, fields); });
+  if (wrong) {
+    std::fprintf(stderr, "Wrong result: %s\n", wrong->c_str());
+    return 1;
+  }
+  std::printf("\nPictures:\n");
+  for (const std::string& path : pictures) {
+    std::printf("  %s\n", std::filesystem::absolute(path).lexically_normal().c_str());
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Tactile images of a GelTip sensor");
+  Settings settings;
+  read_options(app, settings);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return run(settings);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,148 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "figure.hpp"
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/image/camera.hpp"
+#include "gelight/image/raster.hpp"
+#include "gelight/light/field.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/mesh/surface.hpp"
+
+// Pictures of distances and directions on a surface.
+
+using gelight::Camera;
+using gelight::Image;
+using gelight::Index;
+using gelight::Rgb8;
+using gelight::Vec2;
+using gelight::Vec3;
+
+inline Rgb8 to_rgb8(const Colour& colour, double light) {
+  const auto channel = [&](double c) {
+    return static_cast<std::uint8_t>(std::clamp(255 * c * light, 0.0, 255.0));
+  };
+  return {channel(colour.red), channel(colour.green), channel(colour.blue)};
+}
+
+/// A colour between dark blue (0) and pale yellow (1), lighter with every step.
+inline Colour sequential_colour(double share) {
+  static constexpr std::array<Colour, 5> stops{{{0.15, 0.18, 0.45},
+                                                {0.13, 0.45, 0.55},
+                                                {0.25, 0.68, 0.50},
+                                                {0.68, 0.84, 0.40},
+                                                {0.99, 0.96, 0.72}}};
+  const double at = std::clamp(share, 0.0, 1.0) * (stops.size() - 1);
+  const auto low = std::min(static_cast<std::size_t>(at), stops.size() - 2);
+  const double t = at - static_cast<double>(low);
+  const Colour &a = stops[low], &b = stops[low + 1];
+  return {a.red + t * (b.red - a.red), a.green + t * (b.green - a.green),
+          a.blue + t * (b.blue - a.blue)};
+}
+
+/// A membrane as someone sees it who stands beside it: its axis upright, turned by `turn` about it.
+class OutsideView {
+ public:
+  OutsideView(const gelight::Mesh<double>& mesh, double turn, Index width, Index height)
+      : camera_(Camera<double>::from_vertical_fov(0.36, width, height)) {
+    double top = 0;
+    for (const auto& p : mesh.positions) top = std::max(top, p[2]);
+    const double tip = 0.35;  // radians that the tip leans towards us
+    Eigen::Matrix3d spin, upright;
+    spin << std::cos(turn), -std::sin(turn), 0, std::sin(turn), std::cos(turn), 0, 0, 0, 1;
+    upright << 1, 0, 0, 0, -std::sin(tip), -std::cos(tip), 0, std::cos(tip), -std::sin(tip);
+    rotation_ = upright * spin;
+    translation_ = {0, 0, 3.2 * top};
+    translation_ -= rotation_ * Vec3<double>(0, 0, top / 2);
+    raster_ = gelight::rasterize(gelight::placed<double>(mesh, rotation_, translation_), camera_);
+  }
+
+  [[nodiscard]] const gelight::Raster<double>& raster() const { return raster_; }
+
+  /// Distance as bands of colour with a dark line between them, shaded by the tilt of the faces.
+  [[nodiscard]] Image<Rgb8> isolines(const gelight::Surface<double>& surface,
+                                     const gelight::ExactField<double>& field, double spacing,
+                                     double farthest) const {
+    const Index width = camera_.width, height = camera_.height;
+    Image<double> distance(width, height, -1);
+    Image<Rgb8> picture(width, height, {255, 255, 255});
+    for (Index v = 0; v < height; ++v) {
+      for (Index u = 0; u < width; ++u) {
+        const Index face = raster_.face(u, v);
+        if (face < 0) continue;
+        const auto point = gelight::face_point<double>(face, raster_.barycentric(u, v));
+        distance(u, v) = field.distance(point);
+      }
+    }
+    for (Index v = 0; v + 1 < height; ++v) {
+      for (Index u = 0; u + 1 < width; ++u) {
+        const double d = distance(u, v), right = distance(u + 1, v), below = distance(u, v + 1);
+        if (d < 0) continue;
+        const auto band = [&](double x) { return std::floor(x / spacing); };
+        const bool on_line =
+            (right >= 0 && band(right) != band(d)) || (below >= 0 && band(below) != band(d));
+        const Vec3<double> normal =
+            rotation_ * gelight::detail::face_normal(surface, raster_.face(u, v)).normalized();
+        const double light = 0.55 + 0.45 * std::abs(normal.z());
+        picture(u, v) = to_rgb8(sequential_colour((band(d) + 0.5) * spacing / farthest),
+                                on_line ? 0.35 * light : light);
+      }
+    }
+    return picture;
+  }
+
+  /// Draws the parts of a line on the surface that are seen; the image stands at (x, y), scaled.
+  void draw_path(Figure& figure, std::span<const Vec3<double>> path, double x, double y,
+                 double scale) const {
+    const double tolerance = 1.01;  // of the depth: a line on the surface is not behind it
+    const auto seen = [&](const Vec3<double>& p, const Vec2<double>& pixel) {
+      const auto u = static_cast<Index>(std::lround(pixel[0]));
+      const auto v = static_cast<Index>(std::lround(pixel[1]));
+      if (u < 0 || v < 0 || u >= camera_.width || v >= camera_.height) return false;
+      return p.z() < raster_.depth(u, v) * tolerance;
+    };
+    for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+      const Vec3<double> a = rotation_ * path[i] + translation_;
+      const Vec3<double> b = rotation_ * path[i + 1] + translation_;
+      const Vec2<double> from = camera_.project(a), to = camera_.project(b);
+      if (!seen(a, from) || !seen(b, to)) continue;
+      figure.line(x + scale * from[0], y + scale * from[1], x + scale * to[0], y + scale * to[1]);
+    }
+  }
+
+ private:
+  Camera<double> camera_;
+  Eigen::Matrix3d rotation_;
+  Vec3<double> translation_;
+  gelight::Raster<double> raster_;
+};
+
+/// Directions of a baked field as the sensor's camera sees them, an arrow every `step` pixels; all
+/// arrows that lie across the view are equally long, those that run along it shrink.
+inline void draw_arrows(Figure& figure, const Image<Vec3<double>>& field,
+                        const Image<double>& depth, const Camera<double>& camera, double x,
+                        double y, double scale, Index step) {
+  for (Index v = step / 2; v < camera.height; v += step) {
+    for (Index u = step / 2; u < camera.width; u += step) {
+      const Vec3<double>& direction = field(u, v);
+      if (direction.isZero()) continue;
+      const Vec3<double> point = camera.unproject(u, v, depth(u, v));
+      // How the pixel moves when the point moves along the direction.
+      const double z = point.z();
+      const Vec2<double> motion(camera.fx * (direction.x() - direction.z() * point.x() / z) / z,
+                                camera.fy * (direction.y() - direction.z() * point.y() / z) / z);
+      const double most = camera.fx * point.norm() / (z * z);  // the largest motion there can be
+      const Vec2<double> half = motion / most * (0.45 * step);
+      const double x0 = x + scale * (u - half[0]), y0 = y + scale * (v - half[1]);
+      const double x1 = x + scale * (u + half[0]), y1 = y + scale * (v + half[1]);
+      figure.arrow(x0, y0, x1, y1, std::min(5.0, 0.5 * std::hypot(x1 - x0, y1 - y0)));
+    }
+  }
+}

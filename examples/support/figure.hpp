@@ -1,0 +1,124 @@
+#pragma once
+
+#include <cairo/cairo.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include "gelight/views/image_view.hpp"
+
+// A page to put images, lines, arrows and words on: the examples' pictures, drawn by cairo.
+
+struct Colour {
+  double red = 0, green = 0, blue = 0;
+};
+
+class Figure {
+ public:
+  Figure(int width, int height, Colour paper = {1, 1, 1})
+      : surface_(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height),
+                 cairo_surface_destroy),
+        cairo_(cairo_create(surface_.get()), cairo_destroy) {
+    pen(paper, 1);
+    cairo_paint(cairo_.get());
+    cairo_set_line_cap(cairo_.get(), CAIRO_LINE_CAP_ROUND);
+    cairo_set_line_join(cairo_.get(), CAIRO_LINE_JOIN_ROUND);
+    cairo_select_font_face(cairo_.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL,
+                           CAIRO_FONT_WEIGHT_NORMAL);
+  }
+
+  /// An image with its top left at (x, y), enlarged by `scale`.
+  void image(const gelight::Image<gelight::Rgb8>& pixels, double x, double y, double scale = 1) {
+    const int width = pixels.width(), height = pixels.height();
+    const std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> copy(
+        cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height), cairo_surface_destroy);
+    unsigned char* rows = cairo_image_surface_get_data(copy.get());
+    const auto step = cairo_image_surface_get_stride(copy.get());
+    for (int v = 0; v < height; ++v) {
+      auto* row = reinterpret_cast<std::uint32_t*>(rows + std::ptrdiff_t{v} * step);
+      for (int u = 0; u < width; ++u) {
+        const auto& [r, g, b] = pixels(u, v);
+        row[u] = static_cast<std::uint32_t>(r << 16 | g << 8 | b);
+      }
+    }
+    cairo_surface_mark_dirty(copy.get());
+    cairo_save(cairo_.get());
+    cairo_translate(cairo_.get(), x, y);
+    cairo_scale(cairo_.get(), scale, scale);
+    cairo_set_source_surface(cairo_.get(), copy.get(), 0, 0);
+    cairo_pattern_set_filter(cairo_get_source(cairo_.get()), CAIRO_FILTER_GOOD);
+    cairo_paint(cairo_.get());
+    cairo_restore(cairo_.get());
+  }
+
+  struct Box {
+    double x, y, width, height;
+  };
+
+  /// The same, but only what falls into the box.
+  void clipped_image(const gelight::Image<gelight::Rgb8>& pixels, double x, double y, double scale,
+                     const Box& box) {
+    cairo_save(cairo_.get());
+    cairo_rectangle(cairo_.get(), box.x, box.y, box.width, box.height);
+    cairo_clip(cairo_.get());
+    image(pixels, x, y, scale);
+    cairo_restore(cairo_.get());
+  }
+
+  void pen(Colour colour, double width) {
+    cairo_set_source_rgb(cairo_.get(), colour.red, colour.green, colour.blue);
+    cairo_set_line_width(cairo_.get(), width);
+  }
+
+  void line(double x0, double y0, double x1, double y1) {
+    cairo_move_to(cairo_.get(), x0, y0);
+    cairo_line_to(cairo_.get(), x1, y1);
+    cairo_stroke(cairo_.get());
+  }
+
+  /// A line with a filled head at its end, of the given length.
+  void arrow(double x0, double y0, double x1, double y1, double head) {
+    const double direction = std::atan2(y1 - y0, x1 - x0), half = std::numbers::pi / 7;
+    line(x0, y0, x1 - head * 0.7 * std::cos(direction), y1 - head * 0.7 * std::sin(direction));
+    cairo_move_to(cairo_.get(), x1, y1);
+    for (const double side : {direction - half, direction + half}) {
+      cairo_line_to(cairo_.get(), x1 - head * std::cos(side), y1 - head * std::sin(side));
+    }
+    cairo_close_path(cairo_.get());
+    cairo_fill(cairo_.get());
+  }
+
+  void disc(double x, double y, double radius) {
+    cairo_arc(cairo_.get(), x, y, radius, 0, 2 * std::numbers::pi);
+    cairo_fill(cairo_.get());
+  }
+
+  /// Words centred about (x, y), turned a quarter to the left if `upright`.
+  void text(const std::string& words, double x, double y, double size, bool upright = false) {
+    cairo_set_font_size(cairo_.get(), size);
+    cairo_text_extents_t box;
+    cairo_text_extents(cairo_.get(), words.c_str(), &box);
+    cairo_save(cairo_.get());
+    cairo_translate(cairo_.get(), x, y);
+    if (upright) cairo_rotate(cairo_.get(), -std::numbers::pi / 2);
+    cairo_move_to(cairo_.get(), -box.x_bearing - box.width / 2, size * 0.35);
+    cairo_show_text(cairo_.get(), words.c_str());
+    cairo_restore(cairo_.get());
+  }
+
+  void save(const std::string& path) const {
+    const cairo_status_t status = cairo_surface_write_to_png(surface_.get(), path.c_str());
+    if (status != CAIRO_STATUS_SUCCESS) {
+      throw std::runtime_error("cannot write " + path + ": " + cairo_status_to_string(status));
+    }
+  }
+
+ private:
+  std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> surface_;
+  std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo_;
+};
