@@ -122,7 +122,7 @@ TEST_CASE("files that cannot be used are refused with their name and fault") {
                 with_header(
                     "{'descr': '<f4', 'fortran_order': False, 'shape': (2000000000, 2000000000), }",
                     data))),
-      "bytes of data where its shape"));
+      "which is too large"));
   CHECK(contains(refusal<float>(saved("nokey.npy", with_header("{'descr': '<f4', }", data))),
                  "'fortran_order'"));
   CHECK(contains(

@@ -144,7 +144,10 @@ template <std::floating_point T, ImageOf<T> I>
     const detail::RayRow<T> ray{columns.data(), camera.ray(0, static_cast<T>(y)).y(), camera.fx,
                                 camera.fy};
     detail::sobel_normal_row(n, p + 4 * width, row(y - 1), row(y), row(y + 1), ray, width);
-    for (Index x = rim; x < width - rim; ++x) normals(x, y) = {n.x[x], n.y[x], n.z[x]};
+    for (Index x = rim; x < width - rim; ++x) {
+      // The pixel's own depth does not enter its derivatives.
+      if (std::isfinite(row(y)[x])) normals(x, y) = {n.x[x], n.y[x], n.z[x]};
+    }
   }
   return normals;
 }
