@@ -6,6 +6,7 @@
 #include <concepts>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
@@ -46,6 +47,7 @@ struct HeatSystem {
   Array<double> mass;
   SymmetricMatrix<double> laplacian;
   SymmetricMatrix<double> heat;
+  std::shared_ptr<const Dissection> dissection;
   std::shared_ptr<const SparseFactor<double>> heat_factor;
   std::shared_ptr<const SparseFactor<double>> poisson_factor;
 
@@ -67,12 +69,21 @@ struct HeatSystem {
       // A vertex without faces has no area; it is its own component and never heated.
       heat.values[pattern->diagonal(v)] += mass[v] > 0 ? mass[v] : 1;
     }
-    heat_factor = std::make_shared<SparseFactor<double>>(heat);
+    dissection = dissected(surface, *pattern);
+    heat_factor = std::make_shared<SparseFactor<double>>(dissection, heat);
 
     // A constant per component is free: it is taken out by holding one vertex at zero.
     Array<char> held(component.size(), 0);
     for (Index v = 0; v < pattern->size(); ++v) held[v] = component[v] == v;
-    poisson_factor = std::make_shared<SparseFactor<double>>(with_held(laplacian, held));
+    poisson_factor = std::make_shared<SparseFactor<double>>(dissection, with_held(laplacian, held));
+  }
+
+  static std::shared_ptr<const Dissection> dissected(const Surface<double>& surface,
+                                                     const SymmetricPattern& pattern) {
+    std::vector<Vec3<double>> points;
+    points.reserve(static_cast<std::size_t>(surface.vertex_count()));
+    for (Index v = 0; v < surface.vertex_count(); ++v) points.push_back(surface.position(v));
+    return std::make_shared<Dissection>(pattern, points);
   }
 
   /// The matrix with the rows and columns of some vertices replaced by the identity's.
@@ -277,7 +288,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     }
     if (!any) return;
     border_heat_ = detail::HeatSystem::with_held(system_->heat, is_border_);
-    border_factor_ = std::make_shared<detail::SparseFactor<double>>(border_heat_);
+    border_factor_ = std::make_shared<SparseFactor<double>>(system_->dissection, border_heat_);
   }
 
   Surface<double> surface_;
@@ -285,7 +296,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   std::shared_ptr<const detail::HeatSystem> system_;
   detail::Array<char> is_border_;  // of each vertex, where heat is held at zero there
   SymmetricMatrix<double> border_heat_;
-  std::shared_ptr<const detail::SparseFactor<double>> border_factor_;
+  std::shared_ptr<const SparseFactor<double>> border_factor_;
 };
 
 template <TriangleMesh M>

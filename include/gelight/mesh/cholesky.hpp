@@ -1,136 +1,150 @@
 #pragma once
 
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <complex>
+#include <cstddef>
 #include <memory>
-#include <numeric>
 #include <stdexcept>
-#include <type_traits>
-#include <utility>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/dissection.hpp"
+#include "gelight/mesh/sparse.hpp"
 
 namespace gelight {
 
-/// Where a symmetric matrix over the vertices of a triangulation may differ from zero: its lower
-/// triangle in compressed columns, diagonal first. Made by counting, in linear time.
-class SymmetricPattern {
- public:
-  explicit SymmetricPattern(const IntrinsicTriangulation& mesh) {
-    const Index halfedges = static_cast<Index>(mesh.origins.size());
-    const auto ends = [&](Index h) -> std::pair<Index, Index> {
-      return std::minmax(mesh.origins[h], mesh.origins[h % 3 == 2 ? h - 2 : h + 1]);
-    };
-    begin_.assign(static_cast<std::size_t>(mesh.vertex_count) + 1, 1);
-    begin_[0] = 0;
-    for (Index h = 0; h < halfedges; ++h) ++begin_[ends(h).first + 1];
-    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-    rows_.resize(static_cast<std::size_t>(begin_.back()));
-    detail::Array<Index> fill(begin_.begin(), begin_.end() - 1);
-    for (Index v = 0; v < mesh.vertex_count; ++v) rows_[fill[v]++] = v;
-    for (Index h = 0; h < halfedges; ++h) {
-      const auto [low, high] = ends(h);
-      rows_[fill[low]++] = high;
-    }
-    merge_repeated_rows();
-    slots_.resize(mesh.origins.size());
-    for (Index h = 0; h < halfedges; ++h) {
-      const auto [low, high] = ends(h);
-      const auto row =
-          std::lower_bound(rows_.begin() + begin_[low], rows_.begin() + begin_[low + 1], high);
-      slots_[h] = static_cast<Index>(row - rows_.begin());
-    }
-  }
-
-  [[nodiscard]] Index size() const { return static_cast<Index>(begin_.size()) - 1; }
-  [[nodiscard]] Index entry_count() const { return begin_.back(); }
-  /// Where the entries of a column begin; those of column `size()` are the end.
-  [[nodiscard]] Index begin(Index column) const { return begin_[column]; }
-  [[nodiscard]] Index row(Index entry) const { return rows_[entry]; }
-  [[nodiscard]] Index diagonal(Index vertex) const { return begin_[vertex]; }
-  /// The entry of a half-edge's two vertices.
-  [[nodiscard]] Index entry(Index halfedge) const { return slots_[halfedge]; }
-  [[nodiscard]] const Index* begins() const { return begin_.data(); }
-  [[nodiscard]] const Index* rows() const { return rows_.data(); }
-
- private:
-  void merge_repeated_rows() {
-    Index kept = 0;
-    for (Index v = 0; v < size(); ++v) {
-      const auto first = rows_.begin() + begin_[v];
-      const auto last = rows_.begin() + begin_[v + 1];
-      std::sort(first, last);
-      const auto end = std::unique(first, last);
-      std::copy(first, end, rows_.begin() + kept);
-      begin_[v] = kept;
-      kept += static_cast<Index>(end - first);
-    }
-    begin_.back() = kept;
-    rows_.resize(static_cast<std::size_t>(kept));
-  }
-
-  detail::Array<Index> begin_;
-  detail::Array<Index> rows_;
-  detail::Array<Index> slots_;
-};
-
-/// A symmetric matrix (Hermitian for complex scalars): entry e of the pattern holds
-/// A(row(e), column).
-template <class Scalar>
-struct SymmetricMatrix {
-  std::shared_ptr<const SymmetricPattern> pattern;
-  detail::Array<Scalar> values;
-
-  [[nodiscard]] detail::Array<Scalar> operator*(const detail::Array<Scalar>& x) const {
-    detail::Array<Scalar> y(x.size());
-    for (Index j = 0; j < pattern->size(); ++j) {
-      y[j] += values[pattern->diagonal(j)] * x[j];
-      for (Index e = pattern->begin(j) + 1; e < pattern->begin(j + 1); ++e) {
-        const Index i = pattern->row(e);
-        y[i] += values[e] * x[j];
-        if constexpr (std::is_floating_point_v<Scalar>) {
-          y[j] += values[e] * x[i];
-        } else {
-          y[j] += std::conj(values[e]) * x[i];
-        }
-      }
-    }
-    return y;
-  }
-};
-
-namespace detail {
-
-/// The Cholesky factor L D L* of a positive definite matrix; may be read by several threads.
+/// The Cholesky factor L L* of a sparse positive definite matrix (Hermitian for complex scalars),
+/// by the multifrontal method (Liu 1992, doi:10.1137/1034004): each node of a dissection is
+/// eliminated as a dense block, what it changes outside is handed to its parent.
+///
+/// Throws std::runtime_error where a pivot is not positive. May be read by several threads.
 template <class Scalar>
 class SparseFactor {
  public:
-  explicit SparseFactor(const SymmetricMatrix<Scalar>& matrix) {
-    using Sparse = Eigen::SparseMatrix<Scalar, Eigen::ColMajor, Index>;
-    const auto& pattern = *matrix.pattern;
-    factor_.compute(
-        Sparse(Eigen::Map<const Sparse>(pattern.size(), pattern.size(), pattern.entry_count(),
-                                        pattern.begins(), pattern.rows(), matrix.values.data())));
-    if (factor_.info() != Eigen::Success) {
-      throw std::runtime_error("the Cholesky factorisation met a pivot that is zero");
+  SparseFactor(std::shared_ptr<const Dissection> dissection, const SymmetricMatrix<Scalar>& matrix)
+      : dissection_(std::move(dissection)) {
+    values_.assign(static_cast<std::size_t>(dissection_->value_count()), Scalar(0));
+    for (const auto& [entry, is_transposed, slot] : dissection_->placements()) {
+      values_[slot] = is_transposed ? conjugate(matrix.values[entry]) : matrix.values[entry];
+    }
+    // What children hand to parents waits on a stack, the last child on top.
+    detail::Array<Scalar> stack(static_cast<std::size_t>(dissection_->stack_size()));
+    Scalar* top = stack.data();
+    for (const auto& node : dissection_->nodes()) {
+      const auto border = std::ptrdiff_t{node.border()};
+      Scalar* const update = top;
+      std::fill(update, update + border * border, Scalar(0));
+      for (const std::size_t c : {1U, 0U}) {
+        if (node.children[c] < 0) continue;
+        const auto& child = dissection_->nodes()[node.children[c]];
+        top -= std::ptrdiff_t{child.border()} * child.border();
+        add_child(node, child, top, update);
+      }
+      eliminate(node, update);
+      top = std::copy(update, update + border * border, top);
     }
   }
 
-  [[nodiscard]] Array<Scalar> solve(const Array<Scalar>& b) const {
-    using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-    const auto size = static_cast<Eigen::Index>(b.size());
-    Array<Scalar> x(b.size());
-    Eigen::Map<Vector>(x.data(), size) = factor_.solve(Eigen::Map<const Vector>(b.data(), size));
-    return x;
+  [[nodiscard]] detail::Array<Scalar> solve(const detail::Array<Scalar>& b) const {
+    const auto& order = dissection_->order();
+    detail::Array<Scalar> x(b.size());
+    for (Index p = 0; p < dissection_->size(); ++p) x[p] = b[order[p]];
+    solve_lower(x);
+    solve_upper(x);
+    detail::Array<Scalar> result(b.size());
+    for (Index p = 0; p < dissection_->size(); ++p) result[order[p]] = x[p];
+    return result;
   }
 
  private:
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<Scalar, Eigen::ColMajor, Index>> factor_;
+  using Node = Dissection::Node;
+  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+
+  static Scalar conjugate(const Scalar& x) {
+    if constexpr (std::is_floating_point_v<Scalar>) {
+      return x;
+    } else {
+      return std::conj(x);
+    }
+  }
+
+  void add_child(const Node& node, const Node& child, const Scalar* from, Scalar* update) {
+    const Index* rows = dissection_->rows_in_parent().data() + child.rows_begin;
+    const Index own = node.own(), height = node.height();
+    const Index border = child.border();
+    for (Index j = 0; j < border; ++j, from += border) {
+      Scalar* to = rows[j] < own ? values_.data() + node.block + std::ptrdiff_t{rows[j]} * height
+                                 : update + std::ptrdiff_t{rows[j] - own} * node.border() - own;
+      for (Index i = j; i < border; ++i) to[rows[i]] += from[i];
+    }
+  }
+
+  void eliminate(const Node& node, Scalar* update) {
+    const Index own = node.own(), border = node.border(), height = node.height();
+    if (own == 0) return;
+    Eigen::Map<Matrix> block(values_.data() + node.block, height, own);
+    auto below = block.bottomRows(border);
+    using Pivots = Eigen::Ref<Matrix, 0, Eigen::OuterStride<>>;
+    Pivots pivots = block.topRows(own);
+    const Eigen::LLT<Pivots> factor(pivots);
+    if (factor.info() != Eigen::Success) {
+      throw std::runtime_error("the Cholesky factorisation met a pivot that is not positive");
+    }
+    if (border == 0) return;
+    pivots.template triangularView<Eigen::Lower>()
+        .adjoint()
+        .template solveInPlace<Eigen::OnTheRight>(below);
+    Eigen::Map<Matrix> rest(update, border, border);
+    rest.template selfadjointView<Eigen::Lower>().rankUpdate(below, Scalar(-1));
+  }
+
+  // Both gather a node's rows into one piece of memory, so that each column is one vector
+  // operation.
+  void solve_lower(detail::Array<Scalar>& x) const {
+    const auto& rows = dissection_->rows();
+    detail::Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
+    for (const Node& node : dissection_->nodes()) {
+      const Index own = node.own(), height = node.height();
+      std::copy(x.data() + node.begin, x.data() + node.end, front.data());
+      std::fill(front.data() + own, front.data() + height, Scalar(0));
+      const Scalar* column = values_.data() + node.block;
+      for (Index k = 0; k < own; ++k, column += height) {
+        front[k] /= column[k];
+        const Index rest = height - k - 1;
+        Eigen::Map<Vector>(front.data() + k + 1, rest) -=
+            front[k] * Eigen::Map<const Vector>(column + k + 1, rest);
+      }
+      std::copy(front.data(), front.data() + own, x.data() + node.begin);
+      for (Index r = own; r < height; ++r) x[rows[node.rows_begin + r - own]] += front[r];
+    }
+  }
+
+  void solve_upper(detail::Array<Scalar>& x) const {
+    const auto& rows = dissection_->rows();
+    const auto& nodes = dissection_->nodes();
+    detail::Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
+    for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) {
+      const Index own = node->own(), height = node->height();
+      std::copy(x.data() + node->begin, x.data() + node->end, front.data());
+      for (Index r = own; r < height; ++r) front[r] = x[rows[node->rows_begin + r - own]];
+      const Scalar* column = values_.data() + node->block + std::ptrdiff_t{own} * height;
+      for (Index k = own - 1; k >= 0; --k) {
+        column -= height;
+        const Index rest = height - k - 1;
+        front[k] -= Eigen::Map<const Vector>(column + k + 1, rest)
+                        .dot(Eigen::Map<const Vector>(front.data() + k + 1, rest));
+        front[k] /= column[k];
+      }
+      std::copy(front.data(), front.data() + own, x.data() + node->begin);
+    }
+  }
+
+  std::shared_ptr<const Dissection> dissection_;
+  detail::Array<Scalar> values_;  // column by column, each node's block from its first own row
 };
 
-}  // namespace detail
 }  // namespace gelight

@@ -54,7 +54,8 @@ class VectorHeatSolver {
         frames_(surface_),
         heat_(surface_, HeatOptions{.time_factor = options.time_factor}),
         connection_(connection_matrix(options.time_factor)),
-        factor_(std::make_shared<detail::SparseFactor<std::complex<double>>>(connection_)) {}
+        factor_(std::make_shared<SparseFactor<std::complex<double>>>(heat_.system()->dissection,
+                                                                     connection_)) {}
 
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
@@ -348,7 +349,7 @@ class VectorHeatSolver {
   TangentFrames frames_;
   HeatSolver<double> heat_;
   SymmetricMatrix<std::complex<double>> connection_;
-  std::shared_ptr<const detail::SparseFactor<std::complex<double>>> factor_;
+  std::shared_ptr<const SparseFactor<std::complex<double>>> factor_;
 };
 
 template <TriangleMesh M>

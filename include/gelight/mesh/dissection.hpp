@@ -1,0 +1,253 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <numeric>
+#include <span>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/mesh/sparse.hpp"
+
+namespace gelight {
+
+/// An order in which to eliminate the unknowns of a sparse matrix over points in space, and what
+/// elimination fills: nested dissection (George 1973, doi:10.1137/0710032) by planes.
+///
+/// The points are halved at their median again and again; the vertices that join the halves come
+/// after both. Each separator, and each small part left at the end, is a node of a binary tree and
+/// is eliminated as one dense block. Made in O(n log n); serves every matrix of the pattern.
+class Dissection {
+ public:
+  /// Its unknowns are those at positions [begin, end) of the order; its block also has the rows at
+  /// the later positions rows()[rows_begin, rows_end).
+  struct Node {
+    Index begin = 0, end = 0;
+    std::ptrdiff_t rows_begin = 0, rows_end = 0;
+    std::array<Index, 2> children{-1, -1};
+    Index parent = -1;
+    std::ptrdiff_t block = 0;  // where its columns begin in the factor's values
+
+    [[nodiscard]] Index own() const { return end - begin; }
+    [[nodiscard]] Index border() const { return static_cast<Index>(rows_end - rows_begin); }
+    [[nodiscard]] Index height() const { return own() + border(); }
+  };
+
+  /// Where an entry of the matrix goes in its node's block.
+  struct Placement {
+    Index entry;
+    bool is_transposed;  // the factor has it as column, row
+    std::ptrdiff_t slot;
+  };
+
+  Dissection(const SymmetricPattern& pattern, std::span<const Vec3<double>> points)
+      : points_(points) {
+    neighbours(pattern);
+    const auto count = static_cast<std::size_t>(pattern.size());
+    order_.resize(count);
+    std::iota(order_.begin(), order_.end(), 0);
+    side_.assign(count, -1);
+    Index placed = 0;
+    split(0, pattern.size(), placed);
+    position_.resize(count);
+    for (Index p = 0; p < pattern.size(); ++p) position_[order_[p]] = p;
+    find_rows();
+    place_entries(pattern);
+    neighbour_begin_ = {};
+    neighbour_ = {};
+    side_ = {};
+    points_ = {};
+  }
+
+  [[nodiscard]] Index size() const { return static_cast<Index>(order_.size()); }
+  /// Children come before their parents.
+  [[nodiscard]] const detail::Array<Node>& nodes() const { return nodes_; }
+  [[nodiscard]] const detail::Array<Index>& rows() const { return rows_; }
+  /// For each of rows(): its row in the block of the node's parent.
+  [[nodiscard]] const detail::Array<Index>& rows_in_parent() const { return rows_in_parent_; }
+  [[nodiscard]] const detail::Array<Placement>& placements() const { return placements_; }
+  /// The unknown at each position.
+  [[nodiscard]] const detail::Array<Index>& order() const { return order_; }
+  /// Number of values of the factor, and the most that wait to be added to parents at a time.
+  [[nodiscard]] std::ptrdiff_t value_count() const { return value_count_; }
+  [[nodiscard]] std::ptrdiff_t stack_size() const { return stack_size_; }
+  [[nodiscard]] Index largest_height() const { return largest_height_; }
+
+ private:
+  static constexpr Index leaf_size = 12;
+
+  void neighbours(const SymmetricPattern& pattern) {
+    neighbour_begin_.assign(static_cast<std::size_t>(pattern.size()) + 1, 0);
+    const auto for_each_pair = [&](auto&& visit) {
+      for (Index j = 0; j < pattern.size(); ++j) {
+        for (Index e = pattern.begin(j) + 1; e < pattern.begin(j + 1); ++e)
+          visit(pattern.row(e), j);
+      }
+    };
+    for_each_pair([&](Index i, Index j) {
+      ++neighbour_begin_[i + 1];
+      ++neighbour_begin_[j + 1];
+    });
+    std::partial_sum(neighbour_begin_.begin(), neighbour_begin_.end(), neighbour_begin_.begin());
+    neighbour_.resize(static_cast<std::size_t>(neighbour_begin_.back()));
+    detail::Array<Index> fill(neighbour_begin_.begin(), neighbour_begin_.end() - 1);
+    for_each_pair([&](Index i, Index j) {
+      neighbour_[fill[i]++] = j;
+      neighbour_[fill[j]++] = i;
+    });
+  }
+
+  // Orders the unknowns order_[begin, end) among themselves; returns the node of the last ones.
+  Index split(Index begin, Index end, Index& stamp) {
+    if (end - begin <= leaf_size) return add_node(begin, end, {-1, -1});
+    const Index axis = widest_axis(begin, end);
+    const Index middle = begin + (end - begin) / 2;
+    const auto first = order_.begin();
+    std::nth_element(first + begin, first + middle, first + end,
+                     [&](Index a, Index b) { return point(a)[axis] < point(b)[axis]; });
+    const Index low = stamp++, high = stamp++;
+    for (Index i = begin; i < end; ++i) side_[order_[i]] = i < middle ? low : high;
+    // The separator is made of those vertices of one half that have a neighbour in the other.
+    const auto touches = [&](Index v, Index other) {
+      for (Index n = neighbour_begin_[v]; n < neighbour_begin_[v + 1]; ++n) {
+        if (side_[neighbour_[n]] == other) return true;
+      }
+      return false;
+    };
+    const auto low_cut =
+        std::count_if(first + begin, first + middle, [&](Index v) { return touches(v, high); });
+    const auto high_cut =
+        std::count_if(first + middle, first + end, [&](Index v) { return touches(v, low); });
+    if (low_cut < high_cut) {
+      const auto cut =
+          std::partition(first + begin, first + middle, [&](Index v) { return !touches(v, high); });
+      std::rotate(cut, first + middle, first + end);
+      const auto inner = static_cast<Index>(cut - first);
+      return join(begin, inner, end - static_cast<Index>(low_cut), end, stamp);
+    }
+    const auto cut =
+        std::partition(first + middle, first + end, [&](Index v) { return !touches(v, low); });
+    return join(begin, middle, static_cast<Index>(cut - first), end, stamp);
+  }
+
+  Index join(Index begin, Index middle, Index separator, Index end, Index& stamp) {
+    const Index left = split(begin, middle, stamp);
+    const Index right = split(middle, separator, stamp);
+    return add_node(separator, end, {left, right});
+  }
+
+  Index add_node(Index begin, Index end, const std::array<Index, 2>& children) {
+    const auto number = static_cast<Index>(nodes_.size());
+    Node node;
+    node.begin = begin;
+    node.end = end;
+    node.children = children;
+    for (const Index c : children) {
+      if (c >= 0) nodes_[c].parent = number;
+    }
+    nodes_.push_back(node);
+    return number;
+  }
+
+  [[nodiscard]] const Vec3<double>& point(Index v) const {
+    return points_[static_cast<std::size_t>(v)];
+  }
+
+  [[nodiscard]] Index widest_axis(Index begin, Index end) const {
+    Vec3<double> low = point(order_[begin]), high = low;
+    for (Index i = begin + 1; i < end; ++i) {
+      low = low.cwiseMin(point(order_[i]));
+      high = high.cwiseMax(point(order_[i]));
+    }
+    Index axis = 0;
+    (high - low).maxCoeff(&axis);
+    return axis;
+  }
+
+  // A node's rows: the later neighbours of its own unknowns, and its children's rows but its own.
+  void find_rows() {
+    detail::Array<Index> seen(order_.size(), -1);
+    std::ptrdiff_t stack = 0;
+    for (Index n = 0; n < static_cast<Index>(nodes_.size()); ++n) {
+      Node& node = nodes_[n];
+      node.rows_begin = static_cast<std::ptrdiff_t>(rows_.size());
+      const auto add = [&](Index p) {
+        if (p < node.end || seen[p] == n) return;
+        seen[p] = n;
+        rows_.push_back(p);
+      };
+      for (Index p = node.begin; p < node.end; ++p) {
+        const Index v = order_[p];
+        for (Index k = neighbour_begin_[v]; k < neighbour_begin_[v + 1]; ++k) {
+          add(position_[neighbour_[k]]);
+        }
+      }
+      for (const Index c : node.children) {
+        if (c < 0) continue;
+        for (auto r = nodes_[c].rows_begin; r < nodes_[c].rows_end; ++r) add(rows_[r]);
+      }
+      node.rows_end = static_cast<std::ptrdiff_t>(rows_.size());
+      std::sort(rows_.begin() + node.rows_begin, rows_.end());
+      largest_height_ = std::max(largest_height_, node.height());
+      node.block = value_count_;
+      value_count_ += std::ptrdiff_t{node.height()} * node.own();
+
+      const auto square = [](const Node& b) { return std::ptrdiff_t{b.border()} * b.border(); };
+      stack += square(node);
+      stack_size_ = std::max(stack_size_, stack);
+      for (const Index c : node.children) stack -= c < 0 ? 0 : square(nodes_[c]);
+    }
+    relate_rows(seen);
+  }
+
+  void relate_rows(detail::Array<Index>& row_of) {
+    rows_in_parent_.resize(rows_.size());
+    for (const Node& node : nodes_) {
+      for (Index p = node.begin; p < node.end; ++p) row_of[p] = p - node.begin;
+      for (Index r = 0; r < node.border(); ++r) row_of[rows_[node.rows_begin + r]] = node.own() + r;
+      for (const Index c : node.children) {
+        if (c < 0) continue;
+        for (auto r = nodes_[c].rows_begin; r < nodes_[c].rows_end; ++r) {
+          rows_in_parent_[r] = row_of[rows_[r]];
+        }
+      }
+    }
+  }
+
+  void place_entries(const SymmetricPattern& pattern) {
+    detail::Array<Index> node_of(order_.size());
+    for (Index n = 0; n < static_cast<Index>(nodes_.size()); ++n) {
+      for (Index p = nodes_[n].begin; p < nodes_[n].end; ++p) node_of[p] = n;
+    }
+    placements_.resize(static_cast<std::size_t>(pattern.entry_count()));
+    for (Index j = 0; j < pattern.size(); ++j) {
+      for (Index e = pattern.begin(j); e < pattern.begin(j + 1); ++e) {
+        const Index row = position_[pattern.row(e)], column = position_[j];
+        const auto [first, last] = std::minmax(row, column);
+        const Node& node = nodes_[node_of[first]];
+        Index at = last - node.begin;
+        if (last >= node.end) {
+          const auto begin = rows_.begin() + node.rows_begin;
+          const auto end = rows_.begin() + node.rows_end;
+          at = node.own() + static_cast<Index>(std::lower_bound(begin, end, last) - begin);
+        }
+        placements_[e] = {e, row < column,
+                          node.block + std::ptrdiff_t{first - node.begin} * node.height() + at};
+      }
+    }
+  }
+
+  std::span<const Vec3<double>> points_;
+  detail::Array<Index> neighbour_begin_, neighbour_;  // of each unknown, while the order is sought
+  detail::Array<Index> side_;
+  detail::Array<Index> order_, position_;
+  detail::Array<Node> nodes_;
+  detail::Array<Index> rows_, rows_in_parent_;
+  detail::Array<Placement> placements_;
+  std::ptrdiff_t value_count_ = 0, stack_size_ = 0;
+  Index largest_height_ = 0;
+};
+
+}  // namespace gelight
