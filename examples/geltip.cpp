@@ -237,9 +237,10 @@ gelight::TactileRenderer<double> renderer(const Sensor& sensor, const NamedField
 std::string draw_panel(const std::string& path, const Sensor& sensor,
                        const std::vector<NamedField>& fields, const std::vector<Contact>& touches) {
   const int cell = 300, gap = 6, margin = 40;
-  const double scale = static_cast<double>(cell) / sensor.camera.height;
-  // The disc in the middle of the image is what the lens shows.
+  // The middle of each image, where the tip is and all contacts are.
+  const double scale = 1.5 * cell / sensor.camera.height;
   const double beside = 0.5 * (scale * sensor.camera.width - cell);
+  const double above = 0.5 * (scale * sensor.camera.height - cell);
   Figure figure(margin + static_cast<int>(touches.size()) * (cell + gap),
                 margin + static_cast<int>(fields.size()) * (cell + gap), {0, 0, 0});
   for (std::size_t row = 0; row < fields.size(); ++row) {
@@ -247,7 +248,7 @@ std::string draw_panel(const std::string& path, const Sensor& sensor,
     const double y = margin + static_cast<double>(row) * (cell + gap);
     for (std::size_t column = 0; column < touches.size(); ++column) {
       const double x = margin + static_cast<double>(column) * (cell + gap);
-      figure.clipped_image(render.render(touches[column].depth), x - beside, y, scale,
+      figure.clipped_image(render.render(touches[column].depth), x - beside, y - above, scale,
                            {x, y, double{cell}, double{cell}});
       figure.pen({1, 1, 1}, 1);
       if (row == 0) figure.text(touches[column].name, x + cell / 2.0, margin / 2.0, 18);

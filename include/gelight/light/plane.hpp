@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/light/field.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -22,12 +23,11 @@ namespace detail {
 template <std::floating_point T>
 class PlaneWalk {
  public:
-  PlaneWalk(const Surface<T>& surface, const SurfacePoint<T>& led)
-      : surface_(surface), led_(surface.position(led)), led_faces_(faces_at(surface, led)) {
-    Vec3<T> normal = Vec3<T>::Zero();
-    for (const Index f : led_faces_) normal += face_normal(surface, f);
-    normal_ = direction_of(normal);
-  }
+  PlaneWalk(const Surface<T>& surface, const SurfacePoint<T>& led, const Vec3<T>& normal)
+      : surface_(surface),
+        led_(surface.position(led)),
+        led_faces_(faces_at(surface, led)),
+        normal_(normal) {}
 
   /// The direction in which the shorter of the two arcs from the LED arrives at a point, or zero.
   [[nodiscard]] Vec3<T> arrive(const SurfacePoint<T>& point) const {
@@ -136,19 +136,33 @@ class PlaneWalk {
 }  // namespace detail
 
 /// Light that stays in a plane: the surface is cut by the plane through the LED, the point and the
-/// surface normal at the LED, and the light arrives along the shorter arc of the cut (Gomes,
-/// Paoletti, Luo, "Simulation of Curved GelSight Sensors for Sim2Real Learning").
+/// normal at the LED, and the light arrives along the shorter arc of the cut (Gomes, Paoletti, Luo,
+/// "Simulation of Curved GelSight Sensors for Sim2Real Learning").
 ///
-/// Zero where the point lies above the LED along its normal, or both arcs end at a border. Throws
-/// InvalidInput for a point that is not of the surface. Cost: O(faces that the arcs cross) a point.
+/// Zero where the point lies above the LED along the normal, or both arcs end at a border. Throws
+/// InvalidInput for a point that is not of the surface and a normal that is zero or not finite.
+/// Cost: O(faces that the arcs cross) a point.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> plane_field(const Surface<T>& surface, const SurfacePoint<T>& led,
+                                        const Vec3<T>& normal,
                                         std::span<const SurfacePoint<T>> points) {
-  const detail::PlaneWalk<T> walk(surface, led);
+  detail::require(normal.allFinite() && !normal.isZero(0), "the normal at the LED is (", normal[0],
+                  ", ", normal[1], ", ", normal[2], ")");
+  const detail::PlaneWalk<T> walk(surface, led, detail::direction_of(normal));
   LightField<T> field;
   field.reserve(points.size());
   for (const auto& point : points) field.push_back(walk.arrive(point));
   return field;
+}
+
+/// The same with the mean normal of the LED's faces, by area.
+template <std::floating_point T>
+[[nodiscard]] LightField<T> plane_field(const Surface<T>& surface, const SurfacePoint<T>& led,
+                                        std::span<const SurfacePoint<T>> points) {
+  surface.require_point(led);
+  Vec3<T> normal = Vec3<T>::Zero();
+  for (const Index f : detail::faces_at(surface, led)) normal += detail::face_normal(surface, f);
+  return plane_field(surface, led, normal, points);
 }
 
 }  // namespace gelight
