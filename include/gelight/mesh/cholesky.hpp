@@ -84,22 +84,67 @@ class SparseFactor {
   }
 
   void eliminate(const Node& node, Scalar* update) {
-    const Index own = node.own(), border = node.border(), height = node.height();
-    if (own == 0) return;
-    Eigen::Map<Matrix> block(values_.data() + node.block, height, own);
-    auto below = block.bottomRows(border);
+    if (node.own() == 0) return;
+    if (node.height() <= small_height) {
+      eliminate_small(node, update);
+    } else {
+      eliminate_large(node, update);
+    }
+  }
+
+  void eliminate_large(const Node& node, Scalar* update) {
+    const Index own = node.own(), border = node.border();
+    Eigen::Map<Matrix> block(values_.data() + node.block, node.height(), own);
     using Pivots = Eigen::Ref<Matrix, 0, Eigen::OuterStride<>>;
     Pivots pivots = block.topRows(own);
     const Eigen::LLT<Pivots> factor(pivots);
-    if (factor.info() != Eigen::Success) {
-      throw std::runtime_error("the Cholesky factorisation met a pivot that is not positive");
-    }
+    require_positive(factor.info() == Eigen::Success);
     if (border == 0) return;
+    auto below = block.bottomRows(border);
     pivots.template triangularView<Eigen::Lower>()
         .adjoint()
         .template solveInPlace<Eigen::OnTheRight>(below);
     Eigen::Map<Matrix> rest(update, border, border);
     rest.template selfadjointView<Eigen::Lower>().rankUpdate(below, Scalar(-1));
+  }
+
+  // Column by column from the left: for blocks too small to repay Eigen's preparations.
+  void eliminate_small(const Node& node, Scalar* update) {
+    const Index own = node.own(), border = node.border(), height = node.height();
+    Scalar* const block = values_.data() + node.block;
+    for (Index j = 0; j < own; ++j) {
+      Scalar* const column = block + std::ptrdiff_t{j} * height;
+      subtract_products(column + j, block, j, height, j);
+      const double pivot = std::real(column[j]);
+      require_positive(pivot > 0);
+      const double root = std::sqrt(pivot);
+      column[j] = root;
+      Eigen::Map<Vector>(column + j + 1, height - j - 1) /= Scalar(root);
+    }
+    for (Index j = 0; j < border; ++j) {
+      subtract_products(update + std::ptrdiff_t{j} * border + j, block, own + j, height, own);
+    }
+  }
+
+  // target -= sum over the first `count` columns c of conj(c[row]) c[row..height).
+  static void subtract_products(Scalar* target, const Scalar* block, Index row, Index height,
+                                Index count) {
+    Eigen::Map<Vector> t(target, height - row);
+    const auto column = [&](Index k) {
+      return Eigen::Map<const Vector>(block + std::ptrdiff_t{k} * height + row, height - row);
+    };
+    const auto factor = [&](Index k) { return conjugate(block[std::ptrdiff_t{k} * height + row]); };
+    Index k = 0;
+    for (; k + 4 <= count; k += 4) {
+      t -= factor(k) * column(k) + factor(k + 1) * column(k + 1) + factor(k + 2) * column(k + 2) +
+           factor(k + 3) * column(k + 3);
+    }
+    for (; k < count; ++k) t -= factor(k) * column(k);
+  }
+
+  static void require_positive(bool is_positive) {
+    if (is_positive) return;
+    throw std::runtime_error("the Cholesky factorisation met a pivot that is not positive");
   }
 
   // Both gather a node's rows into one piece of memory, so that each column is one vector
@@ -142,6 +187,8 @@ class SparseFactor {
       std::copy(front.data(), front.data() + own, x.data() + node->begin);
     }
   }
+
+  static constexpr Index small_height = 64;
 
   std::shared_ptr<const Dissection> dissection_;
   detail::Array<Scalar> values_;  // column by column, each node's block from its first own row
