@@ -26,47 +26,66 @@ struct NormalRow {
   T *x, *y, *z, *facing;
 };
 
-/// What a row's normals depend on apart from depth: x[i] / fx of its rays, y / fy, the focal
-/// lengths.
+/// The rays (u, v, 1) of a row of pixels, and the focal lengths in pixels.
 template <class T>
 struct RayRow {
-  const T* x;
-  T y, fx, fy;
+  const T* u;
+  T v, fx, fy;
 };
 
-/// Turns the vectors of a row into unit vectors, those without a length (or not a number) into
-/// zero.
+// In the loops below every array that is written is a restricted parameter: so compilers know that
+// the arrays do not overlap, and vectorise.
+
 template <class T>
-void normalise_row(const NormalRow<T>& n, T* __restrict length, std::ptrdiff_t count) {
-  T* __restrict x = n.x, * __restrict y = n.y, * __restrict z = n.z, * __restrict facing = n.facing;
+void squared_length_row(T* __restrict length, const T* x, const T* y, const T* z,
+                        std::ptrdiff_t count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) length[i] = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
-  // Eigen's square root is vectorised; std::sqrt is not, as it has to set errno.
-  Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>> squares(length, count);
-  squares = squares.sqrt();
+}
+
+template <class T>
+void divide_rows(T* __restrict x, T* __restrict y, T* __restrict z, T* __restrict facing,
+                 const T* length, std::ptrdiff_t count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const bool is_vector = length[i] > 0;
     const T scale = T(1) / length[i];
-    x[i] = is_vector ? x[i] * scale : 0;
-    y[i] = is_vector ? y[i] * scale : 0;
-    z[i] = is_vector ? z[i] * scale : 0;
-    facing[i] = is_vector ? facing[i] * scale : 0;
+    x[i] *= scale;
+    y[i] *= scale;
+    z[i] *= scale;
+    facing[i] *= scale;
   }
 }
 
-/// The normals of a row of pixels that face the camera: the cross product of the point cloud's
-/// Sobel derivatives, which is a polynomial in the depths of the 3 x 3 window.
+/// Turns the vectors of a row into unit vectors; what has no length becomes NaN.
+template <class T>
+void normalise_row(const NormalRow<T>& n, T* length, std::ptrdiff_t count) {
+  squared_length_row(length, n.x, n.y, n.z, count);
+  // Eigen's square root is vectorised; std::sqrt is not, as it has to set errno.
+  Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>> squares(length, count);
+  squares = squares.sqrt();
+  divide_rows(n.x, n.y, n.z, n.facing, length, count);
+}
+
+/// Makes the vectors of a row that are not numbers zero.
+template <class T>
+void clear_unknown(const NormalRow<T>& n, std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    if (std::isfinite(n.x[i] + n.y[i] + n.z[i] + n.facing[i])) continue;
+    n.x[i] = n.y[i] = n.z[i] = n.facing[i] = 0;
+  }
+}
+
+/// The cross product of the point cloud's Sobel derivatives along a row, towards the camera, which
+/// is a polynomial in the depths of the 3 x 3 window.
 ///
 /// With r = (u, v, 1) the pixel's ray, the two derivatives are D r + (S / fx, A / fy, 0) and
-/// E r + (A / fx, T / fy, 0): D and E are the depth's own derivatives, S and T its sums over the
+/// E r + (A / fx, R / fy, 0): D and E are the depth's own derivatives, S and R its sums over the
 /// two outer columns and the two outer rows, A its mixed difference. What is common to both drops
-/// out of the product, so that nothing cancels where the surface is flat.
+/// out of the product, so that nothing cancels where the surface is flat. It is taken fx fy times.
 template <class T>
-void sobel_normal_row(const NormalRow<T>& n, T* __restrict length, const T* above,
-                      const T* __restrict middle, const T* below, const RayRow<T>& ray,
-                      std::ptrdiff_t count) {
-  T* __restrict nx = n.x, * __restrict ny = n.y, * __restrict nz = n.z, * __restrict facing = n.facing;
-  const T* __restrict u = ray.x;
-  const T v = ray.y, fx = ray.fx, fy = ray.fy;
+void sobel_cross_row(T* __restrict nx, T* __restrict ny, T* __restrict nz, T* __restrict facing,
+                     const T* above, const T* middle, const T* below, const RayRow<T>& ray,
+                     std::ptrdiff_t count) {
+  const T* const u = ray.u;
+  const T v = ray.v, fx = ray.fx, fy = ray.fy;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     const T top_difference = above[i + 1] - above[i - 1], top_sum = above[i + 1] + above[i - 1];
     const T difference = middle[i + 1] - middle[i - 1], sum = middle[i + 1] + middle[i - 1];
@@ -84,6 +103,14 @@ void sobel_normal_row(const NormalRow<T>& n, T* __restrict length, const T* abov
     nz[i] = along_ray - u[i] * x - v * y;
     facing[i] = along_ray;
   }
+}
+
+/// The unit normals of a row of pixels from the depths of the row and its two neighbours, which
+/// reach one pixel further on each side; `length` is scratch.
+template <class T>
+void sobel_normal_row(const NormalRow<T>& n, T* length, const T* above, const T* middle,
+                      const T* below, const RayRow<T>& ray, std::ptrdiff_t count) {
+  sobel_cross_row(n.x, n.y, n.z, n.facing, above, middle, below, ray, count);
   normalise_row(n, length, count);
 }
 
@@ -144,6 +171,7 @@ template <std::floating_point T, ImageOf<T> I>
     const detail::RayRow<T> ray{columns.data(), camera.ray(0, static_cast<T>(y)).y(), camera.fx,
                                 camera.fy};
     detail::sobel_normal_row(n, p + 4 * width, row(y - 1), row(y), row(y + 1), ray, width);
+    detail::clear_unknown(n, width);
     for (Index x = rim; x < width - rim; ++x) {
       // The pixel's own depth does not enter its derivatives.
       if (std::isfinite(row(y)[x])) normals(x, y) = {n.x[x], n.y[x], n.z[x]};

@@ -121,9 +121,18 @@ void read_row(const I& image, Index y, T* out, Index width) {
 
 /// Clamps to [0, 255] and truncates; what is not a number becomes 0.
 template <std::floating_point T>
-[[nodiscard]] std::uint8_t to_byte(T value) {
-  const T least = value > 0 ? value : 0;
-  return static_cast<std::uint8_t>(static_cast<int>(least < 255 ? least : T(255)));
+[[nodiscard]] std::int32_t to_byte(T value) {
+  const T at_least = value > 0 ? value : 0;
+  return static_cast<std::int32_t>(at_least < 255 ? at_least : T(255));
+}
+
+/// Red, green and blue, from the lowest byte up.
+template <class T>
+void pack_row(std::int32_t* __restrict packed, const T* r, const T* g, const T* b,
+              std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    packed[i] = to_byte(r[i]) | to_byte(g[i]) << 8 | to_byte(b[i]) << 16;
+  }
 }
 
 }  // namespace detail
@@ -202,7 +211,8 @@ class TactileRenderer {
     std::vector<T> membrane;    // rows of depth, one pixel more on each side: row y at y mod 3
     std::vector<T> scratch;
     std::vector<const T*> taps;
-    std::vector<char> holes;  // of each row: whether it has pixels that are not known
+    std::vector<std::int32_t> packed;  // a row of red, green and blue in one number
+    std::vector<char> holes;           // of each row: whether it has pixels that are not known
   };
 
   // Planes of `fixed_`: for each row of the image what does not change from frame to frame.
@@ -296,7 +306,8 @@ class TactileRenderer {
           }
         }
       }
-      detail::LightColour<T> colour{{}, {}, light.shininess, options_.specular};
+      const T least = std::pow(std::numeric_limits<T>::min(), 1 / std::max(T(1), light.shininess));
+      detail::LightColour<T> colour{{}, {}, light.shininess, options_.specular, least};
       for (std::size_t c = 0; c < 3; ++c) {
         colour.diffuse[c] = 255 * light.rgb[c] * light.diffuse;
         colour.specular[c] = 255 * light.rgb[c] * light.specular;
@@ -319,6 +330,7 @@ class TactileRenderer {
     work->membrane.resize((width + 2) * 3);
     work->scratch.resize(width * scratch_rows);
     work->taps.resize(window);
+    work->packed.resize(width);
     work->holes.resize(static_cast<std::size_t>(camera_.height));
     return work;
   }
@@ -364,8 +376,9 @@ class TactileRenderer {
     for (Index x = 0; x < camera_.width; ++x) {
       const T z = contact[x];
       const T deepest = clip ? rest[x] : most;
-      unknown |= !(z > 0) | !(z <= most) | (rest[x] != rest[x]);
-      contact[x] = (z > 0) & (z <= deepest) ? z : rest[x];
+      const bool positive = z > 0, finite = z <= most, inside = rest[x] == rest[x];
+      unknown |= !(positive & finite & inside);
+      contact[x] = positive & (z <= deepest) ? z : rest[x];
     }
     holes = unknown != 0;
   }
@@ -484,7 +497,7 @@ class TactileRenderer {
       const Index plane = light_plane(k);
       detail::phong_row(
           rgb, n, {fixed_.row(y, plane), fixed_.row(y, plane + 1), fixed_.row(y, plane + 2)},
-          colours_[k], columns_.data(), v, fixed_.row(y, inverse_ray_plane),
+          colours_[k], {columns_.data(), fixed_.row(y, inverse_ray_plane), v},
           {scratch(work, phong_rows), scratch(work, phong_rows + 1), scratch(work, phong_rows + 2)},
           width);
     }
@@ -505,10 +518,13 @@ class TactileRenderer {
   }
 
   void write(ImageView<Rgb8> out, Workspace& work, Index y) const {
-    const T *const r = scratch(work, rgb_rows), *const g = scratch(work, rgb_rows + 1),
-                   *const b = scratch(work, rgb_rows + 2);
+    std::int32_t* const packed = work.packed.data();
+    detail::pack_row(packed, scratch(work, rgb_rows), scratch(work, rgb_rows + 1),
+                     scratch(work, rgb_rows + 2), camera_.width);
     for (Index x = 0; x < camera_.width; ++x) {
-      out(x, y) = {detail::to_byte(r[x]), detail::to_byte(g[x]), detail::to_byte(b[x])};
+      const auto rgb = static_cast<std::uint32_t>(packed[x]);
+      out(x, y) = {static_cast<std::uint8_t>(rgb), static_cast<std::uint8_t>(rgb >> 8),
+                   static_cast<std::uint8_t>(rgb >> 16)};
     }
   }
 

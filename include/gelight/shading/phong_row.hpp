@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include "gelight/core/types.hpp"
 #include "gelight/image/normals.hpp"
@@ -52,12 +54,23 @@ struct LightRow {
   const T *x, *y, *z;
 };
 
+/// The rays (u, v, 1) to a row of pixels and one over their lengths: the eye is in the direction
+/// -ray / |ray|.
+template <class T>
+struct EyeRow {
+  const T *u, *inverse_ray;
+  T v;
+};
+
 /// What a light adds to the three channels of the image.
 template <class T>
 struct LightColour {
   std::array<T, 3> diffuse, specular;
   T shininess;
   Specular form;
+  /// Cosines whose power is not a normal number count as 0: it cannot be seen, and numbers below
+  /// the normal ones are slow to work with.
+  T least_cosine;
 };
 
 template <class T>
@@ -65,58 +78,65 @@ struct RgbRow {
   T *r, *g, *b;
 };
 
-/// toward[i] = max(0, N.L); mirrored[i] = R.V, and at least 0 in the gated form.
-template <class T>
+/// toward[i] = max(0, N.L); mirrored[i] = R.V, or 0 where that is less than `least` (in the gated
+/// form) or closer to 0.
+template <Specular form, class T>
 void reflect_row(T* __restrict toward, T* __restrict mirrored, const NormalRow<T>& n,
-                 const LightRow<T>& light, const T* __restrict u, T v,
-                 const T* __restrict inverse_ray, T least, std::ptrdiff_t count) {
-  const T* __restrict nx = n.x, * __restrict ny = n.y, * __restrict nz = n.z, * __restrict facing = n.facing;
-  const T* __restrict lx = light.x, * __restrict ly = light.y, * __restrict lz = light.z;
+                 const LightRow<T>& light, const EyeRow<T>& eye, T least, std::ptrdiff_t count) {
+  const T *const nx = n.x, *const ny = n.y, *const nz = n.z, *const facing = n.facing;
+  const T *const lx = light.x, *const ly = light.y, *const lz = light.z;
+  const T *const u = eye.u, *const inverse_ray = eye.inverse_ray, v = eye.v;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     const T cosine = nx[i] * lx[i] + ny[i] * ly[i] + nz[i] * lz[i];
-    const T lit = cosine > 0 ? cosine : 0;
+    const T lit = (cosine + std::abs(cosine)) / 2;  // exactly max(0, cosine), and vectorised
     const T along_ray = lx[i] * u[i] + ly[i] * v + lz[i];
-    // The eye lies in the direction -ray / |ray|.
     const T r_dot_v = inverse_ray[i] * (along_ray - 2 * lit * facing[i]);
     toward[i] = lit;
-    mirrored[i] = r_dot_v > least ? r_dot_v : least;
+    if constexpr (form == Specular::gated) {
+      mirrored[i] = r_dot_v > least ? r_dot_v : 0;
+    } else {
+      mirrored[i] = r_dot_v * r_dot_v > least * least ? r_dot_v : 0;
+    }
   }
 }
 
-/// channel[i] += diffuse toward[i] + specular power[i]; nothing where a gated light is behind.
+/// shine[i] = 0 where the light is behind the surface.
 template <class T>
-void add_light_row(T* __restrict channel, const T* __restrict toward, const T* __restrict power,
-                   T diffuse, T specular, Specular form, std::ptrdiff_t count) {
-  if (form == Specular::gated) {
-    for (std::ptrdiff_t i = 0; i < count; ++i) {
-      channel[i] += toward[i] > 0 ? diffuse * toward[i] + specular * power[i] : 0;
-    }
-  } else {
-    for (std::ptrdiff_t i = 0; i < count; ++i) {
-      channel[i] += diffuse * toward[i] + specular * power[i];
-    }
+void gate_row(T* __restrict shine, const T* toward, std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) shine[i] = toward[i] > 0 ? shine[i] : 0;
+}
+
+template <class T>
+void add_light_row(T* __restrict channel, const T* toward, const T* shine, T diffuse, T specular,
+                   std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    channel[i] += diffuse * toward[i] + specular * shine[i];
   }
 }
 
 /// Adds Phong's two terms of one light to the channels; `scratch` are three rows.
 template <class T>
 void phong_row(const RgbRow<T>& out, const NormalRow<T>& n, const LightRow<T>& light,
-               const LightColour<T>& colour, const T* u, T v, const T* inverse_ray,
-               const std::array<T*, 3>& scratch, std::ptrdiff_t count) {
-  const auto& [toward, mirrored, power] = scratch;
-  const T least = colour.form == Specular::gated ? 0 : -std::numeric_limits<T>::infinity();
-  reflect_row(toward, mirrored, n, light, u, v, inverse_ray, least, count);
+               const LightColour<T>& colour, const EyeRow<T>& eye, const std::array<T*, 3>& scratch,
+               std::ptrdiff_t count) {
+  const auto& [toward, mirrored, shine] = scratch;
+  const bool gated = colour.form == Specular::gated;
+  if (gated) {
+    reflect_row<Specular::gated>(toward, mirrored, n, light, eye, colour.least_cosine, count);
+  } else {
+    reflect_row<Specular::unclamped>(toward, mirrored, n, light, eye, colour.least_cosine, count);
+  }
   const T exponent = colour.shininess;
   if (exponent == std::floor(exponent) && exponent < T(1u << 31)) {
-    integer_power_row(power, mirrored, static_cast<unsigned>(exponent), count);
+    integer_power_row(shine, mirrored, static_cast<unsigned>(exponent), count);
   } else {
-    for (std::ptrdiff_t i = 0; i < count; ++i) power[i] = std::pow(mirrored[i], exponent);
+    for (std::ptrdiff_t i = 0; i < count; ++i) shine[i] = std::pow(mirrored[i], exponent);
   }
+  if (gated) gate_row(shine, toward, count);
   const std::array<T*, 3> channels{out.r, out.g, out.b};
   for (std::size_t c = 0; c < 3; ++c) {
     if (colour.diffuse[c] == 0 && colour.specular[c] == 0) continue;
-    add_light_row(channels[c], toward, power, colour.diffuse[c], colour.specular[c], colour.form,
-                  count);
+    add_light_row(channels[c], toward, shine, colour.diffuse[c], colour.specular[c], count);
   }
 }
 
