@@ -64,15 +64,15 @@ class ExactField {
   /// Distance of each vertex, +infinity where no path leads.
   [[nodiscard]] std::vector<T> distances() const {
     std::vector<T> out;
-    out.reserve(arrivals_.size());
-    for (const auto& arrival : arrivals_) out.push_back(static_cast<T>(arrival.distance + offset_));
+    out.reserve(distances_.size());
+    for (const double d : distances_) out.push_back(static_cast<T>(d + offset_));
     return out;
   }
 
   /// Distance of a vertex, in constant time.
   [[nodiscard]] T distance(Index vertex) const {
     surface_.require_vertex(vertex);
-    return static_cast<T>(arrivals_[vertex].distance + offset_);
+    return static_cast<T>(distances_[vertex] + offset_);
   }
   [[nodiscard]] T distance(const SurfacePoint<T>& point) const {
     return static_cast<T>(nearest(point).distance + offset_);
@@ -107,10 +107,8 @@ class ExactField {
   struct End {
     double distance = unreachable<double>;
     Point point;
-    Index vertex = -1;      // a corner of the face from which the path comes straight
     detail::Arrival last;   // or how it comes
     Vec2<double> at{0, 0};  // the point in last.entry's frame
-    Vec3<double> direction{0, 0, 0};
   };
 
   explicit ExactField(const Mesh& surface) : surface_(surface) {}
@@ -142,7 +140,7 @@ class ExactField {
 
   [[nodiscard]] End at_vertex(const Point& p) const {
     const Index v = p.element[0];
-    End end{arrivals_[v].distance, p, -1, arrivals_[v], {0, 0}, {0, 0, 0}};
+    End end{distances_[v], p, arrivals_[v], {0, 0}};
     if (end.last.entry >= 0) end.at = faces_->apex(end.last.entry);
     return end;
   }
@@ -177,11 +175,10 @@ class ExactField {
     const Vec3<double> position = surface_.position(p);
     for (const Index v : surface_.face(f)) {
       const Vec3<double> way = position - surface_.position(v);
-      const double d = arrivals_[v].distance + way.stableNorm();
+      const double d = distances_[v] + way.stableNorm();
       if (d < best.distance) {
         best.distance = d;
-        best.vertex = v;
-        best.direction = way.stableNormalized();
+        best.last = {{0, 0}, detail::Arrival::from_vertex, v};
       }
     }
   }
@@ -193,9 +190,7 @@ class ExactField {
       const double d = sources_[s].distance + way.stableNorm();
       if (d > best.distance) continue;
       best.distance = d;
-      best.vertex = -1;
-      best.last = {d, {0, 0}, -1, static_cast<Index>(s)};
-      best.direction = way.stableNormalized();
+      best.last = {{0, 0}, detail::Arrival::from_source, static_cast<Index>(s)};
     }
   }
 
@@ -219,28 +214,31 @@ class ExactField {
                               weights[(k + 2) % 3] * faces_->apex(h);
       for (Index i = windows_.first[h]; i < windows_.first[h + 1]; ++i) {
         const auto& w = windows_.windows[i];
-        const double d = w.start + detail::WindowPropagation::through(w.begin, w.end, w.x, w.y, at);
+        const double d = w.start + detail::distance_through(w.begin, w.end, w.x, w.y, at);
         if (d >= best.distance) continue;
         best.distance = d;
-        best.vertex = -1;
-        best.last = {d, {w.x, w.y}, h, w.origin};
+        best.last = {{w.x, w.y}, h, w.origin};
         best.at = at;
       }
     }
   }
 
   [[nodiscard]] Vec3<double> direction_of(const End& end) const {
-    if (!(end.distance < unreachable<double>)) return Vec3<double>::Zero();
-    if (end.vertex >= 0) return end.direction;
-    if (end.last.entry < 0) {
-      const Point& from = origin_point(end.last.origin);
-      return (surface_.position(end.point) - surface_.position(from)).stableNormalized();
-    }
-    return in_space(end.last.entry, end.at - end.last.image, end);
+    using Arrival = detail::Arrival;
+    if (end.last.entry == Arrival::none) return Vec3<double>::Zero();
+    if (end.last.entry >= 0) return in_space(end.last.entry, end.at - end.last.image);
+    const Vec3<double> from = end.last.entry == Arrival::from_vertex
+                                  ? surface_.position(end.last.origin)
+                                  : surface_.position(source_point(end.last.origin));
+    return (surface_.position(end.point) - from).stableNormalized();
+  }
+
+  [[nodiscard]] const Point& source_point(Index source) const {
+    return sources_[static_cast<std::size_t>(source)].point;
   }
 
   // A direction of the plane of half-edge h's face.
-  [[nodiscard]] Vec3<double> in_space(Index h, const Vec2<double>& direction, const End&) const {
+  [[nodiscard]] Vec3<double> in_space(Index h, const Vec2<double>& direction) const {
     const Vec3<double> o = surface_.position(surface_.origin(h));
     const Vec3<double> x = (surface_.position(surface_.tip(h)) - o).stableNormalized();
     const Vec3<double> to_apex = surface_.position(surface_.apex(h)) - o;
@@ -248,25 +246,18 @@ class ExactField {
     return (direction.x() * x + direction.y() * y).stableNormalized();
   }
 
-  [[nodiscard]] Point origin_point(Index origin) const {
-    const auto& o = origins_[origin];
-    return o.kind == detail::Origin::Kind::vertex
-               ? vertex_point<double>(o.index)
-               : sources_[static_cast<std::size_t>(o.index)].point;
-  }
-
   [[nodiscard]] std::vector<Point> trace(const SurfacePoint<T>& point) const {
     const End end = nearest(point);
     if (!(end.distance < unreachable<double>)) return {};
-    const detail::Trace tracer(surface_, *faces_, sources_, arrivals_, origins_);
-    if (end.vertex >= 0) return tracer.from_vertex(end.vertex, {end.point});
+    const detail::Trace tracer(surface_, *faces_, sources_, distances_, arrivals_, origins_);
     return tracer.back(end.point, end.at, end.last);
   }
 
   Mesh surface_;
   std::shared_ptr<const detail::PlanarFaces> faces_;
-  detail::Sources sources_;  // their distances less the offset
-  double offset_ = 0;        // the least start distance
+  detail::Sources sources_;          // their distances less the offset
+  double offset_ = 0;                // the least start distance
+  detail::Array<double> distances_;  // of each vertex, less the offset
   detail::Array<detail::Arrival> arrivals_;
   detail::Array<detail::Origin> origins_;
   detail::KeptWindows windows_;
@@ -360,8 +351,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
     const ExactField<T> field = solve_checked(sources, options_, false);
     detail::Array<double> out;
-    out.reserve(field.arrivals_.size());
-    for (const auto& arrival : field.arrivals_) out.push_back(arrival.distance + field.offset_);
+    out.reserve(field.distances_.size());
+    for (const double d : field.distances_) out.push_back(d + field.offset_);
     return out;
   }
 
@@ -397,9 +388,12 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
       pool_->put(std::move(workspace));
       throw Cancelled("the exact solve was cancelled");
     }
-    for (auto& arrival : workspace->arrivals) {
-      if (arrival.distance > workspace->bound()) arrival = {};
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (!(workspace->distances[v] > workspace->bound())) continue;
+      workspace->distances[v] = unreachable<double>;
+      workspace->arrivals[v] = {};
     }
+    field.distances_ = workspace->distances;
     field.sources_ = std::move(sources);
     field.arrivals_ = workspace->arrivals;
     field.origins_ = workspace->origins;

@@ -19,10 +19,12 @@ class Trace {
   using Point = SurfacePoint<double>;
 
   Trace(const Mesh& surface, const PlanarFaces& faces, const Sources& sources,
-        const Array<Arrival>& arrivals, const Array<Origin>& origins)
+        const Array<double>& distances, const Array<Arrival>& arrivals,
+        const Array<Origin>& origins)
       : surface_(surface),
         faces_(faces),
         sources_(sources),
+        distances_(distances),
         arrivals_(arrivals),
         origins_(origins) {}
 
@@ -31,7 +33,7 @@ class Trace {
   [[nodiscard]] std::vector<Point> back(const Point& from, const Vec2<double>& at,
                                         const Arrival& last) const {
     std::vector<Point> path{from};
-    Index vertex = last.entry < 0 ? reach(last.origin, path) : cross_faces(at, last, path);
+    const Index vertex = last_piece(at, last, path);
     return from_vertex(vertex, std::move(path));
   }
 
@@ -40,8 +42,8 @@ class Trace {
     while (vertex >= 0) {
       append(path, vertex_point<double>(vertex));
       const Arrival& last = arrivals_[vertex];
-      vertex = last.entry < 0 ? reach(last.origin, path)
-                              : cross_faces(faces_.apex(last.entry), last, path);
+      vertex =
+          last_piece(last.entry < 0 ? Vec2<double>(0, 0) : faces_.apex(last.entry), last, path);
     }
     return path;
   }
@@ -55,11 +57,15 @@ class Trace {
     if (!(path.back() == point)) path.push_back(point);
   }
 
-  // The vertex of an origin, or `arrived` after adding a source to the path.
-  Index reach(Index origin, std::vector<Point>& path) const {
-    const Origin& o = origins_[origin];
-    if (o.kind == Origin::Kind::vertex) return o.index;
-    append(path, sources_[static_cast<std::size_t>(o.index)].point);
+  // Goes back over one straight piece; returns the vertex where it begins, or `arrived`.
+  Index last_piece(const Vec2<double>& at, const Arrival& last, std::vector<Point>& path) const {
+    if (last.entry == Arrival::from_vertex) return last.origin;
+    if (last.entry == Arrival::from_source) return reach_source(last.origin, path);
+    return cross_faces(at, last, path);
+  }
+
+  Index reach_source(Index source, std::vector<Point>& path) const {
+    append(path, sources_[static_cast<std::size_t>(source)].point);
     return arrived;
   }
 
@@ -67,7 +73,7 @@ class Trace {
   Index cross_faces(Vec2<double> at, const Arrival& last, std::vector<Point>& path) const {
     Index h = last.entry, origin = last.origin;
     Vec2<double> image = last.image;
-    const double start = last.distance - (at - image).norm();
+    const double start = origins_[last.origin].start;
     for (Index faces = surface_.face_count(); faces > 0; --faces) {
       const double length = surface_.length(h);
       const double x = crossing(at, image, length);
@@ -75,7 +81,7 @@ class Trace {
       const Index beside = near_origin ? surface_.origin(h) : surface_.tip(h);
       const double gap = near_origin ? x : length - x;
       const double rest = start + (Vec2<double>(x, 0) - image).norm();
-      if (arrivals_[beside].distance + gap <= rest * hardly) return beside;
+      if (distances_[beside] + gap <= rest * hardly) return beside;
       append(path, edge_point<double>(surface_.origin(h), surface_.tip(h), x / length));
 
       Index across = surface_.twin(h);
@@ -91,7 +97,10 @@ class Trace {
         at = {x, 0};
         image = {image.x(), -image.y()};
       }
-      if (is_in_face(origin, across)) return reach(origin, path);
+      if (is_in_face(origin, across)) {
+        const Origin& o = origins_[origin];
+        return o.kind == Origin::Kind::vertex ? o.index : reach_source(o.index, path);
+      }
       h = step(across, at, image);
     }
     return nearest_end(h, at.x());
@@ -121,8 +130,8 @@ class Trace {
   }
 
   [[nodiscard]] Index nearest_end(Index h, double x) const {
-    const double by_origin = arrivals_[surface_.origin(h)].distance + x;
-    const double by_tip = arrivals_[surface_.tip(h)].distance + surface_.length(h) - x;
+    const double by_origin = distances_[surface_.origin(h)] + x;
+    const double by_tip = distances_[surface_.tip(h)] + surface_.length(h) - x;
     return by_origin < by_tip ? surface_.origin(h) : surface_.tip(h);
   }
 
@@ -143,6 +152,7 @@ class Trace {
   const Mesh& surface_;
   const PlanarFaces& faces_;
   const Sources& sources_;
+  const Array<double>& distances_;
   const Array<Arrival>& arrivals_;
   const Array<Origin>& origins_;
 };

@@ -1,132 +1,220 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
-#include <numeric>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <utility>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 
 namespace gelight::detail {
 
-/// Windows on one half-edge, structure of arrays. A window holds the points of the edge with
-/// begin <= x <= end that a straight line reaches from the image of its origin at (x, y), y <= 0.
-struct WindowList {
-  Array<double> begin, end;  // along the half-edge, from its origin
-  Array<double> x, y;        // where the origin lies, unfolded into the half-edge's plane
-  Array<double> start;       // the distance at the origin
-  Array<Index> origin;       // which source or bend of the path the windows come from
+/// So many windows are computed at a time. Columns have room for a multiple of it, and what lies
+/// between the last window and that multiple may be read and overwritten, but means nothing.
+inline constexpr std::ptrdiff_t lane_size = 8;
+using Lane = Eigen::Array<double, lane_size, 1>;
 
-  [[nodiscard]] std::ptrdiff_t size() const { return std::ssize(begin); }
+[[nodiscard]] inline Lane load(const double* column) { return Eigen::Map<const Lane>(column); }
+inline void store(double* column, const Lane& lane) { Eigen::Map<Lane>(column).operator=(lane); }
 
-  void clear() { resize(0); }
+/// Windows on one half-edge, structure of arrays; a view of memory elsewhere. A window holds the
+/// points begin <= p <= end of the edge (in its unit, from the half-edge's origin) that straight
+/// lines reach from the image of its origin at (x, y), y < 0, in the half-edge's frame.
+struct WindowColumns {
+  double *begin = nullptr, *end = nullptr, *x = nullptr, *y = nullptr;
+  Index* origin = nullptr;  // which source or bend of the path the windows come from
 
-  void resize(std::ptrdiff_t count) {
-    const auto n = static_cast<std::size_t>(count);
-    for (auto* column : {&begin, &end, &x, &y, &start}) column->resize(n);
-    origin.resize(n);
+  /// Where the columns lie in memory of `words(capacity)` words of 8 bytes.
+  static WindowColumns in(std::byte* memory, std::ptrdiff_t capacity) {
+    auto* column = reinterpret_cast<double*>(memory);
+    return {column, column + capacity, column + 2 * capacity, column + 3 * capacity,
+            reinterpret_cast<Index*>(column + 4 * capacity)};
   }
+  static std::ptrdiff_t words(std::ptrdiff_t capacity) { return 4 * capacity + capacity / 2; }
 
-  void push(double b, double e, double px, double py, double s, Index o) {
-    begin.push_back(b);
-    end.push_back(e);
-    x.push_back(px);
-    y.push_back(py);
-    start.push_back(s);
-    origin.push_back(o);
-  }
-
-  void copy(std::ptrdiff_t to, const WindowList& from, std::ptrdiff_t i) {
+  void copy(std::ptrdiff_t to, const WindowColumns& from, std::ptrdiff_t i) const {
     begin[to] = from.begin[i];
     end[to] = from.end[i];
     x[to] = from.x[i];
     y[to] = from.y[i];
-    start[to] = from.start[i];
     origin[to] = from.origin[i];
   }
 
-  void move(std::ptrdiff_t to, std::ptrdiff_t i) {
-    if (to != i) copy(to, *this, i);
+  void copy(std::ptrdiff_t to, const WindowColumns& from, std::ptrdiff_t first,
+            std::ptrdiff_t count) const {
+    std::copy_n(from.begin + first, count, begin + to);
+    std::copy_n(from.end + first, count, end + to);
+    std::copy_n(from.x + first, count, x + to);
+    std::copy_n(from.y + first, count, y + to);
+    std::copy_n(from.origin + first, count, origin + to);
   }
 };
 
-/// The windows that wait on each half-edge, in blocks of fixed size that are used again.
-class WindowStore {
- public:
-  void reset(Index halfedges) {
-    head_.assign(static_cast<std::size_t>(halfedges), none);
-    blocks_.clear();
-    free_ = none;
+/// Windows under work, with the distance at each one's origin.
+struct WindowList : WindowColumns {
+  double* start = nullptr;
+  std::ptrdiff_t size = 0;
+
+  /// Makes room, keeping the windows.
+  void reserve(std::ptrdiff_t capacity) {
+    if (capacity <= capacity_) return;
+    capacity = static_cast<std::ptrdiff_t>(
+        std::bit_ceil(static_cast<std::size_t>(std::max(capacity, lane_size))));
+    auto memory = std::make_unique<std::byte[]>(
+        static_cast<std::size_t>(words(capacity) + capacity) * sizeof(double));
+    const WindowColumns columns = in(memory.get(), capacity);
+    auto* starts = reinterpret_cast<double*>(memory.get()) + words(capacity);
+    columns.copy(0, *this, 0, size);
+    std::copy_n(start, size, starts);
+    static_cast<WindowColumns&>(*this) = columns;
+    start = starts;
+    capacity_ = capacity;
+    memory_ = std::move(memory);
   }
 
-  [[nodiscard]] bool empty(Index h) const { return head_[h] == none; }
-
-  /// Adds windows [first, last) of a list to those on a half-edge.
-  void add(Index h, const WindowList& list) {
-    for (std::ptrdiff_t done = 0; done < list.size();) {
-      const auto count = std::min<std::ptrdiff_t>(list.size() - done, Block::capacity);
-      const Index b = take();
-      Block& block = blocks_[b];
-      copy(list, done, count, block);
-      block.count = static_cast<Index>(count);
-      block.next = head_[h];
-      head_[h] = b;
-      done += count;
-    }
-  }
-
-  /// Moves all windows on a half-edge to the end of a list; their starts are not stored.
-  void take_all(Index h, WindowList& list) {
-    for (Index b = head_[h]; b != none;) {
-      Block& block = blocks_[b];
-      for (Index i = 0; i < block.count; ++i) {
-        list.push(block.begin[at(i)], block.end[at(i)], block.x[at(i)], block.y[at(i)],
-                  block.start[at(i)], block.origin[at(i)]);
-      }
-      const Index next = block.next;
-      block.next = free_;
-      free_ = b;
-      b = next;
-    }
-    head_[h] = none;
+  void move(std::ptrdiff_t to, std::ptrdiff_t i) {
+    copy(to, *this, i);
+    start[to] = start[i];
   }
 
  private:
-  static constexpr Index none = -1;
+  std::ptrdiff_t capacity_ = 0;
+  std::unique_ptr<std::byte[]> memory_;
+};
 
-  struct Block {
-    static constexpr std::ptrdiff_t capacity = 16;
-    std::array<double, capacity> begin, end, x, y, start;
-    std::array<Index, capacity> origin;
-    Index count, next;
+/// The windows that wait on each half-edge: batches, each contiguous, in memory that is used again.
+class WindowStore {
+ public:
+  /// Room for a batch: its columns, and a handle to add or release it by.
+  struct Batch {
+    WindowColumns windows;
+    std::uint32_t handle;
   };
 
-  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-  static void copy(const WindowList& list, std::ptrdiff_t first, std::ptrdiff_t count,
-                   Block& block) {
-    std::copy_n(&list.begin[first], count, block.begin.begin());
-    std::copy_n(&list.end[first], count, block.end.begin());
-    std::copy_n(&list.x[first], count, block.x.begin());
-    std::copy_n(&list.y[first], count, block.y.begin());
-    std::copy_n(&list.start[first], count, block.start.begin());
-    std::copy_n(&list.origin[first], count, block.origin.begin());
+  void reset(Index halfedges) {
+    first_.assign(static_cast<std::size_t>(halfedges), none);
+    free_.fill(none);
+    used_slabs_ = 0;
+    slab_fill_ = slab_words;
   }
 
-  Index take() {
-    if (free_ == none) {
-      blocks_.emplace_back();
-      return static_cast<Index>(std::ssize(blocks_) - 1);
+  [[nodiscard]] bool empty(Index h) const { return first_[h] == none; }
+
+  [[nodiscard]] Batch allocate(std::ptrdiff_t capacity) {
+    const auto size_class = static_cast<std::size_t>(
+        std::bit_width(static_cast<std::size_t>(std::max(capacity, lane_size) - 1)));
+    const std::uint32_t handle =
+        free_[size_class] != none ? take_free(size_class) : take_new(size_class);
+    Header& header = header_of(handle);
+    header.size_class = static_cast<std::uint16_t>(size_class);
+    return {columns_of(handle), handle};
+  }
+
+  void release(const Batch& batch) { release(batch.handle); }
+
+  /// Adds a batch of `count` windows to a half-edge, before the first batch that lies farther on.
+  void add(Index h, const Batch& batch, std::ptrdiff_t count) {
+    header_of(batch.handle).count = static_cast<Index>(count);
+    std::uint32_t* link = &first_[h];
+    while (*link != none && columns_of(*link).begin[0] < batch.windows.begin[0]) {
+      link = &header_of(*link).next;
     }
-    const Index b = free_;
-    free_ = blocks_[b].next;
-    return b;
+    header_of(batch.handle).next = *link;
+    *link = batch.handle;
   }
 
-  Array<Index> head_;  // of each half-edge: its first block
-  Array<Block> blocks_;
-  Index free_ = none;
+  /// Moves all windows on a half-edge into an empty list, batch after batch; their starts are not
+  /// known here.
+  void take_all(Index h, WindowList& list) {
+    std::ptrdiff_t count = 0;
+    for (std::uint32_t b = first_[h]; b != none; b = header_of(b).next) count += header_of(b).count;
+    list.size = 0;
+    list.reserve(count + lane_size);
+    for (std::uint32_t b = first_[h]; b != none;) {
+      const Header header = header_of(b);
+      list.copy(list.size, columns_of(b), 0, header.count);
+      list.size += header.count;
+      release(b);
+      b = header.next;
+    }
+    first_[h] = none;
+  }
+
+ private:
+  static constexpr std::uint32_t none = ~std::uint32_t{0};
+  // Slabs of 1 MB; a larger batch has slabs of its own. Handles count words of 8 bytes.
+  static constexpr std::ptrdiff_t slab_words = std::ptrdiff_t{1} << 17;
+  static constexpr std::size_t word = sizeof(double);
+
+  struct Header {
+    std::uint32_t next;
+    Index count;
+    std::uint16_t size_class;
+  };
+  static constexpr std::ptrdiff_t header_words = 2;
+  static_assert(sizeof(Header) <= header_words * word);
+
+  std::byte* memory_of(std::uint32_t handle) const {
+    return slabs_[handle / slab_words].get() + handle % slab_words * word;
+  }
+  Header& header_of(std::uint32_t handle) const {
+    return *reinterpret_cast<Header*>(memory_of(handle));
+  }
+  WindowColumns columns_of(std::uint32_t handle) const {
+    return WindowColumns::in(memory_of(handle) + header_words * word,
+                             std::ptrdiff_t{1} << header_of(handle).size_class);
+  }
+  static std::ptrdiff_t words_of(std::size_t size_class) {
+    return header_words + WindowColumns::words(std::ptrdiff_t{1} << size_class);
+  }
+
+  void release(std::uint32_t handle) {
+    std::uint32_t& free = free_[header_of(handle).size_class];
+    header_of(handle).next = free;
+    free = handle;
+  }
+
+  std::uint32_t take_free(std::size_t size_class) {
+    const std::uint32_t handle = free_[size_class];
+    free_[size_class] = header_of(handle).next;
+    return handle;
+  }
+
+  std::uint32_t take_new(std::size_t size_class) {
+    const std::ptrdiff_t words = words_of(size_class);
+    if (slab_fill_ + words > slab_words) {
+      add_slab(words);
+      slab_fill_ = 0;
+    }
+    const auto handle = static_cast<std::uint32_t>((used_slabs_ - 1) * slab_words + slab_fill_);
+    slab_fill_ += words;
+    return handle;
+  }
+
+  void add_slab(std::ptrdiff_t words) {
+    const auto size = static_cast<std::size_t>(std::max(words, slab_words));
+    if (used_slabs_ == std::ssize(slabs_)) {
+      slabs_.emplace_back();
+      slab_sizes_.push_back(0);
+    }
+    if (slab_sizes_[used_slabs_] < size) {
+      slabs_[used_slabs_] = std::make_unique<std::byte[]>(size * word);
+      slab_sizes_[used_slabs_] = size;
+    }
+    ++used_slabs_;
+  }
+
+  Array<std::uint32_t> first_;            // of each half-edge: its first batch
+  std::array<std::uint32_t, 32> free_{};  // of each size class: a batch that is free
+  Array<std::unique_ptr<std::byte[]>> slabs_;
+  Array<std::size_t> slab_sizes_;
+  std::ptrdiff_t used_slabs_ = 0, slab_fill_ = slab_words;
 };
 
 }  // namespace gelight::detail

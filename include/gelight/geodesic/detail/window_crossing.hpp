@@ -1,0 +1,144 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/detail/window_list.hpp"
+
+namespace gelight::detail {
+
+/// Length of the shortest path from (x, y), y < 0, through the points begin to end of the x axis to
+/// a point on or above it.
+[[nodiscard]] inline double distance_through(double begin, double end, double x, double y,
+                                             const Vec2<double>& to) {
+  const double height = to.y() - y;
+  const double straight = height > 0 ? x + (to.x() - x) * (-y / height) : to.x();
+  const double p = std::clamp(straight, begin, end);
+  if (p == straight) return std::sqrt((to.x() - x) * (to.x() - x) + height * height);
+  return std::sqrt((p - x) * (p - x) + y * y) +
+         std::sqrt((p - to.x()) * (p - to.x()) + to.y() * to.y());
+}
+
+/// An image on an edge's line is kept this share of the length below it, far less than rounding, so
+/// that no direction is lost.
+inline constexpr double on_line = 1e-30;
+
+/// Windows on a half-edge on their way across its face, which lies in the half-edge's frame with
+/// its base from (0, 0) to (base, 0) and its apex above.
+class FaceCrossing {
+ public:
+  /// The window by which the apex is nearest.
+  struct Nearest {
+    double distance = std::numeric_limits<double>::infinity();
+    std::ptrdiff_t window = -1;
+  };
+
+  /// Aims every window of a list at the apex.
+  Nearest aim(const WindowList& list, double base, const Vec2<double>& apex) {
+    base_ = base;
+    apex_ = apex;
+    size_ = list.size;
+    const auto room = static_cast<std::size_t>(size_ + lane_size);
+    if (aim_.size() < room) {
+      aim_.resize(2 * room);
+      distance_.resize(2 * room);
+    }
+    for (std::ptrdiff_t i = 0; i < size_; i += lane_size) {
+      const Lane x = load(list.x + i), y = load(list.y + i);
+      const Lane aim = x + (apex_.x() - x) * (y / (y - apex_.y()));
+      const Lane p = aim.max(load(list.begin + i)).min(load(list.end + i));
+      // Bent at p, which where the line is straight costs nothing but rounding.
+      const Lane before = (p - x).square() + y.square();
+      const Lane after = (apex_.x() - p).square() + apex_.y() * apex_.y();
+      store(&aim_[i], aim);
+      store(&distance_[i], load(list.start + i) + before.sqrt() + after.sqrt());
+    }
+    Nearest nearest;
+    for (std::ptrdiff_t i = 0; i < size_; ++i) {
+      if (distance_[i] < nearest.distance) nearest = {distance_[i], i};
+    }
+    return nearest;
+  }
+
+  /// How many windows at the start of the list have points left of the line to the apex.
+  [[nodiscard]] std::ptrdiff_t left_count(const WindowList& list) const {
+    std::ptrdiff_t count = size_;
+    while (count > 0 && !(list.begin[count - 1] < aim_[count - 1])) --count;
+    return count;
+  }
+
+  /// The first window that has points right of the line to the apex.
+  [[nodiscard]] std::ptrdiff_t right_begin(const WindowList& list) const {
+    std::ptrdiff_t first = 0;
+    while (first < size_ && !(list.end[first] > aim_[first])) ++first;
+    return first;
+  }
+
+  /// Windows [0, count) of the list as they leave by the left side of the face, of a given length,
+  /// in the frame from the base's origin to the apex. Returns how many there are.
+  std::ptrdiff_t cross_left(const WindowList& list, std::ptrdiff_t count, double length,
+                            const WindowColumns& out) const {
+    const double ax = apex_.x(), ay = apex_.y(), norm = apex_.norm();
+    const double ux = ax / norm, uy = ay / norm;
+    for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
+      const Lane x = load(list.x + i), y = load(list.y + i), aim = load(&aim_[i]);
+      const auto share = [&](const Lane& p) -> Lane {
+        return ((y * p) / (ax * y - ay * (x - p))).max(0.0).min(1.0);
+      };
+      store(out.begin + i, share(load(list.begin + i).min(aim)) * length);
+      store(out.end + i, share(load(list.end + i).min(aim)) * length);
+      store(out.x + i, ux * x + uy * y);
+      store(out.y + i, (ux * y - uy * x).min(-on_line * length));
+    }
+    return compact(list, 0, count, length, out);
+  }
+
+  /// Windows [first, size) of the list as they leave by the right side of the face, of a given
+  /// length, in the frame from the apex to the base's tip. Returns how many there are.
+  std::ptrdiff_t cross_right(const WindowList& list, std::ptrdiff_t first, double length,
+                             const WindowColumns& out) const {
+    const double ax = base_ - apex_.x(), ay = apex_.y();
+    const double norm = std::sqrt(ax * ax + ay * ay), ux = ax / norm, uy = ay / norm;
+    for (std::ptrdiff_t i = first; i < size_; i += lane_size) {
+      const std::ptrdiff_t o = i - first;
+      const Lane x = base_ - load(list.x + i), y = load(list.y + i), aim = load(&aim_[i]);
+      const auto share = [&](const Lane& position) -> Lane {
+        const Lane p = base_ - position;
+        return ((y * p) / (ax * y - ay * (x - p))).max(0.0).min(1.0);
+      };
+      store(out.begin + o, length - share(load(list.begin + i).max(aim)) * length);
+      store(out.end + o, length - share(load(list.end + i).max(aim)) * length);
+      store(out.x + o, length - (ux * x + uy * y));
+      store(out.y + o, (ux * y - uy * x).min(-on_line * length));
+    }
+    return compact(list, first, size_ - first, length, out);
+  }
+
+ private:
+  // A window of fewer units in the last place is no window.
+  static constexpr double narrow = 4 * std::numeric_limits<double>::epsilon();
+
+  static std::ptrdiff_t compact(const WindowList& list, std::ptrdiff_t first, std::ptrdiff_t count,
+                                double length, const WindowColumns& out) {
+    std::copy_n(list.origin + first, count, out.origin);
+    std::ptrdiff_t kept = 0;
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      if (!(out.end[i] - out.begin[i] > narrow * length)) continue;
+      if (kept != i) out.copy(kept, out, i);
+      ++kept;
+    }
+    return kept;
+  }
+
+  double base_ = 0;
+  Vec2<double> apex_{0, 0};
+  std::ptrdiff_t size_ = 0;
+  Array<double> aim_;       // where on the base the line from each image to the apex crosses it
+  Array<double> distance_;  // of the apex through each window
+};
+
+}  // namespace gelight::detail

@@ -1,0 +1,215 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/detail/window_list.hpp"
+
+namespace gelight::detail {
+
+// A window goes when something else is shorter by more than rounding can pretend; here for squares.
+inline constexpr double clearly_shorter = 1 - 1e-13;
+// Of two windows that differ by rounding only, one is enough.
+inline constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
+
+/// An edge and the distances known at its ends.
+struct EdgeBounds {
+  double length, at_origin, at_tip;
+};
+
+/// Drops every window all of whose points are reached sooner along the edge, from one of its ends.
+/// It is enough to look at the far end of the window, since nothing grows faster along an edge than
+/// the way along it (Xin, Wang 2009, doi:10.1145/1559755.1559761).
+inline void drop_useless(const EdgeBounds& edge, WindowList& list) {
+  const auto useless = [&](std::ptrdiff_t i) {
+    const double b = list.begin[i], e = list.end[i], x = list.x[i], yy = list.y[i] * list.y[i];
+    const double by_origin = edge.at_origin + e - list.start[i];
+    const double by_tip = edge.at_tip + (edge.length - b) - list.start[i];
+    const double to_end = (e - x) * (e - x) + yy, to_begin = (b - x) * (b - x) + yy;
+    return (by_origin * std::fabs(by_origin) < to_end * clearly_shorter) |
+           (by_tip * std::fabs(by_tip) < to_begin * clearly_shorter);
+  };
+  std::ptrdiff_t count = 0;
+  for (std::ptrdiff_t i = 0; i < list.size; ++i) count += useless(i) ? 0 : 1;
+  if (count == list.size) return;
+  count = 0;
+  for (std::ptrdiff_t i = 0; i < list.size; ++i) {
+    if (!useless(i)) list.move(count++, i);
+  }
+  list.size = count;
+}
+
+/// Drops every window that begins farther from the source than `bound`.
+inline void drop_beyond(double bound, WindowList& list) {
+  std::ptrdiff_t count = 0;
+  for (std::ptrdiff_t i = 0; i < list.size; ++i) {
+    const double nearest = std::clamp(list.x[i], list.begin[i], list.end[i]) - list.x[i];
+    if (list.start[i] + std::hypot(nearest, list.y[i]) <= bound) list.move(count++, i);
+  }
+  list.size = count;
+}
+
+/// Puts the windows of a list in the order in which they lie on the edge, by their middles.
+class WindowSorter {
+ public:
+  void sort(WindowList& list) {
+    bool sorted = true;
+    for (std::ptrdiff_t i = 1; i < list.size; ++i)
+      sorted &= !(middle(list, i) < middle(list, i - 1));
+    if (sorted) return;
+    order_.resize(static_cast<std::size_t>(list.size));
+    std::iota(order_.begin(), order_.end(), Index{0});
+    std::stable_sort(order_.begin(), order_.end(),
+                     [&](Index i, Index j) { return middle(list, i) < middle(list, j); });
+    sorted_.reserve(list.size);
+    sorted_.size = list.size;
+    for (std::ptrdiff_t i = 0; i < list.size; ++i) {
+      sorted_.copy(i, list, order_[i]);
+      sorted_.start[i] = list.start[order_[i]];
+    }
+    std::swap(list, sorted_);
+  }
+
+ private:
+  static double middle(const WindowList& list, std::ptrdiff_t i) {
+    return list.begin[i] + list.end[i];
+  }
+  Array<Index> order_;
+  WindowList sorted_;
+};
+
+/// Takes from each window of a sorted list the points that a neighbour reaches no later, so that
+/// what is left hardly overlaps, as in Mitchell, Mount, Papadimitriou 1987
+/// (doi:10.1137/0216045). A point is taken only where the neighbour keeps it: nothing is lost.
+class WindowTrimmer {
+ public:
+  explicit WindowTrimmer(WindowList& list) : list_(list) {}
+
+  void trim() {
+    std::ptrdiff_t top = 0;
+    for (std::ptrdiff_t i = 1; i < list_.size; ++i) {
+      Verdict verdict = Verdict::keep;
+      while (top >= 0) {
+        verdict = part(top, i);
+        if (verdict != Verdict::drop_left) break;
+        --top;
+      }
+      if (verdict == Verdict::drop_right) continue;
+      if (++top != i) list_.move(top, i);
+    }
+    list_.size = std::min(top + 1, list_.size);
+  }
+
+ private:
+  enum class Verdict { keep, drop_left, drop_right };
+
+  // Parts windows a and b, whose middle does not lie before that of a.
+  Verdict part(std::ptrdiff_t a, std::ptrdiff_t b) {
+    const double low = std::max(list_.begin[a], list_.begin[b]);
+    const double high = std::min(list_.end[a], list_.end[b]);
+    if (!(low < high)) return Verdict::keep;
+    return list_.start[a] == list_.start[b] ? part_equal_starts(a, b, low, high)
+                                            : part_by_distance(a, b, low, high);
+  }
+
+  // With equal starts squares of distances tell as much, and their difference is linear.
+  Verdict part_equal_starts(std::ptrdiff_t a, std::ptrdiff_t b, double low, double high) {
+    const double ax = list_.x[a], ay = list_.y[a], bx = list_.x[b], by = list_.y[b];
+    const double from_a = (ax - low) * (ax - low) + ay * ay;
+    const double at_low = (ax - bx) * ((ax - low) + (bx - low)) + (ay - by) * (ay + by);
+    const double slope = 2 * (bx - ax);
+    const double at_high = at_low + slope * (high - low);
+    const double tie = 2 * rounding * from_a;
+    if (at_low < -tie && at_high > tie) return split(a, b, low - at_low / slope);
+    return give_overlap(a, b, low, high, at_low <= tie && at_high <= tie,
+                        at_low >= -tie && at_high >= -tie);
+  }
+
+  Verdict part_by_distance(std::ptrdiff_t a, std::ptrdiff_t b, double low, double high) {
+    const double a_low = distance_at(a, low), b_low = distance_at(b, low);
+    const double a_high = distance_at(a, high), b_high = distance_at(b, high);
+    const double tie = rounding * std::max(a_low, a_high);
+    const double at_low = a_low - b_low, at_high = a_high - b_high;
+    if (at_low < -tie && at_high > tie) {
+      return split(a, b, low, high, at_low, at_high);
+    }
+    // The difference has one extremum on the line, where both images lie in one direction.
+    const double turn =
+        (list_.x[a] * list_.y[b] - list_.x[b] * list_.y[a]) / (list_.y[b] - list_.y[a]);
+    const double at_turn =
+        turn > low && turn < high ? distance_at(a, turn) - distance_at(b, turn) : at_low;
+    return give_overlap(a, b, low, high, at_low <= tie && at_high <= tie && at_turn <= tie,
+                        at_low >= -tie && at_high >= -tie && at_turn >= -tie);
+  }
+
+  [[nodiscard]] double distance_at(std::ptrdiff_t i, double p) const {
+    const double dx = p - list_.x[i], dy = list_.y[i];
+    return list_.start[i] + std::sqrt(dx * dx + dy * dy);
+  }
+
+  // One of the windows reaches the whole overlap no later than the other, which gives it up unless
+  // that would cut it in two. Of equals the one that covers the other stays.
+  Verdict give_overlap(std::ptrdiff_t a, std::ptrdiff_t b, double low, double high, bool a_wins,
+                       bool b_wins) {
+    const bool a_covers = list_.begin[a] <= list_.begin[b] && list_.end[a] >= list_.end[b];
+    const bool b_covers = list_.begin[b] <= list_.begin[a] && list_.end[b] >= list_.end[a];
+    if (a_wins && a_covers) return Verdict::drop_right;
+    if (b_wins && b_covers) return Verdict::drop_left;
+    if (a_wins || b_wins) {
+      const std::ptrdiff_t loser = a_wins ? b : a;
+      if (list_.begin[loser] == low) {
+        list_.begin[loser] = high;
+      } else if (list_.end[loser] == high) {
+        list_.end[loser] = low;
+      }
+    }
+    return Verdict::keep;
+  }
+
+  // Window a is nearer before p, b after it.
+  Verdict split(std::ptrdiff_t a, std::ptrdiff_t b, double p) { return split_between(a, b, p, p); }
+
+  // The distances are equal on a branch of a hyperbola between low, where a is nearer, and high,
+  // where b is: a few steps of the secant that keeps both sides (Illinois). What stays between is
+  // left to both windows.
+  Verdict split(std::ptrdiff_t a, std::ptrdiff_t b, double low, double high, double at_low,
+                double at_high) {
+    for (int step = 0; step < secant_steps; ++step) {
+      const double p = low - at_low * (high - low) / (at_high - at_low);
+      if (!(p > low && p < high)) break;
+      const double at_p = distance_at(a, p) - distance_at(b, p);
+      if (at_p <= 0) {
+        low = p;
+        at_low = at_p;
+        at_high /= 2;
+      } else {
+        high = p;
+        at_high = at_p;
+        at_low /= 2;
+      }
+    }
+    return split_between(a, b, low, high);
+  }
+  static constexpr int secant_steps = 4;
+
+  // Window a is not needed beyond `a_end`, nor b before `b_begin`, where the other one covers that.
+  Verdict split_between(std::ptrdiff_t a, std::ptrdiff_t b, double b_begin, double a_end) {
+    const bool a_covers = list_.begin[a] <= list_.begin[b];
+    const bool b_covers = list_.end[b] >= list_.end[a];
+    if (b_covers) list_.end[a] = std::min(list_.end[a], a_end);
+    if (a_covers) list_.begin[b] = std::max(list_.begin[b], b_begin);
+    if (!(list_.begin[a] < list_.end[a])) return Verdict::drop_left;
+    if (!(list_.begin[b] < list_.end[b])) return Verdict::drop_right;
+    return Verdict::keep;
+  }
+
+  WindowList& list_;
+};
+
+}  // namespace gelight::detail
