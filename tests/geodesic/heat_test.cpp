@@ -58,6 +58,13 @@ Mesh<double> scaled(Mesh<double> mesh, double s) {
   return mesh;
 }
 
+// A flat disc of radius 1 in this many rings, vertex 0 in the middle.
+Mesh<double> disc(int rings) {
+  std::vector<ProfilePoint<double>> profile{{0, 0}};
+  for (int i = 1; i <= rings; ++i) profile.push_back({1.0 * i / rings, 0});
+  return revolve<double>(profile, 1.0 / rings);
+}
+
 Mesh<double> parts_and_a_stray() {
   const std::vector<Mesh<double>> parts{icosphere<double>(2), grid<double>(8, 8)};
   auto mesh = joined<double>(parts);
@@ -67,17 +74,52 @@ Mesh<double> parts_and_a_stray() {
 
 }  // namespace
 
-TEST_CASE(
-    "spheres: the mean error falls with the edge length, the largest sits beside the source") {
+TEST_CASE("spheres: what the options buy, at each level") {
+  const HeatOptions plain{.exact_radius = 0};
+  const HeatOptions refined{.refinements = 1};
   double before = 0;
   for (const int level : {3, 4, 5}) {
+    const Error heat = sphere_error(level, 12, plain);
     const Error error = sphere_error(level, 12);
-    MESSAGE("level " << level << ": mean " << error.mean << ", max " << error.max);
-    CHECK(error.max < 0.2);
-    if (before > 0) CHECK(std::log2(before / error.mean) > 0.4);
-    before = error.mean;
+    const Error better = sphere_error(level, 12, refined);
+    MESSAGE("level " << level << ", mean and max: plain heat " << heat.mean << " " << heat.max
+                     << ", by default " << error.mean << " " << error.max << ", refined "
+                     << better.mean << " " << better.max);
+    CHECK(heat.max < 0.16);  // beside the source, at every level
+    if (before > 0) CHECK(std::log2(before / heat.mean) > 0.4);
+    before = heat.mean;
+    CHECK(error.mean < 0.005);
+    CHECK(error.max < 0.012);
+    CHECK(better.mean < 0.003);
+    CHECK(better.max < 0.012);
   }
-  CHECK(before < 0.01);
+}
+
+TEST_CASE("one triangle and two are exact") {
+  const Mesh<double> one{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
+  const Mesh<double> two{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 3}, {1, 2, 3}}};
+  CHECK(HeatSolver(one).distance(1)[2] == doctest::Approx(std::sqrt(2.0)).epsilon(1e-14));
+  CHECK(HeatSolver(two).distance(0)[2] == doctest::Approx(std::sqrt(2.0)).epsilon(1e-14));
+}
+
+TEST_CASE("needles: the intrinsic Delaunay triangulation brings the error down") {
+  for (const double stretch : {10.0, 100.0}) {
+    auto mesh = disc(15);
+    for (auto& p : mesh.positions) p[0] *= stretch;
+    const Index source = 0;
+    const auto truth = [&](std::size_t v) { return (at(mesh, v) - at(mesh, 0)).norm(); };
+    const HeatOptions heat{.exact_radius = 0};
+    const HeatOptions flipped{.exact_radius = 0, .intrinsic_delaunay = true};
+    const HeatOptions both{.intrinsic_delaunay = true};
+    const Error plain = error_of(HeatSolver(mesh, heat).distance(source), truth);
+    const Error delaunay = error_of(HeatSolver(mesh, flipped).distance(source), truth);
+    const Error full = error_of(HeatSolver(mesh, both).distance(source), truth);
+    MESSAGE("stretched x" << stretch << ", mean and max: plain " << plain.mean << " " << plain.max
+                          << ", Delaunay " << delaunay.mean << " " << delaunay.max
+                          << ", and exact near " << full.mean << " " << full.max);
+    CHECK(delaunay.mean < plain.mean / 2);
+    CHECK(full.max < plain.max / 2);
+  }
 }
 
 TEST_CASE("a strip far longer than heat reaches in doubles") {
@@ -208,10 +250,7 @@ TEST_CASE("a whole side as the source") {
 }
 
 TEST_CASE("how each border rule bends the isolines, by distance from the border") {
-  // The upper half of a disc, the source on its axis of symmetry.
-  std::vector<ProfilePoint<double>> profile{{0, 0}};
-  for (int i = 1; i <= 30; ++i) profile.push_back({i / 30.0, 0});
-  const auto mesh = revolve<double>(profile, 1 / 30.0);
+  const auto mesh = disc(30);
   Index source = 0;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     const auto off = [&](std::size_t i) { return (at(mesh, i) - Vec3<double>(0.5, 0, 0)).norm(); };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <concepts>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "gelight/geodesic/detail/heat_flow.hpp"
 #include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/cholesky.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/operators.hpp"
@@ -32,6 +34,16 @@ struct HeatOptions {
   double time_factor = 1;
   /// On a border vertex, and where a face has no vertex off the border, always neumann.
   HeatBoundary boundary = HeatBoundary::neumann;
+  /// Within this many mean edge lengths of the sources the distance is exact (by ExactSolver), and
+  /// the heat continues it, which removes the error beside the source. 0 leaves heat alone.
+  double exact_radius = 3;
+  /// How often the unit field is taken anew from the distance found, for one more solve each. The
+  /// first divides the mean error by three on spheres, by 1.5 on the GelTip membrane; further ones
+  /// add little.
+  Index refinements = 0;
+  /// Works on the intrinsic Delaunay triangulation: for meshes of needles. On a disc stretched ten
+  /// times it takes the mean error from 56 % to 3 %.
+  bool intrinsic_delaunay = false;
 };
 
 namespace detail {
@@ -51,12 +63,12 @@ struct HeatSystem {
   std::shared_ptr<const SparseFactor<double>> heat_factor;
   std::shared_ptr<const SparseFactor<double>> poisson_factor;
 
-  HeatSystem(const Surface<double>& surface, double time_factor) {
+  HeatSystem(const Surface<double>& surface, double time_factor, bool intrinsic) {
     require(time_factor > 0 && std::isfinite(time_factor), "the heat's time factor is ",
             time_factor, ", not a positive number");
     mean_edge = mean_edge_length(surface);
     unit = mean_edge > 0 ? mean_edge : 1;
-    mesh = intrinsic_triangulation(surface, unit);
+    mesh = intrinsic ? intrinsic_delaunay(surface, unit) : intrinsic_triangulation(surface, unit);
     faces = planar_faces(mesh);
     component = component_of_vertices(mesh);
     pattern = std::make_shared<SymmetricPattern>(mesh);
@@ -127,15 +139,27 @@ struct HeatSystem {
 /// Works on lengths alone: faces of any orientation, edges of any number of faces, faces without
 /// area. Each connected part is on its own; one without a source is +infinity. Sources that start
 /// at different distances cost a solve for each such distance.
+///
+/// Error on icospheres of 642 to 10,242 vertices, mean and largest: 0.42 % and 1.1 % by default,
+/// 0.12 % and 0.58 % with one refinement; heat alone (exact_radius = 0) 1.7 to 0.77 % and 15 %.
+/// Only heat alone improves as the mesh is refined, with order 0.4 to 0.7: in a time of one squared
+/// edge heat never forgets the mesh. Set-up takes about n^1.5, a query n log n.
 template <std::floating_point T>
 class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
  public:
-  /// Throws InvalidInput as Surface does, and for a time factor that is not positive.
+  /// Throws InvalidInput as Surface does, and for a time factor that is not positive, an exact
+  /// radius or a number of refinements that is negative.
   template <TriangleMesh M>
   explicit HeatSolver(const M& mesh, const HeatOptions& options = {})
       : surface_(mesh),
         options_(options),
-        system_(std::make_shared<detail::HeatSystem>(surface_, options.time_factor)) {
+        system_(std::make_shared<detail::HeatSystem>(surface_, options.time_factor,
+                                                     options.intrinsic_delaunay)) {
+    detail::require(options.exact_radius >= 0, "the exact radius is ", options.exact_radius,
+                    ", less than 0");
+    detail::require(options.refinements >= 0, "the number of refinements is ", options.refinements,
+                    ", less than 0");
+    if (options.exact_radius > 0) exact_.emplace(surface_);
     if (options.boundary != HeatBoundary::neumann) hold_border();
   }
 
@@ -171,8 +195,58 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   [[nodiscard]] detail::Array<double> distance_from(const Points& points) const {
     const auto load = load_of(points);
     const auto reached = system_->reached_from(load);
-    auto phi = system_->integrate(divergence_of(load, reached));
-    return placed(std::move(phi), points, reached);
+    const auto near = near_distance(points);
+    const auto heat = detail::heat_flow(system_->heat, *system_->heat_factor, load, reached);
+    auto phi = border_factor_ ? continued(near, averaged_field(heat, load))
+                              : continued(near, [&](Index f) { return descent(f, heat); });
+    for (Index i = 0; i < options_.refinements; ++i) {
+      phi = continued(near, [&](Index f) { return unit_gradient(f, values_at(f, phi)); });
+    }
+    return placed(std::move(phi), near, reached);
+  }
+
+  // Distance, in units, of the vertices close to the points; infinite elsewhere.
+  [[nodiscard]] detail::Array<double> near_distance(const Points& points) const {
+    detail::Array<double> near(static_cast<std::size_t>(surface_.vertex_count()),
+                               unreachable<double>);
+    if (exact_ && system_->mean_edge > 0) {
+      std::vector<Source<double>> sources;
+      for (const auto& point : points) sources.push_back({point, 0});
+      const auto field =
+          exact_->solve(sources, {.max_distance = options_.exact_radius * system_->mean_edge});
+      const auto exact = field.distances();
+      std::copy(exact.begin(), exact.end(), near.begin());
+    }
+    for (const auto& point : points) {
+      detail::for_each_vertex_near(surface_, point,
+                                   [&](Index v, double d) { near[v] = std::min(near[v], d); });
+    }
+    for (double& d : near) d /= system_->unit;
+    return near;
+  }
+
+  // The function whose gradient is nearest to that of the near distance where that is known at all
+  // vertices of a face, to `unit_field(face)` elsewhere.
+  [[nodiscard]] detail::Array<double> continued(const detail::Array<double>& near,
+                                                auto&& unit_field) const {
+    detail::Array<double> divergence(near.size(), 0);
+    for (Index f = 0; f < surface_.face_count(); ++f) {
+      const auto d = values_at(f, near);
+      const auto& face = system_->faces[f];
+      const bool is_near = std::max({d[0], d[1], d[2]}) < unreachable<double>;
+      const Vec2<double> field =
+          is_near ? Vec2<double>(scaled_gradient(face, d) / (face.x1 * face.y2)) : unit_field(f);
+      const auto at = integrated_divergence(face, field);
+      for (Index k = 0; k < 3; ++k) {
+        divergence[system_->mesh.origins[3 * f + k]] += at[static_cast<std::size_t>(k)];
+      }
+    }
+    return system_->integrate(std::move(divergence));
+  }
+
+  [[nodiscard]] std::array<double, 3> values_at(Index f, const detail::Array<double>& u) const {
+    const Index* v = system_->mesh.origins.data() + 3 * std::ptrdiff_t{f};
+    return {u[v[0]], u[v[1]], u[v[2]]};
   }
 
   [[nodiscard]] detail::Array<double> load_of(const Points& points) const {
@@ -187,15 +261,11 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     return load;
   }
 
-  // The integrated divergence of the unit field that runs against the heat's gradient.
-  [[nodiscard]] detail::Array<double> divergence_of(const detail::Array<double>& load,
-                                                    const detail::Array<char>& reached) const {
-    const auto heat = detail::heat_flow(system_->heat, *system_->heat_factor, load, reached);
-    detail::Array<double> divergence(load.size(), 0);
-    if (!border_factor_) {
-      add_divergence(heat, divergence);
-      return divergence;
-    }
+  // Mean of the directions in which heat descends that is free at the border and that is held at
+  // zero there (or the latter alone). Directions are averaged rather than heats: far from the
+  // source one of the heats would outweigh the other.
+  [[nodiscard]] auto averaged_field(const detail::ScaledField<double>& free,
+                                    const detail::Array<double>& load) const {
     auto inner_load = load;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (is_border_[v]) inner_load[v] = 0;
@@ -204,77 +274,55 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (is_border_[v]) inner_reached[v] = 0;
     }
-    const auto inner = detail::heat_flow(border_heat_, *border_factor_, inner_load, inner_reached);
-    add_divergence(heat, inner, divergence);
-    return divergence;
-  }
-
-  void add_divergence(const detail::ScaledField<double>& heat,
-                      detail::Array<double>& divergence) const {
-    for (Index f = 0; f < surface_.face_count(); ++f)
-      add_divergence(f, gradient(f, heat), divergence);
-  }
-
-  // Directions of both fields are averaged rather than heats: far from the source one of the heats
-  // would outweigh the other.
-  void add_divergence(const detail::ScaledField<double>& neumann,
-                      const detail::ScaledField<double>& dirichlet,
-                      detail::Array<double>& divergence) const {
+    auto held = detail::heat_flow(border_heat_, *border_factor_, inner_load, inner_reached);
     const double share = options_.boundary == HeatBoundary::dirichlet ? 0 : 1;
-    for (Index f = 0; f < surface_.face_count(); ++f) {
-      const Vec2<double> held = gradient(f, dirichlet);
-      const Vec2<double> free = gradient(f, neumann);
-      const Vec2<double> mixed = held + (held.isZero(0) ? 1 : share) * free;
+    return [this, &free, share, held = std::move(held)](Index f) -> Vec2<double> {
+      const Vec2<double> a = descent(f, held), b = descent(f, free);
+      const Vec2<double> mixed = a + (a.isZero(0) ? 1 : share) * b;
       const double norm = mixed.norm();
-      add_divergence(f, norm > 0 ? Vec2<double>(mixed / norm) : mixed, divergence);
-    }
+      return norm > 0 ? Vec2<double>(mixed / norm) : mixed;
+    };
   }
 
-  void add_divergence(Index f, const Vec2<double>& direction,
-                      detail::Array<double>& divergence) const {
-    const auto at = integrated_divergence(system_->faces[f], -direction);
-    for (Index k = 0; k < 3; ++k) {
-      divergence[system_->mesh.origins[3 * f + k]] += at[static_cast<std::size_t>(k)];
-    }
-  }
-
-  // Unit gradient, or zero where the heat is the same at all three vertices.
-  [[nodiscard]] Vec2<double> gradient(Index f, const detail::ScaledField<double>& heat) const {
+  // Unit direction in which heat falls, or zero where it is the same at all three vertices.
+  [[nodiscard]] Vec2<double> descent(Index f, const detail::ScaledField<double>& heat) const {
     const Index* v = system_->mesh.origins.data() + 3 * std::ptrdiff_t{f};
-    const Index largest = std::max({heat.exponent[v[0]], heat.exponent[v[1]], heat.exponent[v[2]]});
-    std::array<double, 3> u{heat.value[v[0]], heat.value[v[1]], heat.value[v[2]]};
+    const std::array<Index, 3> exponent{heat.exponent[v[0]], heat.exponent[v[1]],
+                                        heat.exponent[v[2]]};
+    const Index largest = std::max({exponent[0], exponent[1], exponent[2]});
+    auto u = values_at(f, heat.value);
     for (std::size_t k = 0; k < 3; ++k) {
-      if (heat.exponent[v[k]] != largest) u[k] = std::ldexp(u[k], heat.exponent[v[k]] - largest);
+      if (exponent[k] != largest) u[k] = std::ldexp(u[k], exponent[k] - largest);
     }
     const double most = std::max({std::abs(u[0]), std::abs(u[1]), std::abs(u[2])});
     if (most == 0) return Vec2<double>::Zero();
-    for (double& x : u) x /= most;
+    return unit_gradient(f, {-u[0] / most, -u[1] / most, -u[2] / most});
+  }
+
+  [[nodiscard]] Vec2<double> unit_gradient(Index f, const std::array<double, 3>& u) const {
     const Vec2<double> g = scaled_gradient(system_->faces[f], u);
     const double norm = g.norm();
     return norm > 0 ? Vec2<double>(g / norm) : g;
   }
 
-  // Shifts each component so that the vertices of the sources' faces have their true distance on
-  // average, and gives them that distance.
-  [[nodiscard]] detail::Array<double> placed(detail::Array<double> phi, const Points& points,
+  // Shifts each component so that it agrees with the near distance on average, and gives the near
+  // vertices that distance.
+  [[nodiscard]] detail::Array<double> placed(detail::Array<double> phi,
+                                             const detail::Array<double>& near,
                                              const detail::Array<char>& reached) const {
     detail::Array<double> shift(phi.size(), 0), count(phi.size(), 0);
-    const auto for_each_near = [&](auto&& visit) {
-      for (const auto& point : points) detail::for_each_vertex_near(surface_, point, visit);
-    };
-    for_each_near([&](Index v, double d) {
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (near[v] == unreachable<double>) continue;
       const Index c = system_->component[v];
-      shift[c] += phi[v] - d / system_->unit;
+      shift[c] += phi[v] - near[v];
       count[c] += 1;
-    });
+    }
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const Index c = system_->component[v];
-      phi[v] = reached[v] ? system_->mean_edge * std::max(0.0, phi[v] - shift[c] / count[c])
-                          : unreachable<double>;
+      const bool is_near = near[v] < unreachable<double>;
+      const double d = is_near ? near[v] : std::max(0.0, phi[v] - shift[c] / count[c]);
+      phi[v] = reached[v] ? system_->mean_edge * d : unreachable<double>;
     }
-    detail::Array<double> near(phi.size(), unreachable<double>);
-    for_each_near([&](Index v, double d) { near[v] = std::min(near[v], d); });
-    for_each_near([&](Index v, double) { phi[v] = near[v]; });
     return phi;
   }
 
@@ -294,6 +342,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   Surface<double> surface_;
   HeatOptions options_;
   std::shared_ptr<const detail::HeatSystem> system_;
+  std::optional<ExactSolver<double>> exact_;
   detail::Array<char> is_border_;  // of each vertex, where heat is held at zero there
   SymmetricMatrix<double> border_heat_;
   std::shared_ptr<const SparseFactor<double>> border_factor_;

@@ -15,7 +15,9 @@ namespace gelight {
 /// Surface; two vertices may share more than one edge.
 struct IntrinsicTriangulation {
   Index vertex_count = 0;
-  detail::Array<Index> origins;   // of each half-edge: the vertex it starts from
+  detail::Array<Index> origins;  // of each half-edge: the vertex it starts from
+  detail::Array<Index>
+      twins;  // of each half-edge: the one across, -1 where it is not to be flipped
   detail::Array<double> lengths;  // of each half-edge
 
   [[nodiscard]] Index face_count() const { return static_cast<Index>(origins.size() / 3); }
@@ -83,12 +85,17 @@ inline PlanarFace laid_out(const std::array<double, 3>& l) {
   IntrinsicTriangulation result;
   result.vertex_count = surface.vertex_count();
   result.origins.resize(static_cast<std::size_t>(surface.halfedge_count()));
+  result.twins.resize(result.origins.size());
   result.lengths.resize(result.origins.size());
   for (Index h = 0; h < surface.halfedge_count(); h += 3) {
     const auto lengths = detail::mollified(
         {surface.length(h) / unit, surface.length(h + 1) / unit, surface.length(h + 2) / unit}, 1);
     for (Index k = 0; k < 3; ++k) {
+      const Index twin = surface.twin(h + k);
+      const bool is_inner = twin != h + k && surface.is_manifold(h + k) &&
+                            surface.origin(twin) != surface.origin(h + k);
       result.origins[h + k] = surface.origin(h + k);
+      result.twins[h + k] = is_inner ? twin : -1;
       result.lengths[h + k] = lengths[static_cast<std::size_t>(k)];
     }
   }
@@ -103,6 +110,106 @@ inline PlanarFace laid_out(const std::array<double, 3>& l) {
     faces[f] = detail::laid_out({l[0], l[1], l[2]});
   }
   return faces;
+}
+
+namespace detail {
+
+/// Lengthens all edges alike until in every face two outrun the third by a share of the mean edge
+/// length (Sharp and Crane 2020): faces that share an edge go on agreeing about it.
+inline void mollify_together(IntrinsicTriangulation& mesh) {
+  constexpr double share = 1e-5;
+  double sum = 0;
+  for (const double length : mesh.lengths) sum += length;
+  const double least = share * sum / static_cast<double>(mesh.lengths.size());
+  double missing = 0;
+  for (Index f = 0; f < mesh.face_count(); ++f) {
+    const double* l = mesh.lengths.data() + 3 * std::ptrdiff_t{f};
+    const double slack = l[0] + l[1] + l[2] - 2 * std::max({l[0], l[1], l[2]});
+    missing = std::max(missing, least - slack);
+  }
+  for (double& length : mesh.lengths) length += missing;
+}
+
+/// The length that half-edge h's edge has once it joins the vertices across it; negative unless
+/// the edge is to be flipped: the angles opposite sum to more than pi.
+inline double flipped_length(const IntrinsicTriangulation& mesh, Index h) {
+  const auto next = [](Index g) { return g % 3 == 2 ? g - 2 : g + 1; };
+  const auto face_from = [&](Index g) {
+    return laid_out({mesh.lengths[g], mesh.lengths[next(g)], mesh.lengths[next(next(g))]});
+  };
+  const PlanarFace left = face_from(h), right = face_from(mesh.twins[h]);
+  if (!(left.y2 > 0 && right.y2 > 0)) return -1;
+  // Cotangents of the angles at the two vertices across; round-off does not make an edge flip.
+  const auto cotangent = [](const PlanarFace& f) {
+    return (f.y2 - f.x2 * (f.x1 - f.x2) / f.y2) / f.x1;
+  };
+  const double a = cotangent(left), b = cotangent(right);
+  constexpr double tolerance = 1e-10;
+  if (!(a + b < -tolerance * (1 + std::abs(a) + std::abs(b)))) return -1;
+  const double along = left.x2 - (right.x1 - right.x2);
+  return std::hypot(along, left.y2 + right.y2);
+}
+
+inline void flip(IntrinsicTriangulation& mesh, Index h, double length) {
+  const auto next = [](Index g) { return g % 3 == 2 ? g - 2 : g + 1; };
+  const Index t = mesh.twins[h];
+  const Index left = h - h % 3, right = t - t % 3;
+  // The four sides in the order in which the new faces take them up.
+  const std::array<Index, 4> from{next(next(h)), next(t), next(next(t)), next(h)};
+  const std::array<Index, 4> to{left + 1, left + 2, right + 1, right + 2};
+  std::array<Index, 4> origins, twins;
+  std::array<double, 4> lengths;
+  for (std::size_t k = 0; k < 4; ++k) {
+    origins[k] = mesh.origins[from[k]];
+    lengths[k] = mesh.lengths[from[k]];
+    const auto side = std::find(from.begin(), from.end(), mesh.twins[from[k]]);
+    twins[k] = side == from.end() ? mesh.twins[from[k]]
+                                  : to[static_cast<std::size_t>(side - from.begin())];
+  }
+  for (std::size_t k = 0; k < 4; ++k) {
+    mesh.origins[to[k]] = origins[k];
+    mesh.lengths[to[k]] = lengths[k];
+    mesh.twins[to[k]] = twins[k];
+    if (twins[k] >= 0) mesh.twins[twins[k]] = to[k];
+  }
+  mesh.origins[left] = origins[2];
+  mesh.origins[right] = origins[0];
+  mesh.twins[left] = right;
+  mesh.twins[right] = left;
+  mesh.lengths[left] = mesh.lengths[right] = length;
+}
+
+}  // namespace detail
+
+/// Flips edges, on lengths alone, until the angles opposite each sum to at most pi: the intrinsic
+/// Delaunay triangulation of the same surface (Sharp and Crane 2020, doi:10.1111/cgf.14069).
+///
+/// Where some face has (almost) no area, all edges are first lengthened by the same small amount.
+/// Edges of one face, or of more than two, or of two faces oriented against each other stay. Ends
+/// after at most `flip_limit` flips for each edge, sooner on any mesh met so far.
+[[nodiscard]] inline IntrinsicTriangulation intrinsic_delaunay(const Surface<double>& surface,
+                                                               double unit = 1) {
+  constexpr std::ptrdiff_t flip_limit = 1000;
+  auto mesh = intrinsic_triangulation(surface, unit);
+  for (Index h = 0; h < surface.halfedge_count(); ++h) mesh.lengths[h] = surface.length(h) / unit;
+  detail::mollify_together(mesh);
+  detail::Array<Index> pending;
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    if (h < mesh.twins[h]) pending.push_back(h);
+  }
+  auto flips_left = flip_limit * static_cast<std::ptrdiff_t>(pending.size());
+  while (!pending.empty() && flips_left > 0) {
+    const Index h = pending.back();
+    pending.pop_back();
+    if (mesh.twins[h] < 0 || mesh.twins[h] / 3 == h / 3) continue;
+    const double length = detail::flipped_length(mesh, h);
+    if (length < 0) continue;
+    const Index left = h - h % 3, right = mesh.twins[h] - mesh.twins[h] % 3;
+    detail::flip(mesh, h, length);
+    --flips_left;
+    pending.insert(pending.end(), {left + 1, left + 2, right + 1, right + 2});
+  }
+  return mesh;
 }
 
 }  // namespace gelight
