@@ -111,6 +111,53 @@ template <std::floating_point T>
   return static_cast<Index>(std::min(std::ceil(4 * sigma), most));
 }
 
+namespace detail {
+
+/// Convolves an image along its rows and then its columns with a symmetric kernel, given from its
+/// middle outwards.
+template <ImageLike I, class T>
+[[nodiscard]] Image<PixelOf<I>> convolve_symmetric(const I& image, const std::vector<T>& weights,
+                                                   Border border) {
+  using P = PixelOf<I>;
+  const Index radius = static_cast<Index>(weights.size()) - 1;
+  constexpr Index parts = PixelParts<P>::count;
+  const Index width = static_cast<Index>(ImageTraits<I>::width(image));
+  const Index height = static_cast<Index>(ImageTraits<I>::height(image));
+  Image<P> rows(width, height), result(width, height);
+  if (width == 0 || height == 0) return result;
+
+  Array<P> padded(static_cast<std::size_t>(width + 2 * radius));
+  std::vector<const T*> taps(static_cast<std::size_t>(2 * radius + 1));
+  const T** const middle = taps.data() + radius;
+  const auto numbers = [](auto* pixels) {
+    using N =
+        std::conditional_t<std::is_const_v<std::remove_pointer_t<decltype(pixels)>>, const T, T>;
+    return reinterpret_cast<N*>(pixels);
+  };
+  const P zero = zero_pixel<P>();
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = -radius; x < width + radius; ++x) {
+      const Index from = inside(x, width, border);
+      padded[x + radius] = from < 0 ? zero : P(ImageTraits<I>::pixel(image, from, y));
+    }
+    for (Index k = -radius; k <= radius; ++k) middle[k] = numbers(&padded[radius + k]);
+    symmetric_sum(numbers(rows.row(y)), middle, weights.data(), radius,
+                  std::ptrdiff_t{parts} * width);
+  }
+  const std::vector<P> empty(static_cast<std::size_t>(width), zero);
+  for (Index y = 0; y < height; ++y) {
+    for (Index k = -radius; k <= radius; ++k) {
+      const Index from = inside(y + k, height, border);
+      middle[k] = numbers(from < 0 ? empty.data() : std::as_const(rows).row(from));
+    }
+    symmetric_sum(numbers(result.row(y)), middle, weights.data(), radius,
+                  std::ptrdiff_t{parts} * width);
+  }
+  return result;
+}
+
+}  // namespace detail
+
 /// Convolves an image with a Gaussian cut off beyond `radius` pixels, rows and columns in turn.
 ///
 /// Pixels are floating-point numbers or vectors of them; the result has the same size. Exact but
@@ -119,43 +166,8 @@ template <ImageLike I>
 requires detail::FilterPixel<PixelOf<I>>
 [[nodiscard]] Image<PixelOf<I>> gaussian(const I& image, double sigma, Index radius,
                                          Border border = Border::reflect101) {
-  using P = PixelOf<I>;
-  using T = typename detail::PixelParts<P>::Scalar;
-  constexpr Index parts = detail::PixelParts<P>::count;
-  const std::vector<T> weights = gaussian_weights<T>(sigma, radius);
-  const Index width = static_cast<Index>(ImageTraits<I>::width(image));
-  const Index height = static_cast<Index>(ImageTraits<I>::height(image));
-  Image<P> rows(width, height), result(width, height);
-  if (width == 0 || height == 0) return result;
-
-  detail::Array<P> padded(static_cast<std::size_t>(width + 2 * radius));
-  std::vector<const T*> taps(static_cast<std::size_t>(2 * radius + 1));
-  const T** const middle = taps.data() + radius;
-  const auto numbers = [](auto* pixels) {
-    using N =
-        std::conditional_t<std::is_const_v<std::remove_pointer_t<decltype(pixels)>>, const T, T>;
-    return reinterpret_cast<N*>(pixels);
-  };
-  const P zero = detail::zero_pixel<P>();
-  for (Index y = 0; y < height; ++y) {
-    for (Index x = -radius; x < width + radius; ++x) {
-      const Index from = detail::inside(x, width, border);
-      padded[x + radius] = from < 0 ? zero : P(ImageTraits<I>::pixel(image, from, y));
-    }
-    for (Index k = -radius; k <= radius; ++k) middle[k] = numbers(&padded[radius + k]);
-    detail::symmetric_sum(numbers(rows.row(y)), middle, weights.data(), radius,
-                          std::ptrdiff_t{parts} * width);
-  }
-  const std::vector<P> empty(static_cast<std::size_t>(width), zero);
-  for (Index y = 0; y < height; ++y) {
-    for (Index k = -radius; k <= radius; ++k) {
-      const Index from = detail::inside(y + k, height, border);
-      middle[k] = numbers(from < 0 ? empty.data() : std::as_const(rows).row(from));
-    }
-    detail::symmetric_sum(numbers(result.row(y)), middle, weights.data(), radius,
-                          std::ptrdiff_t{parts} * width);
-  }
-  return result;
+  using T = typename detail::PixelParts<PixelOf<I>>::Scalar;
+  return detail::convolve_symmetric(image, gaussian_weights<T>(sigma, radius), border);
 }
 
 /// The same, out to `gaussian_radius`.

@@ -5,47 +5,50 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "gelight/core/types.hpp"
-#include "gelight/image/normals.hpp"
+#include "gelight/image/detail/normal_rows.hpp"
 #include "gelight/shading/phong.hpp"
 
 // Phong's equation for a row of pixels, in plain loops over planar arrays that compilers vectorise.
 namespace gelight::detail {
 
-/// power[i] *= base[i]^Digit, then base[i] = base[i]^16 unless this is the last digit.
-template <int Digit, class T>
-void multiply_power(T* __restrict power, T* __restrict base, std::ptrdiff_t count, bool last) {
+/// One base-16 digit of an exponent: power[i] *= base[i]^digit, where power starts as 1, and
+/// base[i] = base[i]^16 for the digits still to come.
+template <unsigned digit, bool is_first, bool is_last, class T>
+void multiply_power(T* __restrict power, T* __restrict base, std::ptrdiff_t count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     const T b1 = base[i], b2 = b1 * b1, b4 = b2 * b2, b8 = b4 * b4;
-    T factor = 1;
-    if constexpr (Digit & 1) factor *= b1;
-    if constexpr (Digit & 2) factor *= b2;
-    if constexpr (Digit & 4) factor *= b4;
-    if constexpr (Digit & 8) factor *= b8;
-    power[i] *= factor;
-  }
-  if (last) return;
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const T b2 = base[i] * base[i], b4 = b2 * b2, b8 = b4 * b4;
-    base[i] = b8 * b8;
+    T factor = is_first ? T(1) : power[i];
+    if constexpr ((digit & 1) != 0) factor *= b1;
+    if constexpr ((digit & 2) != 0) factor *= b2;
+    if constexpr ((digit & 4) != 0) factor *= b4;
+    if constexpr ((digit & 8) != 0) factor *= b8;
+    power[i] = factor;
+    if constexpr (!is_last) base[i] = b8 * b8;
   }
 }
 
 /// power[i] = base[i]^exponent by repeated squaring; overwrites `base`. The exponent's base-16
-/// digits are constants of the loops.
+/// digits are constants of the loops, so that its squares stay in registers.
 template <class T>
-void integer_power_row(T* __restrict power, T* __restrict base, unsigned exponent,
-                       std::ptrdiff_t count) {
-  for (std::ptrdiff_t i = 0; i < count; ++i) power[i] = 1;
-  for (; exponent > 0; exponent /= 16) {
-    const bool last = exponent < 16;
-    [&]<int... digit>(std::integer_sequence<int, digit...>) {
-      ((exponent % 16 == digit ? multiply_power<digit>(power, base, count, last) : void()), ...);
-    }
-    (std::make_integer_sequence<int, 16>());
-  }
+void integer_power_row(T* power, T* base, unsigned exponent, std::ptrdiff_t count) {
+  const auto multiply = [&]<bool is_first, bool is_last, unsigned... digit>(
+      std::bool_constant<is_first>, std::bool_constant<is_last>,
+      std::integer_sequence<unsigned, digit...>) {
+    ((exponent % 16 == digit ? multiply_power<digit, is_first, is_last>(power, base, count)
+                             : void()),
+     ...);
+  };
+  constexpr auto digits = std::make_integer_sequence<unsigned, 16>();
+  constexpr std::true_type yes;
+  constexpr std::false_type no;
+  if (exponent < 16) return multiply(yes, yes, digits);
+  multiply(yes, no, digits);
+  for (exponent /= 16; exponent >= 16; exponent /= 16) multiply(no, no, digits);
+  multiply(no, yes, digits);
 }
 
 /// A light along a row: the direction to it, in planes.
@@ -78,8 +81,8 @@ struct RgbRow {
   T *r, *g, *b;
 };
 
-/// toward[i] = max(0, N.L); mirrored[i] = R.V, or 0 where that is less than `least` (in the gated
-/// form) or closer to 0.
+/// toward[i] = max(0, N.L); mirrored[i] = R.V, or 0 where that is closer to 0 than `least`, and in
+/// the gated form where it is negative or the light is behind.
 template <Specular form, class T>
 void reflect_row(T* __restrict toward, T* __restrict mirrored, const NormalRow<T>& n,
                  const LightRow<T>& light, const EyeRow<T>& eye, T least, std::ptrdiff_t count) {
@@ -93,14 +96,15 @@ void reflect_row(T* __restrict toward, T* __restrict mirrored, const NormalRow<T
     const T r_dot_v = inverse_ray[i] * (along_ray - 2 * lit * facing[i]);
     toward[i] = lit;
     if constexpr (form == Specular::gated) {
-      mirrored[i] = r_dot_v > least ? r_dot_v : 0;
+      const T shine = lit > 0 ? r_dot_v : 0;
+      mirrored[i] = shine > least ? shine : 0;
     } else {
       mirrored[i] = r_dot_v * r_dot_v > least * least ? r_dot_v : 0;
     }
   }
 }
 
-/// shine[i] = 0 where the light is behind the surface.
+/// shine[i] = 0 where the light is behind the surface, which 0^0 = 1 would light.
 template <class T>
 void gate_row(T* __restrict shine, const T* toward, std::ptrdiff_t count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) shine[i] = toward[i] > 0 ? shine[i] : 0;
@@ -132,7 +136,7 @@ void phong_row(const RgbRow<T>& out, const NormalRow<T>& n, const LightRow<T>& l
   } else {
     for (std::ptrdiff_t i = 0; i < count; ++i) shine[i] = std::pow(mirrored[i], exponent);
   }
-  if (gated) gate_row(shine, toward, count);
+  if (gated && exponent == 0) gate_row(shine, toward, count);
   const std::array<T*, 3> channels{out.r, out.g, out.b};
   for (std::size_t c = 0; c < 3; ++c) {
     if (colour.diffuse[c] == 0 && colour.specular[c] == 0) continue;

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "gelight/concepts/image.hpp"
+#include "gelight/core/types.hpp"
+
+namespace gelight::detail {
+
+/// Pixels of a row are marked as changed in blocks of this many, a multiple of what processors
+/// take at once: so a pixel is computed alike in a run of any length.
+inline constexpr Index block_size = 16;
+
+[[nodiscard]] inline Index block_count(Index width) {
+  return (width + block_size - 1) / block_size;
+}
+
+/// Consecutive pixels of a row.
+struct Run {
+  Index begin, end;
+};
+
+/// Gathers the marked blocks of a row into runs; as many as `runs` has capacity for.
+inline void gather_runs(std::vector<Run>& runs, const std::vector<char>& marks, Index width) {
+  runs.clear();
+  const Index blocks = block_count(width);
+  for (Index b = 0; b < blocks; ++b) {
+    if (marks[static_cast<std::size_t>(b)] == 0) continue;
+    const Index begin = b * block_size, end = std::min(width, begin + block_size);
+    if (!runs.empty() && runs.back().end == begin) {
+      runs.back().end = end;
+    } else {
+      runs.push_back({begin, end});
+    }
+  }
+}
+
+template <std::floating_point T>
+[[nodiscard]] bool is_depth(T z) {
+  return z > 0 && z <= std::numeric_limits<T>::max();
+}
+
+/// Copies row y of an image, converted.
+template <std::floating_point T, ImageOf<T> I>
+void read_row(const I& image, Index y, T* __restrict out, Index width) {
+  for (Index x = 0; x < width; ++x) out[x] = static_cast<T>(ImageTraits<I>::pixel(image, x, y));
+}
+
+}  // namespace gelight::detail

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+namespace gelight::detail {
+
+/// Objects that calls borrow one at a time, made when none is free. A copy of a store starts empty.
+template <class Item>
+class Store {
+ public:
+  Store() = default;
+  Store(const Store&) {}
+  Store& operator=(const Store&) { return *this; }
+
+  /// Gives `work` an item that no other call has meanwhile.
+  template <class Make, class Work>
+  void lend(const Make& make, const Work& work) {
+    std::unique_ptr<Item> item = take();
+    if (item == nullptr) item = std::make_unique<Item>(make());
+    work(*item);
+    const std::lock_guard lock(mutex_);
+    items_.push_back(std::move(item));
+  }
+
+ private:
+  [[nodiscard]] std::unique_ptr<Item> take() {
+    const std::lock_guard lock(mutex_);
+    if (items_.empty()) return nullptr;
+    auto item = std::move(items_.back());
+    items_.pop_back();
+    return item;
+  }
+
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Item>> items_;
+};
+
+}  // namespace gelight::detail
