@@ -29,8 +29,12 @@ class PlanarFaces {
   /// The angle of h's face at h's origin, in radians.
   [[nodiscard]] double angle(Index h) const { return std::atan2(apex_[h].y(), apex_[h].x()); }
 
-  /// Whether a shortest path can bend at a vertex.
-  [[nodiscard]] bool bends_paths(Index vertex) const { return bends_paths_[vertex] != 0; }
+  /// How shortest paths can pass a vertex: not at all (or straight on, where it is flat); bending
+  /// at a saddle or a re-entrant corner of the border; or in any direction, at a vertex that is not
+  /// a plain one: on a zero-length edge, on an edge of three faces or more, where several fans
+  /// meet.
+  enum class Bend : unsigned char { none, saddle, any };
+  [[nodiscard]] Bend bend(Index vertex) const { return bends_[vertex]; }
 
  private:
   // Paths round a saddle of less excess angle than this are found without windows of its own: they
@@ -66,29 +70,25 @@ class PlanarFaces {
 
   void classify_vertices(const Surface<double>& surface) {
     const Index count = surface.vertex_count();
-    bends_paths_.assign(static_cast<std::size_t>(count), 0);
-    for (Index v = 0; v < count; ++v) bends_paths_[v] = is_saddle(surface, v);
+    bends_.resize(static_cast<std::size_t>(count));
+    for (Index v = 0; v < count; ++v) bends_[v] = classify(surface, v);
   }
 
-  // Saddles, re-entrant corners of the border, and every vertex that is not a plain one: on a
-  // zero-length edge, on an edge of three faces or more, or where several fans meet.
-  [[nodiscard]] bool is_saddle(const Surface<double>& surface, Index vertex) const {
+  [[nodiscard]] Bend classify(const Surface<double>& surface, Index vertex) const {
+    const auto corners = surface.corners(vertex);
+    if (corners.empty()) return Bend::none;
     double sum = 0;
     Index border_edges = 0;
-    for (const Index out : surface.corners(vertex)) {
-      const Index in = Surface<double>::previous(out);
-      for (const Index h : {out, in}) {
-        if (surface.length(h) == 0 || !surface.is_manifold(h)) return true;
+    for (const Index out : corners) {
+      for (const Index h : {out, Surface<double>::previous(out)}) {
+        if (surface.length(h) == 0 || !surface.is_manifold(h)) return Bend::any;
         border_edges += surface.is_border(h);
       }
       sum += angle(out);
     }
-    if (surface.corners(vertex).empty()) return false;
-    if (border_edges > 2 || fan_size(surface, vertex) < std::ssize(surface.corners(vertex))) {
-      return true;
-    }
+    if (border_edges > 2 || fan_size(surface, vertex) < std::ssize(corners)) return Bend::any;
     const double flat = border_edges > 0 ? std::numbers::pi : 2 * std::numbers::pi;
-    return sum > flat + smallest_excess;
+    return sum > flat + smallest_excess ? Bend::saddle : Bend::none;
   }
 
   // Faces reached from a vertex's first corner by turning round the vertex both ways.
@@ -109,7 +109,7 @@ class PlanarFaces {
   }
 
   Array<Vec2<double>> apex_;
-  Array<char> bends_paths_;
+  Array<Bend> bends_;
 };
 
 }  // namespace gelight::detail

@@ -31,10 +31,12 @@ inline constexpr double on_line = 1e-30;
 /// its base from (0, 0) to (base, 0) and its apex above.
 class FaceCrossing {
  public:
-  /// The window by which the apex is nearest.
+  /// The window by which the apex is nearest, and how its path there crosses the base.
   struct Nearest {
     double distance = std::numeric_limits<double>::infinity();
     std::ptrdiff_t window = -1;
+    double crossing = 0;
+    bool is_straight = false;  // or bent at an end of the window
   };
 
   /// Aims every window of a list at the apex.
@@ -57,23 +59,40 @@ class FaceCrossing {
       store(&aim_[i], aim);
       store(&distance_[i], load(list.start + i) + before.sqrt() + after.sqrt());
     }
-    Nearest nearest;
+    nearest_ = {};
     for (std::ptrdiff_t i = 0; i < size_; ++i) {
-      if (distance_[i] < nearest.distance) nearest = {distance_[i], i};
+      if (!(distance_[i] < nearest_.distance)) continue;
+      nearest_.distance = distance_[i];
+      nearest_.window = i;
     }
-    return nearest;
+    const std::ptrdiff_t n = nearest_.window;
+    nearest_.crossing = std::clamp(aim_[n], list.begin[n], list.end[n]);
+    nearest_.is_straight = nearest_.crossing == aim_[n];
+    return nearest_;
   }
 
-  /// How many windows at the start of the list have points left of the line to the apex.
+  // One angle, two sides (Chen, Han 1990, doi:10.1145/98524.98601): let n be the window nearest the
+  // apex and c a point of its path there, from the base to the apex. By another window w,
+  // d_w(c) + |c - apex| >= d_w(apex) >= d_n(apex) = d_n(c) + |c - apex|, so no line through w that
+  // crosses the path of n is a shortest one. Hence windows right of the path leave by the right
+  // side only, and windows left of it by the left one.
+
+  /// How many windows at the start of the list may leave by the left side of the face.
   [[nodiscard]] std::ptrdiff_t left_count(const WindowList& list) const {
     std::ptrdiff_t count = size_;
+    while (count > nearest_.window + 1 &&
+           !(list.begin[count - 1] < std::min(aim_[count - 1], nearest_.crossing))) {
+      --count;
+    }
     while (count > 0 && !(list.begin[count - 1] < aim_[count - 1])) --count;
     return count;
   }
 
-  /// The first window that has points right of the line to the apex.
+  /// The first window that may leave by the right side.
   [[nodiscard]] std::ptrdiff_t right_begin(const WindowList& list) const {
     std::ptrdiff_t first = 0;
+    while (first < nearest_.window && !(list.end[first] > std::max(aim_[first], nearest_.crossing)))
+      ++first;
     while (first < size_ && !(list.end[first] > aim_[first])) ++first;
     return first;
   }
@@ -137,6 +156,7 @@ class FaceCrossing {
   double base_ = 0;
   Vec2<double> apex_{0, 0};
   std::ptrdiff_t size_ = 0;
+  Nearest nearest_;
   Array<double> aim_;       // where on the base the line from each image to the apex crosses it
   Array<double> distance_;  // of the apex through each window
 };

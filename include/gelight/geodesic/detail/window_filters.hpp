@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "gelight/core/array.hpp"
@@ -55,34 +54,19 @@ inline void drop_beyond(double bound, WindowList& list) {
   list.size = count;
 }
 
-/// Puts the windows of a list in the order in which they lie on the edge, by their middles.
-class WindowSorter {
- public:
-  void sort(WindowList& list) {
-    bool sorted = true;
-    for (std::ptrdiff_t i = 1; i < list.size; ++i)
-      sorted &= !(middle(list, i) < middle(list, i - 1));
-    if (sorted) return;
-    order_.resize(static_cast<std::size_t>(list.size));
-    std::iota(order_.begin(), order_.end(), Index{0});
-    std::stable_sort(order_.begin(), order_.end(),
-                     [&](Index i, Index j) { return middle(list, i) < middle(list, j); });
-    sorted_.reserve(list.size);
-    sorted_.size = list.size;
-    for (std::ptrdiff_t i = 0; i < list.size; ++i) {
-      sorted_.copy(i, list, order_[i]);
-      sorted_.start[i] = list.start[order_[i]];
-    }
-    std::swap(list, sorted_);
+/// Puts the windows of a nearly sorted list in the order in which they lie on the edge, by their
+/// middles.
+inline void sort_windows(WindowList& list) {
+  const auto middle = [&](std::ptrdiff_t i) { return list.begin[i] + list.end[i]; };
+  for (std::ptrdiff_t i = 1; i < list.size; ++i) {
+    if (!(middle(i) < middle(i - 1))) continue;
+    const double key = middle(i);
+    std::ptrdiff_t place = i;
+    list.move(list.size, i);  // there is room behind the last window
+    for (; place > 0 && key < middle(place - 1); --place) list.move(place, place - 1);
+    list.move(place, list.size);
   }
-
- private:
-  static double middle(const WindowList& list, std::ptrdiff_t i) {
-    return list.begin[i] + list.end[i];
-  }
-  Array<Index> order_;
-  WindowList sorted_;
-};
+}
 
 /// Takes from each window of a sorted list the points that a neighbour reaches no later, so that
 /// what is left hardly overlaps, as in Mitchell, Mount, Papadimitriou 1987
@@ -108,12 +92,16 @@ class WindowTrimmer {
 
  private:
   enum class Verdict { keep, drop_left, drop_right };
+  // Overlaps grow as windows travel, and do no harm: they wait until they are this share of the
+  // narrower window. (Measured: a tenth makes no more windows than nothing does, in half the time.)
+  static constexpr double worth_parting = 0.1;
 
   // Parts windows a and b, whose middle does not lie before that of a.
   Verdict part(std::ptrdiff_t a, std::ptrdiff_t b) {
     const double low = std::max(list_.begin[a], list_.begin[b]);
     const double high = std::min(list_.end[a], list_.end[b]);
-    if (!(low < high)) return Verdict::keep;
+    const double narrower = std::min(list_.end[a] - list_.begin[a], list_.end[b] - list_.begin[b]);
+    if (!(high - low > worth_parting * narrower)) return Verdict::keep;
     return list_.start[a] == list_.start[b] ? part_equal_starts(a, b, low, high)
                                             : part_by_distance(a, b, low, high);
   }
@@ -196,7 +184,7 @@ class WindowTrimmer {
     }
     return split_between(a, b, low, high);
   }
-  static constexpr int secant_steps = 4;
+  static constexpr int secant_steps = 3;
 
   // Window a is not needed beyond `a_end`, nor b before `b_begin`, where the other one covers that.
   Verdict split_between(std::ptrdiff_t a, std::ptrdiff_t b, double b_begin, double a_end) {

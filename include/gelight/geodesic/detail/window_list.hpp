@@ -78,6 +78,19 @@ struct WindowList : WindowColumns {
     memory_ = std::move(memory);
   }
 
+  /// Adds windows whose starts are not known; reads and writes whole lanes.
+  void append(const WindowColumns& from, std::ptrdiff_t count) {
+    for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
+      const std::ptrdiff_t to = size + i;
+      store(begin + to, load(from.begin + i));
+      store(end + to, load(from.end + i));
+      store(x + to, load(from.x + i));
+      store(y + to, load(from.y + i));
+      std::copy_n(from.origin + i, lane_size, origin + to);
+    }
+    size += count;
+  }
+
   void move(std::ptrdiff_t to, std::ptrdiff_t i) {
     copy(to, *this, i);
     start[to] = start[i];
@@ -129,17 +142,19 @@ class WindowStore {
     *link = batch.handle;
   }
 
-  /// Moves all windows on a half-edge into an empty list, batch after batch; their starts are not
-  /// known here.
-  void take_all(Index h, WindowList& list) {
-    std::ptrdiff_t count = 0;
-    for (std::uint32_t b = first_[h]; b != none; b = header_of(b).next) count += header_of(b).count;
+  /// Moves all windows on a half-edge into a list, batches merged by the windows' middles, with
+  /// room for one lane behind them. Their starts are not known here.
+  void take_all(Index h, WindowList& list, WindowList& scratch) {
     list.size = 0;
-    list.reserve(count + lane_size);
     for (std::uint32_t b = first_[h]; b != none;) {
       const Header header = header_of(b);
-      list.copy(list.size, columns_of(b), 0, header.count);
-      list.size += header.count;
+      list.reserve(list.size + header.count + lane_size);
+      const WindowColumns batch = columns_of(b);
+      if (list.size == 0 || !(middle(batch, 0) < middle(list, list.size - 1))) {
+        list.append(batch, header.count);
+      } else {
+        merge(list, batch, header.count, scratch);
+      }
       release(b);
       b = header.next;
     }
@@ -151,6 +166,26 @@ class WindowStore {
   // Slabs of 1 MB; a larger batch has slabs of its own. Handles count words of 8 bytes.
   static constexpr std::ptrdiff_t slab_words = std::ptrdiff_t{1} << 17;
   static constexpr std::size_t word = sizeof(double);
+
+  static double middle(const WindowColumns& windows, std::ptrdiff_t i) {
+    return windows.begin[i] + windows.end[i];
+  }
+
+  static void merge(WindowList& list, const WindowColumns& batch, std::ptrdiff_t count,
+                    WindowList& scratch) {
+    const std::ptrdiff_t size = list.size + count;
+    scratch.reserve(size + lane_size);
+    std::ptrdiff_t i = 0, j = 0;
+    for (std::ptrdiff_t k = 0; k < size; ++k) {
+      if (j == count || (i < list.size && !(middle(batch, j) < middle(list, i)))) {
+        scratch.copy(k, list, i++);
+      } else {
+        scratch.copy(k, batch, j++);
+      }
+    }
+    scratch.size = size;
+    std::swap(list, scratch);
+  }
 
   struct Header {
     std::uint32_t next;

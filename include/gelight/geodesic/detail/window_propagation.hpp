@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/indexed_heap.hpp"
 #include "gelight/geodesic/detail/planar_faces.hpp"
+#include "gelight/geodesic/detail/shadow.hpp"
 #include "gelight/geodesic/detail/window_crossing.hpp"
 #include "gelight/geodesic/detail/window_filters.hpp"
 #include "gelight/geodesic/detail/window_list.hpp"
@@ -39,6 +41,7 @@ struct Arrival {
   Vec2<double> image{0, 0};  // where the piece begins, unfolded into the frame of `entry`
   Index entry = none;        // the half-edge by which it enters its last face
   Index origin = -1;         // its origin; from_source: the source; from_vertex: the vertex
+  bool is_straight = true;   // or bent where it enters the last face, at the end of a window
 };
 
 struct PropagationLimits {
@@ -170,14 +173,17 @@ class WindowPropagation {
     return {along.dot(from), along.x() * from.y() - along.y() * from.x()};
   }
 
-  // A window over the whole of half-edge h, seen from a point of its own face.
+  // A window over half-edge h or a part of it, seen from a point of its own face.
   void emit(Index h, const Vec2<double>& point, Index origin) {
+    emit(h, point, 0, surface_->length(h), origin);
+  }
+  void emit(Index h, const Vec2<double>& point, double begin, double end, Index origin) {
     const double length = surface_->length(h);
     if (length == 0 || surface_->is_border(h)) return;
     const WindowStore::Batch batch = waiting_.allocate(1);
     const WindowColumns& w = batch.windows;
-    w.begin[0] = 0;
-    w.end[0] = length;
+    w.begin[0] = length - end;
+    w.end[0] = length - begin;
     w.x[0] = length - point.x();
     w.y[0] = std::min(-point.y(), -on_line * length);
     w.origin[0] = origin;
@@ -223,15 +229,54 @@ class WindowPropagation {
       arrive(surface_->tip(out), distance + surface_->length(out), along);
       arrive(surface_->origin(in), distance + surface_->length(in), along);
     }
-    const bool is_source = is_at_source(vertex);
-    if (!is_source && !faces_->bends_paths(vertex)) return;
-    const Index origin =
-        is_source ? add_origin({distance, Origin::Kind::source, arrivals[vertex].origin, -1})
-                  : add_origin({distance, Origin::Kind::vertex, vertex, -1});
-    for (const Index out : corners) {
-      const Index h = Mesh::next(out);
-      if (!is_useless(h, distance)) emit(h, faces_->apex(h), origin);
+    if (is_at_source(vertex)) {
+      emit_everywhere(vertex, {distance, Origin::Kind::source, arrivals[vertex].origin, -1});
+    } else if (faces_->bend(vertex) != PlanarFaces::Bend::none) {
+      bend(vertex, {distance, Origin::Kind::vertex, vertex, -1});
     }
+  }
+
+  void emit_everywhere(Index vertex, const Origin& from) {
+    const Index origin = add_origin(from);
+    for (const Index out : surface_->corners(vertex)) {
+      const Index h = Mesh::next(out);
+      emit_from_apex(h, 0, surface_->length(h), origin);
+    }
+  }
+
+  // Into the shadow of a vertex where the path's last piece is known, else in all directions.
+  void bend(Index vertex, const Origin& from) {
+    const Arrival& last = arrivals[vertex];
+    const bool is_plain = faces_->bend(vertex) == PlanarFaces::Bend::saddle;
+    if (!is_plain || !last.is_straight || last.entry == Arrival::from_source) {
+      return emit_everywhere(vertex, from);
+    }
+    Index corner = -1;
+    Vec2<double> back;
+    if (last.entry >= 0) {
+      corner = Mesh::previous(last.entry);
+      back = into_frame(last.image, faces_->apex(last.entry), {0, 0}).normalized();
+    } else {
+      std::tie(corner, back) = edge_from(vertex, last.origin);
+    }
+    const Index origin = add_origin(from);
+    Shadow(*surface_, *faces_, vertex).cast(corner, back, [&](Index h, double begin, double end) {
+      emit_from_apex(h, begin, end, origin);
+    });
+  }
+
+  // The edge between two vertices, as a direction at the first.
+  [[nodiscard]] std::pair<Index, Vec2<double>> edge_from(Index vertex, Index other) const {
+    for (const Index out : surface_->corners(vertex)) {
+      if (surface_->tip(out) == other) return {out, {1, 0}};
+      if (surface_->apex(out) == other) return {out, faces_->apex(out).normalized()};
+    }
+    return {-1, {0, 0}};
+  }
+
+  // A window over part of h, seen from the vertex across h's own face, unless it is of no use.
+  void emit_from_apex(Index h, double begin, double end, Index origin) {
+    if (!is_useless(h, origins[origin].start)) emit(h, faces_->apex(h), begin, end, origin);
   }
 
   [[nodiscard]] bool is_at_source(Index vertex) const {
@@ -341,7 +386,7 @@ class WindowPropagation {
   // --- one list across one face ----------------------------------------------------------------
 
   void propagate(Index h) {
-    waiting_.take_all(h, list_);
+    waiting_.take_all(h, list_, scratch_);
     for (std::ptrdiff_t i = 0; i < list_.size; ++i) {
       list_.start[i] = origins[list_.origin[i]].start;
     }
@@ -351,16 +396,26 @@ class WindowPropagation {
     drop_useless({length, distances[surface_->origin(h)], distances[surface_->tip(h)]}, list_);
     if (bound_ < unreachable<double>) drop_beyond(bound_, list_);
     if (list_.size > 1) {
-      sorter_.sort(list_);
+      sort_windows(list_);
       WindowTrimmer(list_).trim();
     }
     if (list_.size == 0) return;
     counts.propagated += list_.size;
     if (limits_->keep_windows) keep(h);
-    const auto nearest = crossing_.aim(list_, length, faces_->apex(h));
-    arrive(surface_->apex(h), nearest.distance,
-           {{list_.x[nearest.window], list_.y[nearest.window]}, h, list_.origin[nearest.window]});
+    reach_apex(h, crossing_.aim(list_, length, faces_->apex(h)));
     cross(h);
+  }
+
+  void reach_apex(Index h, const FaceCrossing::Nearest& nearest) {
+    const std::ptrdiff_t n = nearest.window;
+    Arrival last{{list_.x[n], list_.y[n]}, h, list_.origin[n], nearest.is_straight};
+    // Bent at an end of the half-edge, the last piece is the side of the face from there.
+    if (!nearest.is_straight && nearest.crossing == 0) {
+      last = {{0, 0}, Arrival::from_vertex, surface_->origin(h)};
+    } else if (!nearest.is_straight && nearest.crossing == surface_->length(h)) {
+      last = {{0, 0}, Arrival::from_vertex, surface_->tip(h)};
+    }
+    arrive(surface_->apex(h), nearest.distance, last);
   }
 
   void cross(Index h) {
@@ -410,8 +465,7 @@ class WindowPropagation {
   WindowStore waiting_;
   Array<char> is_active_;  // of each half-edge: whether it is in the queue
   Array<Index> active_;
-  WindowList list_;
-  WindowSorter sorter_;
+  WindowList list_, scratch_;
   FaceCrossing crossing_;
   Array<KeptWindows::Window> kept_;
 };
