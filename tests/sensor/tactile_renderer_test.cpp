@@ -3,8 +3,13 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "reference.hpp"
 
@@ -80,4 +85,420 @@ TEST_CASE("the published images: the gated specular term and clipping move them 
       CHECK(compare(image, published, k).worst <= 1);
     }
   }
+}
+
+namespace {
+
+constexpr Index width = 72, height = 56;
+const Camera<double> camera{40, 42, 35.5, 27.5, width, height};
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double inf = std::numeric_limits<double>::infinity();
+
+// A slanted, slightly curved membrane about 30 mm away.
+Image<double> rest_depth() {
+  Image<double> rest(width, height);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      rest(x, y) = 0.03 + 2e-5 * x - 1e-5 * y + 1e-6 * (x - 30) * (x - 30);
+    }
+  }
+  return rest;
+}
+
+// The same with a ball pressed in by up to `depth` metres around a pixel.
+Image<double> ball(double depth, Index u = 30, Index v = 25, double radius = 9) {
+  Image<double> contact = rest_depth();
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      const double r2 = ((x - u) * (x - u) + (y - v) * (y - v)) / (radius * radius);
+      if (r2 < 1) contact(x, y) -= depth * (1 - r2);
+    }
+  }
+  return contact;
+}
+
+template <class T>
+Light<T> light(const Vec3<double>& travel, std::array<T, 3> rgb, T shininess = 100) {
+  return {Image<Vec3<T>>(width, height, travel.normalized().template cast<T>()), rgb, T(0.5),
+          T(0.3), shininess};
+}
+
+template <class T = double>
+std::vector<Light<T>> two_lights() {
+  return {light<T>({1, 0.2, 0.1}, {1, T(0.4), 0}), light<T>({-0.3, -1, 0.4}, {0, T(0.2), 1}, 7)};
+}
+
+Image<std::array<double, 3>> picture() {
+  Image<std::array<double, 3>> image(width, height);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) image(x, y) = {x / 100.0, y / 100.0, 0.3};
+  }
+  return image;
+}
+
+// The pipeline out of its published parts, a pixel at a time.
+Image<Rgb8> step_by_step(const Image<double>& depth, const std::vector<Light<double>>& lights,
+                         BorderNormals border) {
+  const Image<double> rest = rest_depth();
+  const auto background = picture();
+  Image<double> protrusion(width, height), membrane(width, height);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) protrusion(x, y) = std::max(0.0, rest(x, y) - depth(x, y));
+  }
+  const auto spread = gaussian(protrusion, 5, 20);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      membrane(x, y) = std::min(depth(x, y), rest(x, y) - spread(x, y));
+    }
+  }
+  const auto normals = sobel_normals(membrane, camera, border);
+  const auto points = unproject(membrane, camera);
+  Image<Rgb8> image(width, height);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        double sum = 0.5 * background(x, y)[c];
+        for (const auto& l : lights) {
+          sum += l.rgb[c] * phong<double>(normals(x, y), -l.direction(x, y),
+                                          -points(x, y).normalized(), l.diffuse, l.specular,
+                                          l.shininess);
+        }
+        image(x, y)[c] = static_cast<std::uint8_t>(std::min(255.0, 255 * sum));
+      }
+    }
+  }
+  return image;
+}
+
+int pixels_off(const Image<Rgb8>& a, const Image<Rgb8>& b, int by) {
+  int count = 0;
+  for (std::size_t i = 0; i < a.pixels().size(); ++i) {
+    int off = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      off = std::max(off, std::abs(a.pixels()[i][c] - b.pixels()[i][c]));
+    }
+    count += off >= by;
+  }
+  return count;
+}
+
+template <class Make>
+std::string refusal(const Make& make) {
+  try {
+    make();
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("the frame is its parts, one after the other") {
+  for (const auto border : {BorderNormals::none, BorderNormals::extrapolated}) {
+    for (const double shininess : {0.0, 1.0, 15.0, 16.0, 300.0, 12.5, 1e6}) {
+      auto lights = two_lights();
+      lights[1].shininess = shininess;
+      const TactileRenderer renderer(camera, rest_depth(), lights, picture(),
+                                     TactileOptions{.border_normals = border});
+      const auto contact = ball(0.004);
+      const auto image = renderer.render(contact);
+      const auto expected = step_by_step(contact, lights, border);
+      CHECK(pixels_off(image, expected, 2) == 0);
+      CHECK(pixels_off(image, expected, 1) <= 4);  // sums that a rounding carries over a level
+    }
+  }
+}
+
+TEST_CASE("what is computed only where the contact changed something is the whole frame's") {
+  for (const auto& contact : {ball(0.004), ball(0.001, 2, 54, 4), ball(0.002, 70, 0, 30),
+                              ball(0.001, 36, 28, 0.5), rest_depth()}) {
+    const TactileRenderer sparse(camera.cast<float>(), rest_depth(), two_lights<float>(),
+                                 picture());
+    const TactileRenderer dense(camera.cast<float>(), rest_depth(), two_lights<float>(), picture(),
+                                TactileOptions{.skip_unchanged = false});
+    CHECK(sparse.render(contact) == dense.render(contact));
+    CHECK(sparse.rest_image() == dense.rest_image());
+  }
+}
+
+TEST_CASE(
+    "nothing that touches: the image at rest, bit for bit, and without lights the background") {
+  const TactileRenderer renderer(camera.cast<float>(), rest_depth(), two_lights<float>(),
+                                 picture());
+  CHECK(renderer.render(rest_depth()) == renderer.rest_image());
+  Image<double> deeper = rest_depth();
+  for (double& z : deeper.pixels()) z += 1;
+  CHECK(renderer.render(deeper) == renderer.rest_image());
+
+  Image<Rgb8> colours(width, height);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      colours(x, y) = {static_cast<std::uint8_t>(3 * x), static_cast<std::uint8_t>(4 * y), 255};
+    }
+  }
+  const TactileRenderer dark(camera.cast<float>(), rest_depth(), std::vector<Light<float>>{},
+                             colours, TactileOptions{.ambient = 1});
+  CHECK(dark.render(rest_depth()) == colours);
+  CHECK(dark.render(ball(0.004)) == colours);
+}
+
+TEST_CASE("unknown depths show the background, and reach no further than the smoothing") {
+  const auto lights = two_lights<float>();
+  const TactileRenderer renderer(camera.cast<float>(), rest_depth(), lights, picture());
+  const TactileRenderer unlit(camera.cast<float>(), rest_depth(), std::vector<Light<float>>{},
+                              picture());
+  const auto background = unlit.rest_image();
+  const auto whole = renderer.render(ball(0.004));
+  for (const double bad : {unknown, inf, -inf, 0.0, -0.01}) {
+    auto contact = ball(0.004);
+    contact(32, 27) = contact(33, 27) = bad;
+    const auto image = renderer.render(contact);
+    CHECK(image(32, 27) == background(32, 27));
+    CHECK(image(33, 27) == background(33, 27));
+    for (Index y = 0; y < height; ++y) {
+      for (Index x = 0; x < width; ++x) {
+        const bool in_reach = x >= 32 - 21 && x <= 33 + 21 && std::abs(y - 27) <= 21;
+        if (!in_reach) CHECK(image(x, y) == whole(x, y));
+      }
+    }
+  }
+}
+
+TEST_CASE("unknown depths do not bias the membrane: a membrane pressed in evenly stays even") {
+  Image<double> even = rest_depth();
+  for (double& z : even.pixels()) z -= 0.002;
+  const TactileRenderer renderer(camera, rest_depth(), two_lights(), picture());
+  const auto whole = renderer.render(even);
+  auto holed = even;
+  for (Index y = 10; y < 30; ++y) {
+    for (Index x = 20; x < 26; ++x) holed(x, y) = unknown;
+  }
+  holed(0, 0) = holed(60, 55) = 0;
+  const auto image = renderer.render(holed);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      if (std::isnan(holed(x, y)) || holed(x, y) == 0) continue;
+      for (std::size_t c = 0; c < 3; ++c) CHECK(std::abs(image(x, y)[c] - whole(x, y)[c]) <= 1);
+    }
+  }
+  Image<double> nothing(width, height, unknown);
+  CHECK(
+      renderer.render(nothing) ==
+      TactileRenderer(camera, rest_depth(), std::vector<Light<double>>{}, picture()).rest_image());
+}
+
+TEST_CASE("a rest depth with a mask: the background outside, no light one pixel from the edge") {
+  auto masked = rest_depth();
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      if ((x - 36) * (x - 36) + (y - 28) * (y - 28) > 26 * 26) masked(x, y) = unknown;
+    }
+  }
+  auto even = masked;
+  for (double& z : even.pixels()) z -= 0.002;
+  const TactileRenderer renderer(camera, masked, two_lights(), picture());
+  const TactileRenderer free(camera, rest_depth(), two_lights(), picture());
+  auto free_even = rest_depth();
+  for (double& z : free_even.pixels()) z -= 0.002;
+  const auto want = free.render(free_even), image = renderer.render(even);
+  const auto unlit =
+      TactileRenderer(camera, masked, std::vector<Light<double>>{}, picture()).rest_image();
+  for (Index y = 1; y < height - 1; ++y) {
+    for (Index x = 1; x < width - 1; ++x) {
+      bool inside = true;
+      for (const Index dy : {-1, 0, 1}) {
+        for (const Index dx : {-1, 0, 1}) inside = inside && !std::isnan(masked(x + dx, y + dy));
+      }
+      if (!inside) CHECK(image(x, y) == unlit(x, y));
+      if (!inside) continue;
+      for (std::size_t c = 0; c < 3; ++c) CHECK(std::abs(image(x, y)[c] - want(x, y)[c]) <= 1);
+    }
+  }
+  // The mask in the contact's depth alone is holes, and gives the same.
+  CHECK(renderer.render(free_even) == image);
+}
+
+TEST_CASE("a rigid membrane follows the contact; sigma 0 and a radius of 0 are the same") {
+  const auto contact = ball(0.003);
+  const TactileRenderer rigid(camera, rest_depth(), two_lights(), picture(),
+                              TactileOptions{.smoothing_sigma = 0});
+  const TactileRenderer narrow(camera, rest_depth(), two_lights(), picture(),
+                               TactileOptions{.smoothing_sigma = 5, .smoothing_radius = 0});
+  const TactileRenderer of_contact(camera, contact, two_lights(), picture());
+  CHECK(rigid.render(contact) == of_contact.rest_image());
+  CHECK(narrow.render(contact) == of_contact.rest_image());
+}
+
+TEST_CASE("images of one row, one column and one pixel; a radius beyond the image") {
+  for (const auto& [w, h] :
+       {std::array{1, 1}, std::array{9, 1}, std::array{1, 9}, std::array{3, 2}}) {
+    const Camera<float> small{4, 4, 0, 0, w, h};
+    std::vector<Light<float>> lights{{Image<Vec3<float>>(w, h, Vec3<float>(0, 0, 1)), {1, 1, 1}}};
+    for (const auto border : {BorderNormals::none, BorderNormals::extrapolated}) {
+      const TactileRenderer renderer(small, Image<float>(w, h, 0.03f), lights,
+                                     std::array{0.5f, 0.5f, 0.5f},
+                                     TactileOptions{.border_normals = border});
+      const auto image = renderer.render(Image<float>(w, h, 0.028f));
+      CHECK(image.width() == w);
+      const bool lit = border == BorderNormals::extrapolated;
+      // Ambient 63; light from the camera on a flat membrane adds at least half of 255.
+      CHECK((image(0, 0)[0] > 63 + 127) == lit);
+      CHECK((image(0, 0)[0] == 63) == !lit);
+    }
+  }
+}
+
+TEST_CASE("every kind of background and of depth image") {
+  const auto lights = two_lights<float>();
+  const auto eye = camera.cast<float>();
+  const auto contact = ball(0.003);
+  const auto image_on = [&](const auto& background) {
+    return TactileRenderer(eye, rest_depth(), lights, background).render(contact);
+  };
+  const Image<std::uint8_t> grey(width, height, 51);
+  CHECK(image_on(grey) == image_on(std::array{0.2f, 0.2f, 0.2f}));
+  CHECK(image_on(grey) == image_on(Image<Rgb8>(width, height, {51, 51, 51})));
+  CHECK(image_on(grey) == image_on(Image<float>(width, height, 0.2f)));
+  CHECK(image_on(grey) == image_on(Image<Vec3<float>>(width, height, Vec3<float>::Constant(0.2f))));
+  CHECK(image_on(Background<float>{}) ==
+        TactileRenderer(eye, rest_depth(), lights).render(contact));
+
+  const TactileRenderer renderer(eye, rest_depth(), lights, picture());
+  const auto want = renderer.render(contact);
+  std::vector<double> padded(static_cast<std::size_t>((width + 5) * height), unknown);
+  std::vector<double> upside_down(static_cast<std::size_t>(width * height));
+  Image<double> columns(height, width);
+  Image<float> floats(width, height);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      padded[static_cast<std::size_t>((width + 5) * y + x)] = contact(x, y);
+      upside_down[static_cast<std::size_t>(width * (height - 1 - y) + x)] = contact(x, y);
+      columns(y, x) = contact(x, y);
+      floats(x, y) = static_cast<float>(contact(x, y));
+    }
+  }
+  CHECK(renderer.render(ImageView<double>(padded.data(), width, height, width + 5)) == want);
+  CHECK(renderer.render(ImageView<double>(upside_down.data() + width * (height - 1), width, height,
+                                          -width)) == want);
+  CHECK(renderer.render(columns.view().transposed()) == want);
+  CHECK(renderer.render(floats) == want);
+}
+
+TEST_CASE("output of any stride is the packed image, and nothing beside its pixels is touched") {
+  const TactileRenderer renderer(camera.cast<float>(), rest_depth(), two_lights<float>(),
+                                 picture());
+  const auto contact = ball(0.003);
+  const auto want = renderer.render(contact);
+  const Rgb8 untouched{1, 2, 3};
+  Image<Rgb8> large(width + 3, height + 1, untouched), columns(height, width),
+      apart(2 * width, height, untouched);
+  renderer.render_into({large.data(), width, height, width + 3}, contact);
+  renderer.render_into(columns.view().transposed(), contact);
+  renderer.render_into({apart.data(), width, height, 2 * width, 2}, contact);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      CHECK(large(x, y) == want(x, y));
+      CHECK(columns(y, x) == want(x, y));
+      CHECK(apart(2 * x, y) == want(x, y));
+      CHECK(apart(2 * x + 1, y) == untouched);
+    }
+    for (Index x = width; x < width + 3; ++x) CHECK(large(x, y) == untouched);
+  }
+  for (Index x = 0; x < width + 3; ++x) CHECK(large(x, height) == untouched);
+}
+
+TEST_CASE("too bright is white, and eight lights are the sum of their parts") {
+  std::vector<Light<float>> lights(8, light<float>({0, 0, 1}, {1, 0.1f, 0}));
+  const TactileRenderer renderer(camera.cast<float>(), rest_depth(), lights);
+  const auto image = renderer.render(ball(0.002));
+  CHECK(image(30, 25)[0] == 255);
+  lights[0].rgb = {0, 0.8f, 0};
+  lights.resize(1);
+  const auto one = TactileRenderer(camera.cast<float>(), rest_depth(), lights).render(ball(0.002));
+  for (std::size_t i = 0; i < image.pixels().size(); ++i) {
+    CHECK(std::abs(image.pixels()[i][1] - one.pixels()[i][1]) <= 1);
+  }
+}
+
+TEST_CASE("a renderer used from two threads and used again gives the same image") {
+  const TactileRenderer renderer(camera.cast<float>(), rest_depth(), two_lights<float>(),
+                                 picture());
+  const TactileRenderer copy = renderer;
+  const std::array contacts{ball(0.004), ball(0.002, 50, 40, 12)};
+  const std::array want{renderer.render(contacts[0]), renderer.render(contacts[1])};
+  std::array<int, 2> wrong{};
+  std::vector<std::thread> threads;
+  for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) {
+    threads.emplace_back([&, k] {
+      for (int i = 0; i < 50; ++i) wrong[k] += renderer.render(contacts[k]) != want[k];
+    });
+  }
+  for (auto& thread : threads) thread.join();
+  CHECK(wrong == std::array{0, 0});
+  CHECK(copy.render(contacts[0]) == want[0]);
+}
+
+TEST_CASE("input that cannot be used is refused by name, before anything is written") {
+  const auto rest = rest_depth();
+  const auto make =
+      [&](const Camera<double>& eye, const auto& depth, const std::vector<Light<double>>& lights,
+          const Background<double>& background = {}, const TactileOptions& options = {}) {
+        return refusal([&] { TactileRenderer<double>(eye, depth, lights, background, options); });
+      };
+  CHECK(make(camera, rest, two_lights(), picture()) == "accepted");
+  auto blind = camera;
+  blind.fx = 0;
+  CHECK(contains(make(blind, rest, two_lights()), "focal lengths (0, 42)"));
+  CHECK(make(camera, Image<double>(3, 4), {}) ==
+        "the rest depth image is 3 x 4 pixels, the camera's image 72 x 56");
+  CHECK(make(camera, rest, {}, Image<float>(72, 55)) ==
+        "the background image is 72 x 55 pixels, the camera's image 72 x 56");
+  auto lights = two_lights();
+  lights[1].direction = Image<Vec3<double>>(56, 72);
+  CHECK(make(camera, rest, lights) ==
+        "the direction image of light 1 is 56 x 72 pixels, the camera's image 72 x 56");
+  lights = two_lights();
+  lights[1].direction(5, 6).y() = unknown;
+  CHECK(contains(make(camera, rest, lights), "light 1 has direction"));
+  CHECK(contains(make(camera, rest, lights), "at pixel (5, 6)"));
+  lights = two_lights();
+  lights[0].shininess = -1;
+  CHECK(contains(make(camera, rest, lights), "light 0 has shininess -1"));
+  lights[0].shininess = 2.5;
+  CHECK(make(camera, rest, lights) == "accepted");
+  CHECK(contains(make(camera, rest, lights, {}, TactileOptions{.specular = Specular::unclamped}),
+                 "shininess 2.5"));
+  lights = two_lights();
+  lights[0].rgb[2] = inf;
+  CHECK(contains(make(camera, rest, lights), "light 0 has a colour"));
+  CHECK(contains(make(camera, rest, {}, {}, TactileOptions{.smoothing_sigma = unknown}),
+                 "sigma nan"));
+  CHECK(contains(make(camera, rest, {}, {}, TactileOptions{.smoothing_sigma = -2}), "sigma -2"));
+  CHECK(contains(make(camera, rest, {}, {}, TactileOptions{.smoothing_radius = -1}), "radius -1"));
+  CHECK(contains(make(camera, rest, {}, {}, TactileOptions{.ambient = unknown}), "ambient nan"));
+  auto bad = picture();
+  bad(7, 8)[1] = unknown;
+  CHECK(contains(refusal([&] { Background<double> background(bad); }), "background pixel (7, 8)"));
+
+  const TactileRenderer renderer(camera, rest, two_lights());
+  Image<Rgb8> out(width, height, {9, 9, 9});
+  CHECK(refusal([&] { renderer.render_into(out, Image<double>(72, 57)); }) ==
+        "the depth image is 72 x 57 pixels, the camera's image 72 x 56");
+  Image<Rgb8> small(2, 2, {9, 9, 9});
+  CHECK(refusal([&] { renderer.render_into(small, rest); }) ==
+        "the output image is 2 x 2 pixels, the camera's image 72 x 56");
+  Image<double> depth = rest;
+  const ImageView<Rgb8> within(reinterpret_cast<Rgb8*>(depth.data()) + 10, width, height);
+  CHECK(refusal([&] { renderer.render_into(within, depth); }) ==
+        "the output image lies in the memory of the depth image");
+  CHECK(refusal([&] { renderer.render_into(within, ImageView<const double>(depth)); }) !=
+        "accepted");
+  CHECK(out == Image<Rgb8>(width, height, {9, 9, 9}));
+  CHECK(small == Image<Rgb8>(2, 2, {9, 9, 9}));
+  CHECK(depth == rest);
 }

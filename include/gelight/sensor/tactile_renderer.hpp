@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -111,11 +113,17 @@ class TactileRenderer {
   }
 
   /// The same, into the caller's pixels. Throws InvalidInput, before anything is written, for a
-  /// depth or output image of another size than the camera's.
+  /// depth or output image of another size than the camera's, and for an output that lies in the
+  /// memory of the depth.
   template <ImageOf<T> D>
   void render_into(ImageView<Rgb8> out, const D& depth) const {
     detail::require_camera_size(depth, camera_, "the depth image");
     detail::require_camera_size(out, camera_, "the output image");
+    if constexpr (requires { depth.view(); }) {
+      require_apart(out, depth.view());
+    } else if constexpr (requires { depth.row_bytes(); }) {
+      require_apart(out, depth);
+    }
     render_all(out, depth, !options_.skip_unchanged);
   }
 
@@ -166,6 +174,14 @@ class TactileRenderer {
                         ") at pixel (", x, ", ", y, "), which is not finite");
       }
     }
+  }
+
+  template <class P>
+  static void require_apart(ImageView<Rgb8> out, ImageView<P> depth) {
+    const auto [first, last] = detail::byte_range(out);
+    const auto [depth_first, depth_last] = detail::byte_range(depth);
+    detail::require(last <= depth_first || depth_last <= first,
+                    "the output image lies in the memory of the depth image");
   }
 
   [[nodiscard]] static std::vector<T> membrane_weights(const TactileOptions& options) {
@@ -248,7 +264,7 @@ class TactileRenderer {
       for (Index x = run.begin; x < run.end; ++x) {
         const T z = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
         if (detail::is_depth(z) && detail::is_depth(rest[x])) continue;
-        work.shading.packed[static_cast<std::size_t>(x)] = shading_.ambient(x, y);
+        work.shading.packed[static_cast<std::size_t>(x)] = shading_.ambient_colour(x, y);
       }
     }
   }
@@ -264,7 +280,13 @@ class TactileRenderer {
 
   static void write(ImageView<Rgb8> out, const std::int32_t* packed, Index y,
                     const detail::Run& run) {
-    for (Index x = run.begin; x < run.end; ++x) {
+    Index x = run.begin;
+    if (std::endian::native == std::endian::little && out.rows_are_packed()) {
+      // Four bytes a pixel, of which the next pixel overwrites the last.
+      auto* bytes = reinterpret_cast<unsigned char*>(out.row(y) + x);
+      for (; x < run.end - 1; ++x, bytes += 3) std::memcpy(bytes, packed + x, 4);
+    }
+    for (; x < run.end; ++x) {
       const auto rgb = static_cast<std::uint32_t>(packed[x]);
       out(x, y) = {static_cast<std::uint8_t>(rgb), static_cast<std::uint8_t>(rgb >> 8),
                    static_cast<std::uint8_t>(rgb >> 16)};

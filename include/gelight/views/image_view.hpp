@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -95,6 +96,26 @@ class ImageView {
   Index width_ = 0, height_ = 0;
   std::ptrdiff_t row_bytes_ = 0, pixel_bytes_ = pixel_size;
 };
+
+namespace detail {
+
+/// The first byte of a view's pixels, and one past the last; as numbers, which compare wherever
+/// they point.
+template <class P>
+[[nodiscard]] std::pair<std::uintptr_t, std::uintptr_t> byte_range(const ImageView<P>& view) {
+  if (view.width() == 0 || view.height() == 0) return {0, 0};
+  const std::ptrdiff_t across = (view.width() - 1) * view.pixel_bytes();
+  const std::ptrdiff_t down = (view.height() - 1) * view.row_bytes();
+  const auto start = reinterpret_cast<std::uintptr_t>(view.data());
+  const auto at = [&](std::ptrdiff_t offset) {
+    return start + static_cast<std::uintptr_t>(offset);
+  };
+  const std::ptrdiff_t zero = 0;
+  return {at(std::min(across, zero) + std::min(down, zero)),
+          at(std::max(across, zero) + std::max(down, zero)) + sizeof(P)};
+}
+
+}  // namespace detail
 
 /// An image that owns its pixels, packed row after row from the top left.
 template <class P>

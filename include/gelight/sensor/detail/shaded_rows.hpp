@@ -44,7 +44,7 @@ class ShadedRows {
   struct Workspace {
     std::vector<T> normal_x, normal_y, normal_z, facing, length;  // a row each
     std::vector<T> toward, mirrored, shine;
-    std::vector<T> red, green, blue;
+    std::array<std::vector<T>, 3> rgb;
     std::vector<std::int32_t> packed;
   };
 
@@ -81,7 +81,7 @@ class ShadedRows {
     const auto width = static_cast<std::size_t>(camera_.width);
     for (auto* row :
          {&work.normal_x, &work.normal_y, &work.normal_z, &work.facing, &work.length, &work.toward,
-          &work.mirrored, &work.shine, &work.red, &work.green, &work.blue}) {
+          &work.mirrored, &work.shine, &work.rgb[0], &work.rgb[1], &work.rgb[2]}) {
       row->resize(width);
     }
     work.packed.resize(width);
@@ -103,39 +103,45 @@ class ShadedRows {
   /// The colours of a run of row y with these normals, into `packed`.
   void shade(Workspace& work, Index y, const Run& run, const NormalRow<T>& n) const {
     const std::ptrdiff_t x = run.begin, count = run.end - run.begin;
-    const RgbRow<T> rgb{work.red.data() + x, work.green.data() + x, work.blue.data() + x};
-    std::copy_n(fixed(y, red_plane) + x, count, rgb.r);
-    std::copy_n(fixed(y, red_plane + 1) + x, count, rgb.g);
-    std::copy_n(fixed(y, red_plane + 2) + x, count, rgb.b);
+    std::array<const T*, 3> sum{ambient(y, 0) + x, ambient(y, 1) + x, ambient(y, 2) + x};
     const EyeRow<T> eye{columns_.data() + x, fixed(y, inverse_ray_plane) + x, row_ray(y)};
+    const PhongScratch<T> scratch{work.toward.data() + x, work.mirrored.data() + x,
+                                  work.shine.data() + x};
     for (std::size_t k = 0; k < colours_.size(); ++k) {
       const std::size_t plane = light_plane(k);
       const LightRow<T> light{fixed(y, plane) + x, fixed(y, plane + 1) + x,
                               fixed(y, plane + 2) + x};
-      phong_row(rgb, n, light, colours_[k], eye,
-                {work.toward.data() + x, work.mirrored.data() + x, work.shine.data() + x}, count);
+      phong_row(scratch, n, light, colours_[k], eye, count);
+      for (std::size_t c = 0; c < 3; ++c) {
+        if (colours_[k].diffuse[c] == 0 && colours_[k].specular[c] == 0) continue;
+        T* const out = work.rgb[c].data() + x;
+        add_light_row(out, sum[c], scratch, colours_[k].diffuse[c], colours_[k].specular[c], count);
+        sum[c] = out;
+      }
     }
-    pack_row(work.packed.data() + x, rgb.r, rgb.g, rgb.b, count);
+    pack_row(work.packed.data() + x, sum[0], sum[1], sum[2], count);
   }
 
   /// The colour of a pixel by ambient light alone, packed.
-  [[nodiscard]] std::int32_t ambient(Index x, Index y) const {
-    return to_byte(fixed(y, red_plane)[x]) | to_byte(fixed(y, red_plane + 1)[x]) << 8 |
-           to_byte(fixed(y, red_plane + 2)[x]) << 16;
+  [[nodiscard]] std::int32_t ambient_colour(Index x, Index y) const {
+    return to_byte(ambient(y, 0)[x]) | to_byte(ambient(y, 1)[x]) << 8 |
+           to_byte(ambient(y, 2)[x]) << 16;
   }
 
  private:
-  // The planes of each row.
+  // The planes of `fixed_`.
   static constexpr std::size_t inverse_ray_plane = 0, red_plane = 1, first_light = 4;
 
   [[nodiscard]] static std::size_t light_plane(std::size_t k) { return first_light + 3 * k; }
   [[nodiscard]] std::ptrdiff_t offset(Index y, std::size_t plane) const {
-    return (y * static_cast<std::ptrdiff_t>(planes_) + static_cast<std::ptrdiff_t>(plane)) *
-           camera_.width;
+    return (static_cast<std::ptrdiff_t>(plane) * camera_.height + y) * camera_.width;
   }
   [[nodiscard]] T* fixed(Index y, std::size_t plane) { return fixed_.data() + offset(y, plane); }
   [[nodiscard]] const T* fixed(Index y, std::size_t plane) const {
     return fixed_.data() + offset(y, plane);
+  }
+  [[nodiscard]] const T* ambient(Index y, std::size_t c) const {
+    return fixed(y, grey_background_ ? red_plane : red_plane + c);
   }
   [[nodiscard]] T row_ray(Index y) const { return camera_.ray(0, static_cast<T>(y)).y(); }
 
@@ -153,6 +159,7 @@ class ShadedRows {
       for (Index x = 0; x < camera_.width; ++x) {
         const auto& rgb = background.is_image() ? background.image()(x, y) : background.solid();
         for (std::size_t c = 0; c < 3; ++c) fixed(y, red_plane + c)[x] = scale * rgb[c];
+        grey_background_ = grey_background_ && rgb[0] == rgb[1] && rgb[1] == rgb[2];
       }
     }
   }
@@ -177,7 +184,8 @@ class ShadedRows {
   Camera<T> camera_;
   std::vector<T> columns_;
   std::size_t planes_;
-  std::vector<T> fixed_;  // row after row, the planes of one row side by side
+  std::vector<T> fixed_;  // plane after plane
+  bool grey_background_ = true;
   std::vector<LightColour<T>> colours_;
 };
 

@@ -76,13 +76,15 @@ struct LightColour {
   T least_cosine;
 };
 
+/// What Phong's equation makes of a light along a row: max(0, N.L), and R.V raised to the
+/// shininess; `mirrored` is used on the way.
 template <class T>
-struct RgbRow {
-  T *r, *g, *b;
+struct PhongScratch {
+  T *toward, *mirrored, *shine;
 };
 
-/// toward[i] = max(0, N.L); mirrored[i] = R.V, or 0 where that is closer to 0 than `least`, and in
-/// the gated form where it is negative or the light is behind.
+/// toward[i] = max(0, N.L); mirrored[i] = R.V, or 0 where that is closer to 0 than `least` or, in
+/// the gated form, negative.
 template <Specular form, class T>
 void reflect_row(T* __restrict toward, T* __restrict mirrored, const NormalRow<T>& n,
                  const LightRow<T>& light, const EyeRow<T>& eye, T least, std::ptrdiff_t count) {
@@ -96,34 +98,24 @@ void reflect_row(T* __restrict toward, T* __restrict mirrored, const NormalRow<T
     const T r_dot_v = inverse_ray[i] * (along_ray - 2 * lit * facing[i]);
     toward[i] = lit;
     if constexpr (form == Specular::gated) {
-      const T shine = lit > 0 ? r_dot_v : 0;
-      mirrored[i] = shine > least ? shine : 0;
+      mirrored[i] = r_dot_v > least ? r_dot_v : 0;
     } else {
       mirrored[i] = r_dot_v * r_dot_v > least * least ? r_dot_v : 0;
     }
   }
 }
 
-/// shine[i] = 0 where the light is behind the surface, which 0^0 = 1 would light.
+/// shine[i] = 0 where the light is behind the surface.
 template <class T>
 void gate_row(T* __restrict shine, const T* toward, std::ptrdiff_t count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) shine[i] = toward[i] > 0 ? shine[i] : 0;
 }
 
+/// The two factors of a light's diffuse and specular terms along a row.
 template <class T>
-void add_light_row(T* __restrict channel, const T* toward, const T* shine, T diffuse, T specular,
-                   std::ptrdiff_t count) {
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    channel[i] += diffuse * toward[i] + specular * shine[i];
-  }
-}
-
-/// Adds Phong's two terms of one light to the channels; `scratch` are three rows.
-template <class T>
-void phong_row(const RgbRow<T>& out, const NormalRow<T>& n, const LightRow<T>& light,
-               const LightColour<T>& colour, const EyeRow<T>& eye, const std::array<T*, 3>& scratch,
-               std::ptrdiff_t count) {
-  const auto& [toward, mirrored, shine] = scratch;
+void phong_row(const PhongScratch<T>& out, const NormalRow<T>& n, const LightRow<T>& light,
+               const LightColour<T>& colour, const EyeRow<T>& eye, std::ptrdiff_t count) {
+  const auto& [toward, mirrored, shine] = out;
   const bool gated = colour.form == Specular::gated;
   if (gated) {
     reflect_row<Specular::gated>(toward, mirrored, n, light, eye, colour.least_cosine, count);
@@ -136,11 +128,20 @@ void phong_row(const RgbRow<T>& out, const NormalRow<T>& n, const LightRow<T>& l
   } else {
     for (std::ptrdiff_t i = 0; i < count; ++i) shine[i] = std::pow(mirrored[i], exponent);
   }
-  if (gated && exponent == 0) gate_row(shine, toward, count);
-  const std::array<T*, 3> channels{out.r, out.g, out.b};
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (colour.diffuse[c] == 0 && colour.specular[c] == 0) continue;
-    add_light_row(channels[c], toward, shine, colour.diffuse[c], colour.specular[c], count);
+  if (gated) gate_row(shine, toward, count);
+}
+
+/// out[i] = sum[i] and the light, for two rows that do not overlap or are the same.
+template <class T>
+void add_light_row(T* __restrict out, const T* sum, const PhongScratch<T>& light, T diffuse,
+                   T specular, std::ptrdiff_t count) {
+  const T *const toward = light.toward, *const shine = light.shine;
+  if (sum == out) {
+    for (std::ptrdiff_t i = 0; i < count; ++i) out[i] += diffuse * toward[i] + specular * shine[i];
+  } else {
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      out[i] = sum[i] + (diffuse * toward[i] + specular * shine[i]);
+    }
   }
 }
 
