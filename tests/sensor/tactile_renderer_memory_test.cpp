@@ -1,0 +1,48 @@
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdlib>
+#include <initializer_list>
+#include <limits>
+#include <new>
+#include <vector>
+
+#include "gelight/sensor/tactile_renderer.hpp"
+
+// Every byte that this program takes from the heap is counted.
+namespace {
+
+std::atomic<std::size_t> bytes_taken = 0;
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  bytes_taken += size;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+using namespace gelight;
+
+TEST_CASE("a frame after the first takes no memory, whatever it shows") {
+  const Camera<float> camera{60, 60, 49.5, 39.5, 100, 80};
+  const Image<float> rest(100, 80, 0.03f);
+  const std::vector<Light<float>> lights{
+      {Image<Vec3<float>>(100, 80, Vec3<float>(1, 0, 0)), {1, 0, 0}}};
+  const TactileRenderer renderer(camera, rest, lights);
+  Image<float> contact = rest, holed = rest, everywhere(100, 80, 0.02f);
+  for (Index y = 30; y < 50; ++y) {
+    for (Index x = 20; x < 90; x += 17) contact(x, y) = 0.025f;
+    holed(y, y) = std::numeric_limits<float>::quiet_NaN();
+  }
+  Image<Rgb8> out(100, 80);
+  for (const auto* depth :
+       std::initializer_list<const Image<float>*>{&rest, &contact, &holed, &everywhere, &contact}) {
+    const std::size_t before = bytes_taken;
+    renderer.render_into(out, *depth);
+    CHECK(bytes_taken - before == 0);
+  }
+}
