@@ -52,6 +52,12 @@ struct PixelParts<Eigen::Matrix<S, N, 1>> {
 template <class P>
 concept FilterPixel = std::floating_point<typename PixelParts<P>::Scalar>;
 
+/// out[i] += scale row[i]
+template <class T>
+void add_scaled(T* __restrict out, const T* row, T scale, std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) out[i] += scale * row[i];
+}
+
 /// out[i] = w[0] taps[0][i] + the sum over k of w[k] (taps[-k][i] + taps[k][i]), 1 <= k <= radius.
 /// Five pairs at a time, so that the sums stay in registers and the loop is vectorised.
 template <class T>

@@ -99,6 +99,15 @@ class ImageView {
 
 namespace detail {
 
+/// Throws InvalidInput unless two images have one size; the names are those of the images.
+template <ImageLike A, ImageLike B>
+void require_same_size(const A& a, const B& b, const char* a_name, const char* b_name) {
+  const auto width = ImageTraits<A>::width(a), height = ImageTraits<A>::height(a);
+  const auto other_width = ImageTraits<B>::width(b), other_height = ImageTraits<B>::height(b);
+  require(std::cmp_equal(width, other_width) && std::cmp_equal(height, other_height), a_name,
+          " is ", width, " x ", height, " pixels, ", b_name, ' ', other_width, " x ", other_height);
+}
+
 /// The first byte of a view's pixels, and one past the last; as numbers, which compare wherever
 /// they point.
 template <class P>
