@@ -5,6 +5,7 @@
 #include <cmath>
 #include <concepts>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -35,29 +36,43 @@ class Cancelled : public std::runtime_error {
 template <std::floating_point T>
 struct ExactOptions {
   /// Distances beyond this one are not computed; they are reported as +infinity. In the unit of the
-  /// positions, counted as the result is: including the sources' start distances.
+  /// positions, counted as the result is: with the sources' start distances.
   T max_distance = unreachable<T>;
   /// Where not empty, distances beyond that of the farthest target are not computed; they are
-  /// reported as +infinity.
+  /// reported as +infinity. Windows are kept in the targets' own faces.
   std::vector<SurfacePoint<T>> targets{};
   /// Asked now and then while solving; when it answers true, the solver throws Cancelled.
   std::function<bool()> cancelled{};
-  /// Keeps all windows, about 56 bytes each and some dozens per edge, so that a query at a point
-  /// that is no vertex looks only at its own face. Without, such a query searches its way back to
-  /// the source; the answer is the same.
+  /// Keeps all windows, about 50 bytes each and some dozens per edge, so that a query at a point
+  /// that is no vertex looks at its own face only. Without, such a query searches its way back to
+  /// the source, in O(vertices) and more; the answer is the same.
   bool keep_windows = false;
 };
 
-/// One way in which a point is reached.
+/// One straight line by which a point is reached.
 template <std::floating_point T>
 struct ExactArrival {
-  T distance;         ///< Length of the path, with the source's start distance.
-  Vec3<T> direction;  ///< Unit tangent in the direction of travel; zero at a source.
+  T distance;            ///< Length of the path, with the source's start distance.
+  Vec3<T> direction;     ///< Unit tangent in the direction of travel; zero at a source.
+  SurfacePoint<T> from;  ///< Where the line begins: the source, or the last vertex where it bends.
+};
+
+/// How a path leaves its source.
+template <std::floating_point T>
+struct ExactDeparture {
+  Vec3<T> direction;  ///< Unit tangent in the direction of travel.
+  Index halfedge;     ///< A half-edge of the face into which the path goes: one that starts at a
+                      ///< source vertex, lies on a source's edge, or the first of a source's face.
+  T angle;            ///< From that half-edge towards the inside of the face, in radians.
 };
 
 /// Exact geodesic distances from the sources of one solve, with paths and directions of arrival, at
 /// the vertices and anywhere between them. Made by ExactSolver::solve. Queries are const and safe
-/// from several threads.
+/// from several threads. A point that is not of the mesh is refused with InvalidInput.
+///
+/// A vertex answers from what it remembers, in constant time; paths take as many steps as faces.
+/// Other points look at the windows of their face where those were kept (ExactOptions), and else
+/// search back to the source through the faces where the path can lie.
 template <std::floating_point T>
 class ExactField {
  public:
@@ -69,21 +84,21 @@ class ExactField {
     return out;
   }
 
-  /// Distance of a vertex, in constant time.
+  /// Distance of a point, +infinity where no path leads.
   [[nodiscard]] T distance(Index vertex) const {
     surface_.require_vertex(vertex);
     return static_cast<T>(distances_[vertex] + offset_);
   }
   [[nodiscard]] T distance(const SurfacePoint<T>& point) const {
-    return static_cast<T>(nearest(point).distance + offset_);
+    return static_cast<T>(nearest(checked(point)).distance + offset_);
   }
 
-  /// The shortest path from the source to a point; its length and the source's start distance are
-  /// the point's distance. Empty where no path leads, the point alone at a source. Of several
+  /// The shortest path from the source to a point; its length and the source's start distance sum
+  /// to the point's distance. Empty where no path leads, the point alone at a source. Of several
   /// shortest paths one is returned.
   [[nodiscard]] Path<T> path(Index vertex) const { return path(vertex_point<T>(vertex)); }
   [[nodiscard]] Path<T> path(const SurfacePoint<T>& point) const {
-    const std::vector<Point> back = trace(point);
+    const std::vector<Point> back = trace(nearest(checked(point)));
     Path<T> out;
     out.reserve(back.size());
     for (auto p = back.rbegin(); p != back.rend(); ++p) out.push_back(p->template cast<T>());
@@ -91,10 +106,46 @@ class ExactField {
   }
 
   /// The unit tangent in which the shortest path travels on arrival. Zero at a source and where no
-  /// path leads. Of several shortest paths one is taken; `arrivals` gives all.
+  /// path leads. Of several shortest paths one is taken; `arrivals` tells all.
   [[nodiscard]] Vec3<T> direction(Index vertex) const { return direction(vertex_point<T>(vertex)); }
   [[nodiscard]] Vec3<T> direction(const SurfacePoint<T>& point) const {
-    return direction_of(nearest(point)).template cast<T>();
+    return direction_of(nearest(checked(point))).template cast<T>();
+  }
+
+  /// All straight lines by which a point is reached with at most (1 + relative_tolerance) times its
+  /// distance, nearest first: more than one on the cut locus, none where no path leads. Lines less
+  /// than 1e-6 apart in direction count as one. A tolerance that is large against the size of the
+  /// faces may miss lines longer than the shortest, since windows that serve no point are dropped.
+  [[nodiscard]] std::vector<ExactArrival<T>> arrivals(
+      Index vertex, T relative_tolerance = default_tolerance) const {
+    return arrivals(vertex_point<T>(vertex), relative_tolerance);
+  }
+  [[nodiscard]] std::vector<ExactArrival<T>> arrivals(
+      const SurfacePoint<T>& point, T relative_tolerance = default_tolerance) const {
+    detail::require(relative_tolerance >= 0, "a relative tolerance of ", relative_tolerance);
+    const Point p = checked(point);
+    const End shortest = nearest(p);
+    if (!(shortest.distance < unreachable<double>)) return {};
+    const double limit = shortest.distance * (1 + double{relative_tolerance});
+    std::vector<End> ends = has_windows(p) ? ends_at(p, limit) : ends_of_search(p, limit);
+    ends.push_back(shortest);
+    std::stable_sort(ends.begin(), ends.end(),
+                     [](const End& a, const End& b) { return a.distance < b.distance; });
+    return distinct(ends);
+  }
+
+  /// How the shortest path to a point leaves its source, for log maps: the length is the distance,
+  /// the angle is here. Throws InvalidInput at a source and where no path leads, since there is no
+  /// direction. As many steps as the path has faces.
+  [[nodiscard]] ExactDeparture<T> departure(Index vertex) const {
+    return departure(vertex_point<T>(vertex));
+  }
+  [[nodiscard]] ExactDeparture<T> departure(const SurfacePoint<T>& point) const {
+    const std::vector<Point> back = trace(nearest(checked(point)));
+    detail::require(back.size() > 1, "no direction leads from a source to the point on ",
+                    point.kind == SurfacePoint<T>::Kind::face ? "face " : "vertex ",
+                    point.element[0]);
+    return departure_along(back.back(), back[back.size() - 2]);
   }
 
  private:
@@ -102,142 +153,254 @@ class ExactField {
   friend class ExactSolver;
   using Mesh = Surface<double>;
   using Point = SurfacePoint<double>;
+  using Arrival = detail::Arrival;
+  using Weights = std::array<double, 3>;
 
-  // The end of a path: from a vertex of the face, or straight from an image across `last.entry`.
+  // Rounding of the unfolded images, with room: paths that differ by less are equally short.
+  static constexpr T default_tolerance = std::max(T(1e-12), 16 * std::numeric_limits<T>::epsilon());
+  static constexpr double same_direction = 1e-6;
+
+  // The end of a path at a point: its last straight piece, or all of it where a search found it.
   struct End {
     double distance = unreachable<double>;
     Point point;
-    detail::Arrival last;   // or how it comes
-    Vec2<double> at{0, 0};  // the point in last.entry's frame
+    Arrival last;
+    Vec2<double> at{0, 0};      // the point in last.entry's frame
+    std::vector<Point> back{};  // from the point to the source
   };
 
   explicit ExactField(const Mesh& surface) : surface_(surface) {}
 
-  [[nodiscard]] End nearest(const SurfacePoint<T>& point) const {
+  [[nodiscard]] Point checked(const SurfacePoint<T>& point) const {
     surface_.require_point(point);
-    const Point p = snapped(point.template cast<double>());
-    return p.kind == Point::Kind::vertex ? at_vertex(p) : at_point(p);
+    return snapped(surface_, point.template cast<double>());
   }
 
-  // A point with a share of exactly zero lies on an edge or a vertex.
-  static Point snap(const Mesh& surface, const Point& p) {
-    if (p.kind == Point::Kind::vertex) return p;
-    const bool on_face = p.kind == Point::Kind::face;
-    const std::array<Index, 3> v =
-        on_face ? surface.face(p.element[0]) : std::array<Index, 3>{p.element[0], p.element[1], -1};
-    std::vector<int> used;
-    for (int k = 0; k < (on_face ? 3 : 2); ++k) {
-      if (p.weights[static_cast<std::size_t>(k)] > 0) used.push_back(k);
+  // A point with a share of exactly zero lies on an edge or at a vertex.
+  static Point snapped(const Mesh& surface, const Point& p) {
+    std::array<Index, 3> corners{p.element[0], p.element[1], -1};
+    if (p.kind == Point::Kind::face) corners = surface.face(p.element[0]);
+    std::array<std::size_t, 3> used{};
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (p.weights[k] > 0) used[count++] = k;
     }
-    const auto at = [](int k) { return static_cast<std::size_t>(k); };
-    if (used.size() == 1) return vertex_point<double>(v[at(used[0])]);
-    if (used.size() == 2 && on_face) {
-      return edge_point<double>(v[at(used[0])], v[at(used[1])], p.weights[at(used[1])]);
-    }
-    return p;
+    if (count == 1) return vertex_point<double>(corners[used[0]]);
+    if (count == 3 || p.kind != Point::Kind::face) return p;
+    return edge_point<double>(corners[used[0]], corners[used[1]], p.weights[used[1]]);
   }
-  Point snapped(const Point& p) const { return snap(surface_, p); }
+
+  [[nodiscard]] End nearest(const Point& p) const {
+    if (p.kind == Point::Kind::vertex) return at_vertex(p);
+    End best{unreachable<double>, p, {}};
+    for_each_end(p, [&](const End& end) {
+      if (end.distance < best.distance) best = end;
+    });
+    if (!has_windows(p)) {
+      for (End& end : ends_of_search(p, best.distance)) {
+        if (end.distance < best.distance) best = std::move(end);
+      }
+    }
+    return best.distance <= bound_ ? best : End{unreachable<double>, p, {}};
+  }
 
   [[nodiscard]] End at_vertex(const Point& p) const {
     const Index v = p.element[0];
-    End end{distances_[v], p, arrivals_[v], {0, 0}};
+    End end{distances_[v], p, arrivals_[v]};
     if (end.last.entry >= 0) end.at = faces_->apex(end.last.entry);
     return end;
   }
 
-  [[nodiscard]] End at_point(const Point& p) const {
-    End best;
-    best.point = p;
-    for_each_face(p, [&](Index f, const std::array<double, 3>& weights) {
-      from_corners(p, f, best);
-      if (keeps_windows_) through_windows(f, weights, best);
+  // --- what is known around a point ------------------------------------------------------------
+
+  // Calls visit(end) for the ways from the corners of the point's faces, from sources there, and
+  // through the windows that were kept.
+  template <class Visit>
+  void for_each_end(const Point& p, const Visit& visit) const {
+    for_each_face(p, [&](Index f, const Weights& weights) {
+      for (const Index v : surface_.face(f)) visit(from_vertex(p, v));
+      if (keeps_windows(f)) through_windows(p, f, weights, visit);
     });
-    from_sources(p, best);
-    return best;
+    for (std::size_t s = 0; s < sources_.size(); ++s) {
+      if (share_face(p, sources_[s].point)) visit(from_source(p, static_cast<Index>(s)));
+    }
   }
 
-  // Calls visit(face, barycentric coordinates of p in it) for each face that holds p.
-  void for_each_face(const Point& p, const auto& visit) const {
+  // Calls visit(face, the point's shares of its corners) for each face that holds the point.
+  template <class Visit>
+  void for_each_face(const Point& p, const Visit& visit) const {
     if (p.kind == Point::Kind::face) return visit(p.element[0], p.weights);
+    if (p.kind == Point::Kind::vertex) {
+      for (const Index h : surface_.corners(p.element[0])) visit(Mesh::face_of(h), shares(h, 1, 0));
+      return;
+    }
     const Index first = surface_.find_halfedge(p.element[0], p.element[1]);
     Index h = first;
     do {
       const bool same = surface_.origin(h) == p.element[0];
-      std::array<double, 3> weights{0, 0, 0};
-      weights[static_cast<std::size_t>(h % 3)] = p.weights[same ? 0 : 1];
-      weights[static_cast<std::size_t>((h + 1) % 3)] = p.weights[same ? 1 : 0];
-      visit(Mesh::face_of(h), weights);
+      visit(Mesh::face_of(h), shares(h, p.weights[same ? 0 : 1], p.weights[same ? 1 : 0]));
       h = surface_.twin(h);
     } while (h != first);
   }
 
-  void from_corners(const Point& p, Index f, End& best) const {
-    const Vec3<double> position = surface_.position(p);
-    for (const Index v : surface_.face(f)) {
-      const Vec3<double> way = position - surface_.position(v);
-      const double d = distances_[v] + way.stableNorm();
-      if (d < best.distance) {
-        best.distance = d;
-        best.last = {{0, 0}, detail::Arrival::from_vertex, v};
-      }
-    }
+  static Weights shares(Index h, double at_origin, double at_tip) {
+    Weights weights{0, 0, 0};
+    weights[static_cast<std::size_t>(h % 3)] = at_origin;
+    weights[static_cast<std::size_t>((h + 1) % 3)] = at_tip;
+    return weights;
   }
 
-  void from_sources(const Point& p, End& best) const {
-    for (std::size_t s = 0; s < sources_.size(); ++s) {
-      if (!share_face(p, sources_[s].point)) continue;
-      const Vec3<double> way = surface_.position(p) - surface_.position(sources_[s].point);
-      const double d = sources_[s].distance + way.stableNorm();
-      if (d > best.distance) continue;
-      best.distance = d;
-      best.last = {{0, 0}, detail::Arrival::from_source, static_cast<Index>(s)};
-    }
+  [[nodiscard]] End from_vertex(const Point& p, Index v) const {
+    const double gap = (surface_.position(p) - surface_.position(v)).stableNorm();
+    return {distances_[v] + gap, p, {{0, 0}, Arrival::from_vertex, v}};
+  }
+
+  [[nodiscard]] End from_source(const Point& p, Index s) const {
+    const auto& source = sources_[static_cast<std::size_t>(s)];
+    const double gap = (surface_.position(p) - surface_.position(source.point)).stableNorm();
+    return {source.distance + gap, p, {{0, 0}, Arrival::from_source, s}};
   }
 
   [[nodiscard]] bool share_face(const Point& p, const Point& q) const {
     bool shared = false;
-    for_each_face(p, [&](Index f, const auto&) {
-      const auto v = surface_.face(f);
-      const auto has = [&](Index i) { return std::find(v.begin(), v.end(), i) != v.end(); };
-      const auto [a, b] = q.element;
-      if (q.kind == Point::Kind::face) shared |= a == f;
-      if (q.kind == Point::Kind::edge) shared |= has(a) && has(b);
-      if (q.kind == Point::Kind::vertex) shared |= has(a);
+    for_each_face(p, [&](Index f, const Weights&) {
+      for_each_face(q, [&](Index g, const Weights&) { shared |= f == g; });
     });
     return shared;
   }
 
-  void through_windows(Index f, const std::array<double, 3>& weights, End& best) const {
+  // Windows on a side where the point itself lies are left out: such paths arrive in other faces.
+  template <class Visit>
+  void through_windows(const Point& p, Index f, const Weights& weights, const Visit& visit) const {
     for (Index h = 3 * f; h < 3 * f + 3; ++h) {
       const auto k = static_cast<std::size_t>(h % 3);
+      if (weights[(k + 2) % 3] == 0) continue;
       const Vec2<double> at = weights[(k + 1) % 3] * Vec2<double>(surface_.length(h), 0) +
                               weights[(k + 2) % 3] * faces_->apex(h);
-      for (Index i = windows_.first[h]; i < windows_.first[h + 1]; ++i) {
-        const auto& w = windows_.windows[i];
-        const double d = w.start + detail::distance_through(w.begin, w.end, w.x, w.y, at);
-        if (d >= best.distance) continue;
-        best.distance = d;
-        best.last = {{w.x, w.y}, h, w.origin};
-        best.at = at;
-      }
+      windows_->for_each(h, [&](const detail::WindowColumns& w, std::ptrdiff_t count) {
+        for (std::ptrdiff_t i = 0; i < count; ++i) {
+          const double d = origins_[w.origin[i]].start +
+                           detail::distance_through(w.begin[i], w.end[i], w.x[i], w.y[i], at);
+          visit(End{d, p, {{w.x[i], w.y[i]}, h, w.origin[i]}, at});
+        }
+      });
     }
   }
 
+  [[nodiscard]] bool keeps_windows(Index face) const {
+    return windows_ && (kept_faces_.empty() || kept_faces_[face] != 0);
+  }
+
+  [[nodiscard]] bool has_windows(const Point& p) const {
+    bool all = true;
+    for_each_face(p, [&](Index f, const Weights&) { all &= keeps_windows(f); });
+    return all;
+  }
+
+  // --- search back to the sources --------------------------------------------------------------
+
+  // Solves from the point to the sources, leaving out what the known distances of the vertices show
+  // to be a detour beyond `limit`.
+  [[nodiscard]] std::vector<End> ends_of_search(const Point& p, double limit) const {
+    const ExactField back = search_back(p, limit);
+    std::vector<End> ends;
+    for (const auto& source : sources_) {
+      for (const End& end : back.ends_at(source.point, limit - source.distance)) {
+        std::vector<Point> path = back.trace(end);
+        std::reverse(path.begin(), path.end());
+        ends.push_back({end.distance + source.distance, p, {}, {0, 0}, std::move(path)});
+      }
+    }
+    return ends;
+  }
+
+  [[nodiscard]] ExactField search_back(const Point& p, double limit) const {
+    detail::PropagationLimits limits;
+    limits.distance = limit * (1 + detail::rounding);
+    limits.keep_windows = true;
+    limits.rest.reserve(distances_.size());
+    for (const double d : distances_) limits.rest.push_back(std::min(d, bound_));
+    detail::WindowPropagation propagation;
+    ExactField back(surface_);
+    back.faces_ = faces_;
+    back.sources_ = {{p, 0}};
+    propagation.run(surface_, *faces_, back.sources_, limits);
+    back.adopt(propagation);
+    return back;
+  }
+
+  void adopt(detail::WindowPropagation& propagation) {
+    bound_ = propagation.bound();
+    distances_ = propagation.distances;
+    arrivals_ = propagation.arrivals;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (distances_[v] <= bound_) continue;
+      distances_[v] = unreachable<double>;
+      arrivals_[v] = {};
+    }
+    origins_ = propagation.origins;
+    if (propagation.keeps_any()) {
+      windows_ = std::make_shared<const detail::WindowStore>(std::move(propagation.kept));
+      propagation.kept = {};
+    }
+  }
+
+  // --- directions --------------------------------------------------------------------------------
+
+  // Straight ends within a limit: by windows through which the line to the point goes, and from
+  // vertices of the point's faces where paths begin or bend.
+  [[nodiscard]] std::vector<End> ends_at(const Point& p, double limit) const {
+    std::vector<End> ends;
+    if (p.kind == Point::Kind::vertex && distances_[p.element[0]] <= limit) {
+      ends.push_back(at_vertex(p));
+    }
+    for_each_end(p, [&](const End& end) {
+      if (!(end.distance <= limit)) return;
+      if (end.last.entry == Arrival::from_vertex && !begins_lines(end.last.origin)) return;
+      if (p.kind == Point::Kind::vertex && end.last.entry == Arrival::from_vertex &&
+          end.last.origin == p.element[0]) {
+        return;
+      }
+      ends.push_back(end);
+    });
+    return ends;
+  }
+
+  [[nodiscard]] bool begins_lines(Index vertex) const {
+    if (faces_->bend(vertex) != detail::PlanarFaces::Bend::none) return true;
+    return std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) {
+      return source.point == vertex_point<double>(vertex);
+    });
+  }
+
+  [[nodiscard]] std::vector<ExactArrival<T>> distinct(const std::vector<End>& ends) const {
+    std::vector<ExactArrival<T>> out;
+    std::vector<Vec3<double>> directions;
+    for (const End& end : ends) {
+      const Vec3<double> direction = direction_of(end);
+      const bool known = std::any_of(
+          directions.begin(), directions.end(),
+          [&](const Vec3<double>& d) { return (d - direction).norm() < same_direction; });
+      if (known) continue;
+      directions.push_back(direction);
+      out.push_back({static_cast<T>(end.distance + offset_), direction.template cast<T>(),
+                     beginning(end).template cast<T>()});
+    }
+    return out;
+  }
+
   [[nodiscard]] Vec3<double> direction_of(const End& end) const {
-    using Arrival = detail::Arrival;
+    if (end.back.size() > 1) return unit(end.back[1], end.back[0]);
     if (end.last.entry == Arrival::none) return Vec3<double>::Zero();
-    if (end.last.entry >= 0) return in_space(end.last.entry, end.at - end.last.image);
-    const Vec3<double> from = end.last.entry == Arrival::from_vertex
-                                  ? surface_.position(end.last.origin)
-                                  : surface_.position(source_point(end.last.origin));
-    return (surface_.position(end.point) - from).stableNormalized();
+    if (end.last.entry < 0) return unit(beginning(end), end.point);
+    return in_space(end.last.entry, end.at - end.last.image);
   }
 
-  [[nodiscard]] const Point& source_point(Index source) const {
-    return sources_[static_cast<std::size_t>(source)].point;
+  [[nodiscard]] Vec3<double> unit(const Point& from, const Point& to) const {
+    return (surface_.position(to) - surface_.position(from)).stableNormalized();
   }
 
-  // A direction of the plane of half-edge h's face.
+  // A direction in the plane of half-edge h's face.
   [[nodiscard]] Vec3<double> in_space(Index h, const Vec2<double>& direction) const {
     const Vec3<double> o = surface_.position(surface_.origin(h));
     const Vec3<double> x = (surface_.position(surface_.tip(h)) - o).stableNormalized();
@@ -246,31 +409,86 @@ class ExactField {
     return (direction.x() * x + direction.y() * y).stableNormalized();
   }
 
-  [[nodiscard]] std::vector<Point> trace(const SurfacePoint<T>& point) const {
-    const End end = nearest(point);
+  // Where the last straight line to an end begins.
+  [[nodiscard]] Point beginning(const End& end) const {
+    if (!end.back.empty()) return first_bend(end.back);
+    if (end.last.entry == Arrival::none) return end.point;
+    if (end.last.entry == Arrival::from_vertex) return vertex_point<double>(end.last.origin);
+    if (end.last.entry == Arrival::from_source) return source_point(end.last.origin);
+    Index origin = end.last.origin;
+    while (origins_[origin].kind == detail::Origin::Kind::crossing) {
+      origin = origins_[origin].previous;
+    }
+    const detail::Origin& o = origins_[origin];
+    return o.kind == detail::Origin::Kind::vertex ? vertex_point<double>(o.index)
+                                                  : source_point(o.index);
+  }
+
+  [[nodiscard]] Point first_bend(const std::vector<Point>& back) const {
+    const auto bends = [&](const Point& p) {
+      return p.kind == Point::Kind::vertex && begins_lines(p.element[0]);
+    };
+    const auto bend = std::find_if(back.begin() + 1, back.end(), bends);
+    return bend == back.end() ? back.back() : *bend;
+  }
+
+  [[nodiscard]] const Point& source_point(Index source) const {
+    return sources_[static_cast<std::size_t>(source)].point;
+  }
+
+  [[nodiscard]] std::vector<Point> trace(const End& end) const {
+    if (!end.back.empty()) return end.back;
     if (!(end.distance < unreachable<double>)) return {};
     const detail::Trace tracer(surface_, *faces_, sources_, distances_, arrivals_, origins_);
     return tracer.back(end.point, end.at, end.last);
   }
 
+  [[nodiscard]] ExactDeparture<T> departure_along(const Point& source, const Point& next) const {
+    ExactDeparture<T> out{};
+    const Vec3<double> direction = unit(source, next);
+    out.direction = direction.template cast<T>();
+    for_each_face(source, [&](Index f, const Weights& weights) {
+      if (!share_face(next, face_point<double>(f, {1.0 / 3, 1.0 / 3, 1.0 / 3}))) return;
+      Index h = 3 * f;
+      while (source.kind != Point::Kind::face && !starts_at(h, weights)) ++h;
+      const Vec3<double> o = surface_.position(surface_.origin(h));
+      const Vec3<double> x = surface_.position(surface_.tip(h)) - o;
+      const Vec3<double> up = x.cross(surface_.position(surface_.apex(h)) - o).cross(x);
+      out.halfedge = h;
+      out.angle = static_cast<T>(
+          std::atan2(direction.dot(up.stableNormalized()), direction.dot(x.stableNormalized())));
+    });
+    return out;
+  }
+
+  // Whether a half-edge starts at a source vertex or lies on a source's edge.
+  static bool starts_at(Index h, const Weights& weights) {
+    const auto k = static_cast<std::size_t>(h % 3);
+    return weights[k] > 0 && weights[(k + 2) % 3] == 0;
+  }
+
   Mesh surface_;
   std::shared_ptr<const detail::PlanarFaces> faces_;
-  detail::Sources sources_;          // their distances less the offset
-  double offset_ = 0;                // the least start distance
+  detail::Sources sources_;  // their distances less the offset
+  double offset_ = 0;        // the least start distance
+  double bound_ = unreachable<double>;
   detail::Array<double> distances_;  // of each vertex, less the offset
-  detail::Array<detail::Arrival> arrivals_;
+  detail::Array<Arrival> arrivals_;  // of each vertex
   detail::Array<detail::Origin> origins_;
-  detail::KeptWindows windows_;
-  bool keeps_windows_ = false;
+  std::shared_ptr<const detail::WindowStore> windows_;  // where any were kept
+  detail::Array<char> kept_faces_;                      // which, or empty for all
 };
 
 /// Exact geodesic distance on a triangle mesh: the length of the shortest path over its faces.
 ///
 /// Constructed once from a mesh, in O(vertices + faces log valence); queries are const and safe
-/// from several threads. A mesh may have borders, any genus, several components, edges of three
-/// faces or more (paths turn into each of them) and vertices where several fans meet (paths pass
-/// through). Memory and time of a solve follow the wavefront: about (vertices)^1.5 windows in all
-/// and vertices in memory, unless windows are kept.
+/// from several threads, and memory is used again. A mesh may have borders, any genus, several
+/// components, edges of three faces or more (paths turn into each of them), vertices where several
+/// fans meet (paths pass through), flipped faces, zero-length edges and zero-area faces.
+///
+/// Exact up to rounding: some 1e-15 relative, times the aspect ratio of needles. A solve
+/// makes about vertices^1.5 windows on a smooth closed surface, less on a rough one, and holds
+/// those of the wavefront only, unless told to keep them.
 ///
 /// J. S. B. Mitchell, D. M. Mount, C. H. Papadimitriou, "The discrete geodesic problem", 1987,
 /// doi:10.1137/0216045; Y. Qin, X. Han, H. Yu, Y. Yu, J. Zhang, "Fast and exact discrete geodesic
@@ -279,7 +497,8 @@ class ExactField {
 template <std::floating_point T>
 class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
  public:
-  /// Throws InvalidInput as Surface does, and for options that do not fit the mesh.
+  /// Throws InvalidInput as Surface does, and for options that do not fit the mesh. The options
+  /// hold for every query that is not given its own.
   explicit ExactSolver(const TriangleMesh auto& mesh, ExactOptions<T> options = {})
       : surface_(mesh),
         faces_(std::make_shared<const detail::PlanarFaces>(surface_)),
@@ -290,12 +509,21 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
 
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
-  /// Solves from a vertex, from several, or from points with start distances. Throws InvalidInput
-  /// for no source, a source that is not of the mesh or starts with a distance that is not finite,
-  /// and for options that do not fit the mesh; Cancelled where the hook of the options says so.
+  /// Solves from a vertex or another point, from several vertices, or from several points with
+  /// start distances. Throws InvalidInput for no source, a source that is not of the mesh or starts
+  /// with a distance that is not finite, and for options that do not fit the mesh; Cancelled where
+  /// the options' hook says so.
   [[nodiscard]] ExactField<T> solve(Index vertex) const { return solve(vertex, options_); }
   [[nodiscard]] ExactField<T> solve(Index vertex, const ExactOptions<T>& options) const {
     return solve(std::span<const Index>(&vertex, 1), options);
+  }
+  [[nodiscard]] ExactField<T> solve(const SurfacePoint<T>& source) const {
+    return solve(source, options_);
+  }
+  [[nodiscard]] ExactField<T> solve(const SurfacePoint<T>& source,
+                                    const ExactOptions<T>& options) const {
+    const Source<T> one{source, 0};
+    return solve(std::span<const Source<T>>(&one, 1), options);
   }
   [[nodiscard]] ExactField<T> solve(std::span<const Index> vertices) const {
     return solve(vertices, options_);
@@ -311,96 +539,127 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
                                     const ExactOptions<T>& options) const {
     return solve_checked(detail::checked_sources(surface_, sources), options);
   }
-  [[nodiscard]] ExactField<T> solve(const SurfacePoint<T>& source) const {
-    return solve(source, options_);
-  }
-  [[nodiscard]] ExactField<T> solve(const SurfacePoint<T>& source,
-                                    const ExactOptions<T>& options) const {
-    const Source<T> one{source, 0};
-    return solve(std::span<const Source<T>>(&one, 1), options);
-  }
 
  private:
   friend class detail::DistanceQueries<ExactSolver<T>, T>;
   using Workspace = detail::WindowPropagation;
+  using Point = SurfacePoint<double>;
 
   // Memory of earlier solves, one piece for each that ever ran at the same time.
   struct Pool {
     std::mutex mutex;
     std::vector<std::unique_ptr<Workspace>> idle;
+  };
 
-    std::unique_ptr<Workspace> take() {
-      const std::lock_guard lock(mutex);
-      if (idle.empty()) return std::make_unique<Workspace>();
-      auto workspace = std::move(idle.back());
-      idle.pop_back();
-      return workspace;
+  class Borrowed {
+   public:
+    explicit Borrowed(Pool& pool) : pool_(pool) {
+      const std::lock_guard lock(pool_.mutex);
+      if (pool_.idle.empty()) {
+        workspace_ = std::make_unique<Workspace>();
+      } else {
+        workspace_ = std::move(pool_.idle.back());
+        pool_.idle.pop_back();
+      }
     }
-    void put(std::unique_ptr<Workspace> workspace) {
-      const std::lock_guard lock(mutex);
-      idle.push_back(std::move(workspace));
+    ~Borrowed() {
+      const std::lock_guard lock(pool_.mutex);
+      pool_.idle.push_back(std::move(workspace_));
     }
+    Borrowed(const Borrowed&) = delete;
+    Borrowed& operator=(const Borrowed&) = delete;
+    Workspace& operator*() const { return *workspace_; }
+
+   private:
+    Pool& pool_;
+    std::unique_ptr<Workspace> workspace_;
   };
 
   void require_options(const ExactOptions<T>& options) const {
-    detail::require(!(options.max_distance != options.max_distance),
-                    "the greatest distance is not a number");
+    detail::require(!std::isnan(options.max_distance), "the greatest distance is not a number");
     for (const auto& target : options.targets) surface_.require_point(target);
   }
 
-  [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
-    const ExactField<T> field = solve_checked(sources, options_, false);
+  [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
+    const double offset = normalise(sources);
+    const Borrowed workspace(*pool_);
+    detail::PropagationLimits limits = limits_of(options_, offset);
+    limits.keep_windows = false;
+    limits.faces_to_keep.clear();
+    run(*workspace, sources, limits);
     detail::Array<double> out;
-    out.reserve(field.distances_.size());
-    for (const double d : field.distances_) out.push_back(d + field.offset_);
+    out.reserve((*workspace).distances.size());
+    for (const double d : (*workspace).distances) {
+      out.push_back(d <= (*workspace).bound() ? d + offset : unreachable<double>);
+    }
     return out;
   }
 
-  [[nodiscard]] ExactField<T> solve_checked(detail::Sources sources, const ExactOptions<T>& options,
-                                            bool keep_windows = true) const {
+  [[nodiscard]] ExactField<T> solve_checked(detail::Sources sources,
+                                            const ExactOptions<T>& options) const {
     require_options(options);
     ExactField<T> field(surface_);
     field.faces_ = faces_;
-    field.offset_ = unreachable<double>;
-    for (auto& source : sources) {
-      source.point = ExactField<T>::snap(surface_, source.point);
-      field.offset_ = std::min(field.offset_, source.distance);
-    }
-    for (auto& source : sources) source.distance -= field.offset_;
-    detail::PropagationLimits limits;
-    limits.distance = double{options.max_distance} - field.offset_;
-    for (const auto& target : options.targets) {
-      const auto p = ExactField<T>::snap(surface_, target.template cast<double>());
-      if (p.kind == SurfacePoint<double>::Kind::face) {
-        for (const Index v : surface_.face(p.element[0])) limits.target_vertices.push_back(v);
-      } else if (p.kind == SurfacePoint<double>::Kind::edge) {
-        limits.target_vertices.insert(limits.target_vertices.end(), p.element.begin(),
-                                      p.element.end());
-      } else {
-        limits.target_vertices.push_back(p.element[0]);
-      }
-    }
-    limits.cancelled = options.cancelled;
-    limits.keep_windows = keep_windows;
-    auto workspace = pool_->take();
-    workspace->run(surface_, *faces_, sources, limits);
-    if (workspace->was_cancelled) {
-      pool_->put(std::move(workspace));
-      throw Cancelled("the exact solve was cancelled");
-    }
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (!(workspace->distances[v] > workspace->bound())) continue;
-      workspace->distances[v] = unreachable<double>;
-      workspace->arrivals[v] = {};
-    }
-    field.distances_ = workspace->distances;
+    field.offset_ = normalise(sources);
     field.sources_ = std::move(sources);
-    field.arrivals_ = workspace->arrivals;
-    field.origins_ = workspace->origins;
-    field.windows_ = std::move(workspace->kept);
-    field.keeps_windows_ = limits.keep_windows;
-    pool_->put(std::move(workspace));
+    const detail::PropagationLimits limits = limits_of(options, field.offset_);
+    const Borrowed workspace(*pool_);
+    run(*workspace, field.sources_, limits);
+    field.adopt(*workspace);
+    field.kept_faces_ = limits.keep_windows ? detail::Array<char>{} : limits.faces_to_keep;
     return field;
+  }
+
+  void run(Workspace& workspace, const detail::Sources& sources,
+           const detail::PropagationLimits& limits) const {
+    workspace.run(surface_, *faces_, sources, limits);
+    if (workspace.was_cancelled) throw Cancelled("the exact solve was cancelled");
+  }
+
+  // Moves the start distances so that the least is zero, and returns what it was.
+  [[nodiscard]] double normalise(detail::Sources& sources) const {
+    double least = unreachable<double>;
+    for (auto& source : sources) {
+      source.point = ExactField<T>::snapped(surface_, source.point);
+      least = std::min(least, source.distance);
+    }
+    for (auto& source : sources) source.distance -= least;
+    return least;
+  }
+
+  [[nodiscard]] detail::PropagationLimits limits_of(const ExactOptions<T>& options,
+                                                    double offset) const {
+    detail::PropagationLimits limits;
+    limits.distance = double{options.max_distance} - offset;
+    limits.cancelled = options.cancelled;
+    limits.keep_windows = options.keep_windows;
+    for (const auto& target : options.targets) {
+      add_target(ExactField<T>::snapped(surface_, target.template cast<double>()), limits);
+    }
+    return limits;
+  }
+
+  void add_target(const Point& p, detail::PropagationLimits& limits) const {
+    std::array<Index, 3> corners{p.element[0], p.element[0], p.element[0]};
+    if (p.kind == Point::Kind::edge) corners[1] = p.element[1];
+    if (p.kind == Point::Kind::face) corners = surface_.face(p.element[0]);
+    detail::Target target{corners, {}};
+    for (std::size_t k = 0; k < 3; ++k) {
+      target.gaps[k] = (surface_.position(p) - surface_.position(corners[k])).stableNorm();
+    }
+    limits.targets.push_back(target);
+    if (p.kind == Point::Kind::vertex || limits.keep_windows) return;
+    limits.faces_to_keep.resize(static_cast<std::size_t>(surface_.face_count()), 0);
+    if (p.kind == Point::Kind::face) {
+      limits.faces_to_keep[p.element[0]] = 1;
+      return;
+    }
+    const Index first = surface_.find_halfedge(p.element[0], p.element[1]);
+    Index h = first;
+    do {
+      limits.faces_to_keep[Surface<double>::face_of(h)] = 1;
+      h = surface_.twin(h);
+    } while (h != first);
   }
 
   Surface<double> surface_;

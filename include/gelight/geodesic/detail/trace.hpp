@@ -50,8 +50,8 @@ class Trace {
 
  private:
   static constexpr Index arrived = -1;
-  // A vertex beside the path is on it when the way by it is longer by rounding only.
-  static constexpr double hardly = 1 + 8 * std::numeric_limits<double>::epsilon();
+  // A vertex beside the path is on it when the way by it is longer by rounding of the whole only.
+  static constexpr double rounding = 16 * std::numeric_limits<double>::epsilon();
 
   static void append(std::vector<Point>& path, const Point& point) {
     if (!(path.back() == point)) path.push_back(point);
@@ -74,6 +74,7 @@ class Trace {
     Index h = last.entry, origin = last.origin;
     Vec2<double> image = last.image;
     const double start = origins_[last.origin].start;
+    const double tie = rounding * (start + (at - image).norm());
     for (Index faces = surface_.face_count(); faces > 0; --faces) {
       const double length = surface_.length(h);
       const double x = crossing(at, image, length);
@@ -81,7 +82,7 @@ class Trace {
       const Index beside = near_origin ? surface_.origin(h) : surface_.tip(h);
       const double gap = near_origin ? x : length - x;
       const double rest = start + (Vec2<double>(x, 0) - image).norm();
-      if (distances_[beside] + gap <= rest * hardly) return beside;
+      if (distances_[beside] + gap <= rest + tie) return beside;
       append(path, edge_point<double>(surface_.origin(h), surface_.tip(h), x / length));
 
       Index across = surface_.twin(h);

@@ -44,12 +44,16 @@ inline void drop_useless(const EdgeBounds& edge, WindowList& list) {
   list.size = count;
 }
 
-/// Drops every window that begins farther from the source than `bound`.
-inline void drop_beyond(double bound, WindowList& list) {
+/// Drops every window through which no way is shorter than `bound`, given what way is left at least
+/// from the edge's ends.
+inline void drop_beyond(double bound, const EdgeBounds& left, WindowList& list) {
   std::ptrdiff_t count = 0;
   for (std::ptrdiff_t i = 0; i < list.size; ++i) {
-    const double nearest = std::clamp(list.x[i], list.begin[i], list.end[i]) - list.x[i];
-    if (list.start[i] + std::hypot(nearest, list.y[i]) <= bound) list.move(count++, i);
+    const double b = list.begin[i], e = list.end[i];
+    const double along = std::clamp(list.x[i], b, e) - list.x[i];
+    const double nearest = list.start[i] + std::hypot(along, list.y[i]);
+    const double rest = std::max({0.0, left.at_origin - e, left.at_tip - (left.length - b)});
+    if (nearest + rest <= bound) list.move(count++, i);
   }
   list.size = count;
 }

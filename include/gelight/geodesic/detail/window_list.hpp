@@ -142,6 +142,14 @@ class WindowStore {
     *link = batch.handle;
   }
 
+  /// Calls visit(columns, count) for each batch on a half-edge.
+  template <class Visit>
+  void for_each(Index h, const Visit& visit) const {
+    for (std::uint32_t b = first_[h]; b != none; b = header_of(b).next) {
+      visit(columns_of(b), std::ptrdiff_t{header_of(b).count});
+    }
+  }
+
   /// Moves all windows on a half-edge into a list, batches merged by the windows' middles, with
   /// room for one lane behind them. Their starts are not known here.
   void take_all(Index h, WindowList& list, WindowList& scratch) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -44,26 +45,24 @@ struct Arrival {
   bool is_straight = true;   // or bent where it enters the last face, at the end of a window
 };
 
+/// A point to be reached: the corners of where it lies, and its distance from each.
+struct Target {
+  std::array<Index, 3> corners;
+  std::array<double, 3> gaps;
+};
+
 struct PropagationLimits {
   double distance = unreachable<double>;
-  std::vector<Index> target_vertices;  // propagation ends when all of these are known
+  std::vector<Target> targets;  // propagation ends when all of these are known
   std::function<bool()> cancelled;
-  bool keep_windows = false;
+  bool keep_windows = false;  // of all faces, or
+  Array<char> faces_to_keep;  // of those marked, where not empty
+  Array<double> rest;         // of each vertex, where not empty: the least way left from there
 };
 
 /// What propagation did, for benchmarks.
 struct PropagationCounts {
   std::ptrdiff_t lists = 0, loaded = 0, propagated = 0, created = 0;
-};
-
-/// Windows that were propagated, by the half-edge across which they entered a face.
-struct KeptWindows {
-  struct Window {
-    double begin, end, x, y, start;
-    Index halfedge, origin;
-  };
-  Array<Window> windows;
-  Array<Index> first;  // of each half-edge, and one more
 };
 
 /// Propagates windows from sources over a surface, whole lists of a half-edge at once and in the
@@ -80,12 +79,17 @@ class WindowPropagation {
   Array<double> distances;  // of each vertex
   Array<Arrival> arrivals;  // of each vertex
   Array<Origin> origins;
-  KeptWindows kept;
+  WindowStore kept;  // windows that were propagated, by the half-edge by which they entered a face
   PropagationCounts counts;
   bool was_cancelled = false;
 
   /// Beyond this distance nothing was computed.
   [[nodiscard]] double bound() const { return bound_; }
+
+  /// Whether windows are kept, all or some.
+  [[nodiscard]] bool keeps_any() const {
+    return limits_->keep_windows || !limits_->faces_to_keep.empty();
+  }
 
   void run(const Surface<double>& surface, const PlanarFaces& faces, const Sources& sources,
            const PropagationLimits& limits) {
@@ -99,7 +103,7 @@ class WindowPropagation {
       settle(heap_.pop());
       propagate_active();
     }
-    sort_kept();
+    update_bound();
   }
 
  private:
@@ -117,7 +121,7 @@ class WindowPropagation {
     distances.assign(vertices, unreachable<double>);
     arrivals.assign(vertices, {});
     origins.clear();
-    kept = {};
+    if (keeps_any()) kept.reset(surface.halfedge_count());
     counts = {};
     was_cancelled = false;
     heap_.reset(surface.vertex_count());
@@ -125,7 +129,7 @@ class WindowPropagation {
     waiting_.reset(surface.halfedge_count());
     is_active_.assign(static_cast<std::size_t>(surface.halfedge_count()), 0);
     active_.clear();
-    kept_.clear();
+    settled_since_bound_ = 0;
   }
 
   // --- sources -------------------------------------------------------------------------------
@@ -209,7 +213,8 @@ class WindowPropagation {
   }
 
   void settle(Index vertex) {
-    update_bound();
+    // Looking at all targets costs as much as they are many.
+    if (++settled_since_bound_ > std::ssize(limits_->targets)) update_bound();
     if (distances[vertex] <= bound_) leave(vertex);
     if (settled_[vertex]) return;
     settled_[vertex] = 1;
@@ -295,10 +300,18 @@ class WindowPropagation {
            distances[surface_->tip(h)] + length < to_origin * clearly_shorter;
   }
 
+  // No target is farther than by way of one of its corners.
   void update_bound() {
-    if (limits_->target_vertices.empty()) return;
+    settled_since_bound_ = 0;
+    if (limits_->targets.empty()) return;
     double farthest = 0;
-    for (const Index v : limits_->target_vertices) farthest = std::max(farthest, distances[v]);
+    for (const Target& target : limits_->targets) {
+      double nearest = unreachable<double>;
+      for (std::size_t k = 0; k < 3; ++k) {
+        nearest = std::min(nearest, distances[target.corners[k]] + target.gaps[k]);
+      }
+      farthest = std::max(farthest, nearest);
+    }
     bound_ = std::min(limits_->distance, farthest);
   }
 
@@ -394,14 +407,14 @@ class WindowPropagation {
     counts.loaded += list_.size;
     const double length = surface_->length(h);
     drop_useless({length, distances[surface_->origin(h)], distances[surface_->tip(h)]}, list_);
-    if (bound_ < unreachable<double>) drop_beyond(bound_, list_);
+    if (bound_ < unreachable<double>) drop_beyond(bound_, rest_at(h), list_);
     if (list_.size > 1) {
       sort_windows(list_);
       WindowTrimmer(list_).trim();
     }
     if (list_.size == 0) return;
     counts.propagated += list_.size;
-    if (limits_->keep_windows) keep(h);
+    if (keeps(Mesh::face_of(h))) keep(h);
     reach_apex(h, crossing_.aim(list_, length, faces_->apex(h)));
     cross(h);
   }
@@ -438,21 +451,21 @@ class WindowPropagation {
     return !surface_->is_border(h) && surface_->length(h) > 0;
   }
 
-  void keep(Index h) {
-    for (std::ptrdiff_t i = 0; i < list_.size; ++i) {
-      kept_.push_back({list_.begin[i], list_.end[i], list_.x[i], list_.y[i], list_.start[i], h,
-                       list_.origin[i]});
-    }
+  [[nodiscard]] EdgeBounds rest_at(Index h) const {
+    if (limits_->rest.empty()) return {surface_->length(h), 0, 0};
+    return {surface_->length(h), limits_->rest[surface_->origin(h)],
+            limits_->rest[surface_->tip(h)]};
   }
 
-  void sort_kept() {
-    if (!limits_->keep_windows) return;
-    kept.first.assign(static_cast<std::size_t>(surface_->halfedge_count()) + 1, 0);
-    for (const auto& w : kept_) ++kept.first[w.halfedge + 1];
-    std::partial_sum(kept.first.begin(), kept.first.end(), kept.first.begin());
-    Array<Index> fill(kept.first.begin(), kept.first.end() - 1);
-    kept.windows.resize(kept_.size());
-    for (const auto& w : kept_) kept.windows[fill[w.halfedge]++] = w;
+  [[nodiscard]] bool keeps(Index face) const {
+    return limits_->keep_windows ||
+           (!limits_->faces_to_keep.empty() && limits_->faces_to_keep[face] != 0);
+  }
+
+  void keep(Index h) {
+    const WindowStore::Batch batch = kept.allocate(list_.size);
+    batch.windows.copy(0, list_, 0, list_.size);
+    kept.add(h, batch, list_.size);
   }
 
   const Mesh* surface_ = nullptr;
@@ -467,7 +480,7 @@ class WindowPropagation {
   Array<Index> active_;
   WindowList list_, scratch_;
   FaceCrossing crossing_;
-  Array<KeptWindows::Window> kept_;
+  std::ptrdiff_t settled_since_bound_ = 0;
 };
 
 }  // namespace gelight::detail
