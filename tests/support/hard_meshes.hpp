@@ -54,7 +54,8 @@ inline Mesh<double> jittered_grid(Index n, double share, Random& random) {
 
 /// A cone of `spokes` plane sides round vertex 0, of total angle `angle` there: vertex
 /// 1 + spokes k + j lies at distance radii[k] from the apex, in direction j angle / spokes of the
-/// flattened cone. Angles beyond 2 pi make a saddle of alternating heights (an even number of spokes).
+/// flattened cone. Angles beyond 2 pi make a saddle of alternating heights (an even number of
+/// spokes).
 inline Mesh<double> cone(double angle, Index spokes, std::span<const double> radii) {
   Mesh<double> mesh;
   mesh.positions.push_back({0, 0, 0});

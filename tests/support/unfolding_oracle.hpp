@@ -15,9 +15,10 @@
 
 namespace gelight::test {
 
-/// Exact distances by brute force, for small meshes: from every vertex the cone of sight is unfolded
-/// over every sequence of faces that a straight line can cross, in long double and without a queue;
-/// then Dijkstra over all pairs of vertices that see each other. It shares no code with the solver.
+/// Exact distances by brute force, for small meshes: from every vertex the cone of sight is
+/// unfolded over every sequence of faces that a straight line can cross, in long double and without
+/// a queue; then Dijkstra over all pairs of vertices that see each other. It shares no code with
+/// the solver.
 class UnfoldingOracle {
  public:
   explicit UnfoldingOracle(const Mesh<double>& mesh) : mesh_(mesh) {

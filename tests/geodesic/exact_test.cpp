@@ -1,0 +1,764 @@
+#include "gelight/geodesic/exact.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gelight/geodesic/dijkstra.hpp"
+#include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "support/hard_meshes.hpp"
+#include "support/unfolding_oracle.hpp"
+
+using gelight::edge_point;
+using gelight::ExactField;
+using gelight::ExactOptions;
+using gelight::ExactSolver;
+using gelight::face_point;
+using gelight::Index;
+using gelight::InvalidInput;
+using gelight::Mesh;
+using gelight::Source;
+using gelight::Surface;
+using gelight::SurfacePoint;
+using gelight::Vec3;
+using gelight::vertex_point;
+using gelight::test::Random;
+using gelight::test::uniform;
+using gelight::test::uniform_index;
+
+static_assert(gelight::DistanceSolver<ExactSolver<float>, float>);
+static_assert(gelight::DistanceSolver<ExactSolver<double>, double>);
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+Vec3<double> position(const Mesh<double>& mesh, Index v) {
+  return Vec3<double>(mesh.positions[at(v)].data());
+}
+
+Index count(const Mesh<double>& mesh) { return static_cast<Index>(mesh.positions.size()); }
+
+// The largest relative error of the distances from a vertex, where `exact(v)` tells the right one.
+template <class Exact>
+double worst_error(const Mesh<double>& mesh, Index source, const Exact& exact) {
+  const std::vector<double> d = ExactSolver(mesh).distance(source);
+  double worst = std::fabs(d[at(source)]);
+  for (Index v = 0; v < count(mesh); ++v) {
+    const double right = exact(v);
+    if (right > 0) worst = std::max(worst, std::fabs(d[at(v)] - right) / right);
+  }
+  return worst;
+}
+
+double worst_euclidean_error(const Mesh<double>& mesh, Index source) {
+  return worst_error(mesh, source,
+                     [&](Index v) { return (position(mesh, v) - position(mesh, source)).norm(); });
+}
+
+// The largest difference, relative to the larger number or a tenth of the largest of all.
+double worst_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  REQUIRE(a.size() == b.size());
+  double scale = 0;
+  for (const double x : b) scale = std::isfinite(x) ? std::max(scale, std::fabs(x)) : scale;
+  double worst = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a[i] == b[i]) continue;
+    worst = std::max(worst, std::fabs(a[i] - b[i]) / std::max(std::fabs(b[i]), 0.1 * scale));
+  }
+  return worst;
+}
+
+// The largest relative difference between a path's length with its start and the point's distance.
+double path_error(const Surface<double>& surface, const ExactField<double>& field,
+                  const std::vector<Source<double>>& sources, const SurfacePoint<double>& p) {
+  const auto path = field.path(p);
+  const double d = field.distance(p);
+  if (path.empty()) return std::isfinite(d) ? infinity : 0;
+  double start = infinity;
+  for (const auto& source : sources) {
+    const double gap = (surface.position(source.point) - surface.position(path[0])).norm();
+    if (gap < 1e-9) start = std::min(start, source.distance);
+  }
+  const double reach = start + gelight::length(surface, path);
+  return std::fabs(reach - d) / std::max(std::fabs(d), 0.1);
+}
+
+struct RandomCase {
+  Mesh<double> mesh;
+  std::vector<Source<double>> sources;
+  Random random;
+
+  explicit RandomCase(int seed) : random(static_cast<std::uint64_t>(seed)) {
+    mesh = gelight::test::small_random_mesh(seed, random);
+    const Index sources_count = 1 + uniform_index(random, 3);
+    for (Index i = 0; i < sources_count; ++i) {
+      const double start = i == 0 ? 0 : uniform(random, -0.5, 0.5);
+      sources.push_back({gelight::test::random_point(mesh, random), start});
+    }
+  }
+
+  [[nodiscard]] std::span<const Source<double>> span() const { return sources; }
+};
+
+// Brute force and solver on one random mesh: distances, and the lengths of all paths.
+double oracle_error(int seed) {
+  const RandomCase c(seed);
+  gelight::test::UnfoldingOracle oracle(c.mesh);
+  const ExactSolver solver(c.mesh);
+  const auto field = solver.solve(c.span());
+  const std::vector<double> distance = solver.distance(c.span());
+  double worst = worst_difference(distance, oracle.distance(c.sources));
+  CHECK(distance == field.distances());
+  const Surface surface(c.mesh);
+  for (Index v = 0; v < count(c.mesh); ++v) {
+    worst = std::max(worst, path_error(surface, field, c.sources, vertex_point<double>(v)));
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("a flat grid with random diagonals, full of ties: Euclidean") {
+  Random random(1);
+  for (const Index n : {4, 5, 7, 11, 16, 23, 31, 40}) {
+    const Mesh<double> mesh = gelight::test::random_grid(n, random);
+    CHECK(worst_euclidean_error(mesh, 0) < 1e-14);
+    CHECK(worst_euclidean_error(mesh, (n + 1) * (n / 2) + n / 3) < 1e-14);
+  }
+}
+
+TEST_CASE("a jittered and a graded grid, a long strip: Euclidean") {
+  Random random(2);
+  CHECK(worst_euclidean_error(gelight::test::jittered_grid(30, 0.2, random), 0) < 1e-14);
+  Mesh<double> graded = gelight::test::jittered_grid(24, 0.2, random);
+  for (auto& p : graded.positions) {
+    for (double& x : p) x = std::pow(1e4, x / 24);
+  }
+  CHECK(worst_euclidean_error(graded, 0) < 1e-13);
+  CHECK(worst_euclidean_error(gelight::grid<double>(10000, 1, 10000, 1), 0) < 1e-12);
+}
+
+TEST_CASE("needles: the error grows no faster than the aspect ratio") {
+  Random random(3);
+  for (const double aspect : {1e2, 1e3, 1e4}) {
+    Mesh<double> mesh = gelight::test::jittered_grid(20, 0.2, random);
+    for (auto& p : mesh.positions) p[1] *= aspect;
+    CHECK(worst_euclidean_error(mesh, 0) < 1e-15 * aspect);
+  }
+}
+
+TEST_CASE("cones: the law of cosines on the flattened cone, round the apex beyond pi") {
+  const std::array<double, 3> radii{0.5, 1, 1.7};
+  for (const double angle : {1.0, 3.0, 5.0, 7.0, 9.0, 12.0}) {
+    const Index spokes = 24;
+    const Mesh<double> mesh = gelight::test::cone(angle, spokes, radii);
+    const auto radius = [&](Index v) { return v == 0 ? 0 : radii[at((v - 1) / spokes)]; };
+    for (const Index source : {1, 30, 70, 0}) {
+      CHECK(worst_error(mesh, source, [&](Index v) {
+              const double turn = ((v - 1) % spokes - (source - 1) % spokes) * angle / spokes;
+              if (v == 0 || source == 0) return radius(v) + radius(source);
+              return gelight::test::cone_distance(angle, radius(source), radius(v), turn);
+            }) < 1e-13);
+    }
+  }
+}
+
+TEST_CASE("an open prism: unrolled, the shorter way round") {
+  const Index sides = 17, rows = 12;
+  const double side = 2 * std::sin(std::numbers::pi / sides);
+  Mesh<double> mesh;
+  for (Index r = 0; r <= rows; ++r) {
+    for (Index j = 0; j < sides; ++j) {
+      const double u = 2 * std::numbers::pi * j / sides;
+      mesh.positions.push_back({std::cos(u), std::sin(u), 0.3 * r});
+      if (r == rows) continue;
+      const Index a = r * sides + j, b = r * sides + (j + 1) % sides;
+      mesh.faces.push_back({a, b, b + sides});
+      mesh.faces.push_back({a, b + sides, a + sides});
+    }
+  }
+  for (const Index source : {0, 5 * sides + 3}) {
+    CHECK(worst_error(mesh, source, [&](Index v) {
+            const Index turn = std::abs(v % sides - source % sides);
+            const double x = side * std::min(turn, sides - turn);
+            return std::hypot(x, 0.3 * (v / sides - source / sides));
+          }) < 1e-14);
+  }
+}
+
+TEST_CASE("plane pieces with corners and a slit: the path of sight round the corners") {
+  Random random(4);
+  const Index n = 20;
+  const Vec3<double> corner(n / 2.0, n / 2.0, 0);
+  const Mesh<double> slit = gelight::test::slit_sheet(n, random);
+  const Index source = (n / 2 + 5) * (n + 1) + 4;
+  const Vec3<double> from = position(slit, source);
+  CHECK(worst_error(slit, source, [&](Index v) {
+          const Vec3<double> to = position(slit, v);
+          const double straight = (to - from).norm();
+          const bool right =
+              to.x() > corner.x() || (to.x() == corner.x() && v >= (n + 1) * (n + 1));
+          if (!right) return straight;
+          const double y =
+              from.y() + (to.y() - from.y()) * (corner.x() - from.x()) / (to.x() - from.x());
+          return y <= corner.y() ? straight : (from - corner).norm() + (to - corner).norm();
+        }) < 1e-14);
+
+  const Mesh<double> bend = gelight::test::sheet_with_hole(
+      n, random, [&](double x, double y) { return x > n / 2.0 && y > n / 2.0; });
+  const Index top = n * (n + 1);
+  CHECK(worst_error(bend, top, [&](Index v) -> double {
+          const Vec3<double> a = position(bend, top), b = position(bend, v);
+          if (b.x() > corner.x() && b.y() > corner.y()) return infinity;  // in no face
+          const bool sees = b.x() <= corner.x() || (corner - a).cross(b - a).z() <= 0;
+          return sees ? (b - a).norm() : (corner - a).norm() + (b - corner).norm();
+        }) < 1e-14);
+}
+
+TEST_CASE("a box: from corner to corner over the shortest unfolding") {
+  for (const auto& [x, y, z] : {std::array{1., 1., 1.}, {1., 2., 3.}, {5., 1., 1.}, {.1, 2., .7}}) {
+    const Mesh<double> mesh = gelight::box<double>(x, y, z);
+    for (Index source = 0; source < 8; ++source) {
+      CHECK(worst_error(mesh, source, [&](Index v) {
+              const Vec3<double> d = (position(mesh, v) - position(mesh, source)).cwiseAbs();
+              if (d.minCoeff() < 1e-12) return d.norm();
+              return std::min({std::hypot(d.x() + d.y(), d.z()), std::hypot(d.x() + d.z(), d.y()),
+                               std::hypot(d.y() + d.z(), d.x())});
+            }) < 1e-14);
+    }
+  }
+}
+
+TEST_CASE("icospheres: great circles, with order two") {
+  double before = 0;
+  for (int level = 1; level <= 5; ++level) {
+    const Mesh<double> mesh = gelight::icosphere<double>(level);
+    const std::vector<double> d = ExactSolver(mesh).distance(0);
+    double error = 0;
+    for (Index v = 1; v < count(mesh); ++v) {
+      const Vec3<double> a = position(mesh, 0), b = position(mesh, v);
+      const double circle = std::atan2(a.cross(b).norm(), a.dot(b));
+      CHECK(d[at(v)] <= circle);
+      error += (circle - d[at(v)]) / circle / (count(mesh) - 1);
+    }
+    const double edge =
+        (position(mesh, mesh.faces[0][0]) - position(mesh, mesh.faces[0][1])).norm();
+    CHECK(error < 0.15 * edge * edge);
+    if (level > 3) CHECK(std::log2(before / error) > 1.9);
+    before = error;
+  }
+}
+
+TEST_CASE("a fan of many spokes: Euclidean, in time that follows the valence") {
+  for (const Index spokes : {100, 10000}) {
+    Mesh<double> mesh{{{0, 0, 0}}, {}};
+    for (Index j = 0; j < spokes; ++j) {
+      const double u = 2 * std::numbers::pi * j / spokes;
+      mesh.positions.push_back({std::cos(u), std::sin(u), 0});
+      mesh.faces.push_back({0, 1 + j, 1 + (j + 1) % spokes});
+    }
+    CHECK(worst_euclidean_error(mesh, 0) < 1e-15);
+    // Chords of the polygon, whose corners do not bend paths.
+    CHECK(worst_euclidean_error(mesh, 1) < 1e-12);
+  }
+}
+
+TEST_CASE("one and two triangles") {
+  Mesh<double> mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2}}};
+  CHECK(ExactSolver(mesh).distance(0) == std::vector<double>{0, 1, 1, infinity});
+  mesh.faces.push_back({1, 3, 2});
+  CHECK(ExactSolver(mesh).distance(0)[3] == doctest::Approx(std::sqrt(2.0)).epsilon(1e-15));
+}
+
+TEST_CASE("zero-area faces and zero-length edges") {
+  // A square whose diagonal has a vertex in its middle, by two caps without area.
+  const Mesh<double> cap{{{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {1, 1, 0}},
+                         {{0, 1, 2}, {0, 2, 4}, {0, 4, 3}, {4, 2, 3}}};
+  for (Index source = 0; source < 5; ++source) {
+    CHECK(worst_euclidean_error(cap, source) < 1e-15);
+  }
+  // Caps on caps: all on one line between two faces.
+  const Mesh<double> caps{{{0, 0, 0}, {4, 0, 0}, {2, 3, 0}, {2, -3, 0}, {1, 0, 0}, {3, 0, 0}},
+                          {{0, 1, 2}, {0, 4, 1}, {4, 5, 1}, {0, 3, 4}, {4, 3, 5}, {5, 3, 1}}};
+  for (Index source = 0; source < 6; ++source) {
+    CHECK(worst_euclidean_error(caps, source) < 1e-15);
+  }
+  // The middle column of a grid folded to no width: its vertices are double.
+  Random random(5);
+  Mesh<double> folded = gelight::test::random_grid(7, random);
+  for (auto& p : folded.positions) p[0] -= p[0] > 3 ? 1 : 0;
+  for (const Index source : {0, 19, 27, 28, 60}) {
+    CHECK(worst_euclidean_error(folded, source) < 1e-14);
+    const auto d = ExactSolver(folded).distance(source);
+    for (Index row = 0; row < 8; ++row) CHECK(d[at(8 * row + 3)] == d[at(8 * row + 4)]);
+  }
+}
+
+TEST_CASE("unused vertices and other components are not reached") {
+  const std::array<Mesh<double>, 2> parts{gelight::icosphere<double>(1),
+                                          gelight::grid<double>(3, 3)};
+  Mesh<double> mesh = gelight::joined<double>(parts);
+  mesh.positions.push_back({0, 0, 0});
+  const auto field = ExactSolver(mesh).solve(Index{0});
+  for (Index v = 42; v < count(mesh); ++v) {
+    CHECK(field.distance(v) == infinity);
+    CHECK(field.path(v).empty());
+    CHECK(field.direction(v).isZero(0));
+    CHECK(field.arrivals(v).empty());
+  }
+  const SurfacePoint<double> far = face_point<double>(80, {0.2, 0.3, 0.5});
+  CHECK(field.distance(far) == infinity);
+  CHECK(field.path(far).empty());
+  CHECK(field.direction(far).isZero(0));
+  CHECK_THROWS_AS((void)field.departure(far), InvalidInput);
+  std::vector<double> rest = field.distances();
+  rest.resize(42);
+  CHECK(rest == ExactSolver(parts[0]).distance(0));
+}
+
+TEST_CASE("a fin: paths run up it, and past it") {
+  // Three squares of two faces on one edge, all flat when unfolded in pairs.
+  const double s = std::sqrt(0.5);
+  Mesh<double> mesh{
+      {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, 1, 0}, {s, 0, s}, {s, 1, s}},
+      {{0, 2, 1}, {2, 3, 1}, {0, 1, 4}, {1, 5, 4}, {0, 1, 6}, {1, 7, 6}}};
+  for (int flip = 0; flip < 2; ++flip) {
+    const auto d = ExactSolver(mesh).distance(2);
+    CHECK(d[4] == doctest::Approx(2).epsilon(1e-15));
+    CHECK(d[6] == doctest::Approx(2).epsilon(1e-15));
+    CHECK(d[5] == doctest::Approx(std::sqrt(5.0)).epsilon(1e-15));
+    CHECK(d[7] == doctest::Approx(std::sqrt(5.0)).epsilon(1e-15));
+    std::swap(mesh.faces[0][1], mesh.faces[0][2]);
+    std::swap(mesh.faces[4][1], mesh.faces[4][2]);
+  }
+}
+
+TEST_CASE("a bow-tie: paths pass through the vertex") {
+  const Mesh<double> mesh{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}},
+                          {{0, 1, 2}, {0, 3, 4}}};
+  const auto field = ExactSolver(mesh).solve(Index{2});
+  CHECK(field.distance(4) == doctest::Approx(2 * std::sqrt(2.0)).epsilon(1e-15));
+  CHECK(field.distance(3) == doctest::Approx(1 + std::sqrt(2.0)).epsilon(1e-15));
+  const auto path = field.path(3);
+  REQUIRE(path.size() == 3);
+  CHECK(path[1] == vertex_point<double>(0));
+}
+
+TEST_CASE("brute-force unfolding of random small meshes of ten kinds") {
+  double worst = 0;
+  for (int seed = 0; seed < 600; ++seed) worst = std::max(worst, oracle_error(seed));
+  CHECK(worst < 1e-12);
+}
+
+// Run it with --no-skip; it takes about half a minute.
+TEST_CASE("brute-force unfolding, the long run" * doctest::skip()) {
+  double worst = 0;
+  for (int seed = 1000; seed < 31000; ++seed) worst = std::max(worst, oracle_error(seed));
+  CHECK(worst < 1e-12);
+}
+
+TEST_CASE("points inside faces and on edges: as if a vertex were there") {
+  for (int seed = 0; seed < 150; ++seed) {
+    RandomCase c(seed);
+    const Index f = uniform_index(c.random, static_cast<Index>(c.mesh.faces.size()));
+    const double a = uniform(c.random, 0.1, 0.6), b = uniform(c.random, 0.1, 0.3);
+    const auto p = face_point<double>(f, {a, b, 1 - a - b});
+    const ExactSolver solver(c.mesh);
+    const Surface surface(c.mesh);
+    const auto kept = solver.solve(c.span(), {.keep_windows = true});
+    const auto searched = solver.solve(c.span());
+
+    Mesh<double> split = c.mesh;
+    const Vec3<double> position = surface.position(p);
+    const auto [v0, v1, v2] = split.faces[at(f)];
+    const Index v = count(split);
+    split.positions.push_back({position[0], position[1], position[2]});
+    split.faces[at(f)] = {v0, v1, v};
+    split.faces.push_back({v1, v2, v});
+    split.faces.push_back({v2, v0, v});
+    std::vector<double> right(c.sources.size());
+    double nearest = infinity;
+    const auto from_there = ExactSolver(c.mesh).solve(p, {.keep_windows = true});
+    for (const auto& source : c.sources) {
+      nearest = std::min(nearest, source.distance + from_there.distance(source.point));
+    }
+    // By symmetry, and from the split mesh where no source lies in the face that is split.
+    CHECK(kept.distance(p) == doctest::Approx(nearest).epsilon(1e-12));
+    CHECK(searched.distance(p) == doctest::Approx(nearest).epsilon(1e-12));
+    const bool elsewhere = std::all_of(c.sources.begin(), c.sources.end(), [&](const auto& s) {
+      return s.point.kind != SurfacePoint<double>::Kind::face || s.point.element[0] != f;
+    });
+    if (elsewhere) {
+      const auto d = ExactSolver(split).distance(c.span());
+      CHECK(kept.distance(p) == doctest::Approx(d[at(v)]).epsilon(1e-12));
+    }
+    for (const auto* field : {&kept, &searched}) {
+      CHECK(path_error(surface, *field, c.sources, p) < 1e-12);
+      const auto on_edge = edge_point<double>(v1, v0, uniform(c.random, 0, 1));
+      CHECK(path_error(surface, *field, c.sources, on_edge) < 1e-12);
+      CHECK(kept.distance(on_edge) == doctest::Approx(searched.distance(on_edge)).epsilon(1e-12));
+    }
+  }
+}
+
+TEST_CASE("invariants: bounds by edges, space and Dijkstra; triangle inequality; symmetry") {
+  for (int seed = 0; seed < 60; ++seed) {
+    const RandomCase c(seed);
+    const ExactSolver solver(c.mesh);
+    const Surface surface(c.mesh);
+    std::vector<std::vector<double>> all;
+    for (Index v = 0; v < count(c.mesh); ++v) all.push_back(solver.distance(v));
+    double worst = 0;  // by how much an inequality fails, relative
+    const auto less = [&](double a, double b) {
+      if (b < infinity) worst = std::max(worst, (a - b) / std::max(b, 1e-3));
+    };
+    for (Index v = 0; v < count(c.mesh); ++v) {
+      const auto& d = all[at(v)];
+      CHECK(d[at(v)] == 0);
+      const auto edges = gelight::DijkstraSolver<double>(c.mesh).distance(v);
+      for (Index w = 0; w < count(c.mesh); ++w) {
+        less((position(c.mesh, v) - position(c.mesh, w)).norm(), d[at(w)]);
+        less(d[at(w)], edges[at(w)]);
+        less(d[at(w)], all[at(w)][at(v)]);
+        CHECK((d[at(w)] < infinity) == (edges[at(w)] < infinity));
+      }
+      for (Index h = 0; h < surface.halfedge_count(); ++h) {
+        less(d[at(surface.tip(h))], d[at(surface.origin(h))] + surface.length(h));
+      }
+    }
+    for (int i = 0; i < 300; ++i) {
+      Random random(static_cast<std::uint64_t>(i));
+      const auto a = at(uniform_index(random, count(c.mesh)));
+      const auto b = at(uniform_index(random, count(c.mesh)));
+      const auto w = at(uniform_index(random, count(c.mesh)));
+      less(all[a][b], all[a][w] + all[w][b]);
+    }
+    CHECK(worst < 1e-12);
+  }
+}
+
+TEST_CASE("unchanged by turning, renumbering and flipped faces; scales with the mesh") {
+  for (int seed = 0; seed < 100; ++seed) {
+    RandomCase c(seed);
+    const auto d = ExactSolver(c.mesh).distance(Index{0});
+    Mesh<double> other = c.mesh;
+    for (auto& face : other.faces) {
+      if (uniform(c.random, 0, 1) < 0.5) std::swap(face[0], face[2]);
+    }
+    CHECK(worst_difference(ExactSolver(other).distance(Index{0}), d) < 1e-12);
+
+    std::vector<Index> number(c.mesh.positions.size());
+    std::iota(number.begin(), number.end(), 0);
+    std::shuffle(number.begin(), number.end(), c.random);
+    for (std::size_t v = 0; v < number.size(); ++v) {
+      other.positions[at(number[v])] = c.mesh.positions[v];
+    }
+    other.faces = c.mesh.faces;
+    for (auto& face : other.faces)
+      face = {number[at(face[1])], number[at(face[2])], number[at(face[0])]};
+    std::shuffle(other.faces.begin(), other.faces.end(), c.random);
+    const auto shuffled = ExactSolver(other).distance(number[0]);
+    std::vector<double> back;
+    for (const Index v : number) back.push_back(shuffled[at(v)]);
+    CHECK(worst_difference(back, d) < 1e-12);
+
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(uniform(c.random, 0, 6), Eigen::Vector3d(1, 2, 3).normalized())
+            .toRotationMatrix();
+    const auto turned = gelight::placed<double>(c.mesh, turn, Vec3<double>(3, -2, 1));
+    CHECK(worst_difference(ExactSolver(turned).distance(Index{0}), d) < 1e-11);
+
+    for (const double scale : {1e-20, 1e-6, 1e6, 1e20}) {
+      Mesh<double> scaled = c.mesh;
+      for (auto& p : scaled.positions) {
+        for (double& x : p) x *= scale;
+      }
+      auto ds = ExactSolver(scaled).distance(Index{0});
+      for (double& x : ds) x /= scale;
+      CHECK(worst_difference(ds, d) < 1e-13);
+    }
+  }
+}
+
+TEST_CASE("several sources: the least of each; repeated ones change nothing; starts shift") {
+  for (int seed = 0; seed < 100; ++seed) {
+    RandomCase c(seed);
+    const ExactSolver solver(c.mesh);
+    const auto together = solver.distance(c.span());
+    std::vector<double> least(together.size(), infinity);
+    for (const auto& source : c.sources) {
+      const auto alone = solver.distance(std::span(&source, 1));
+      for (std::size_t v = 0; v < alone.size(); ++v) least[v] = std::min(least[v], alone[v]);
+    }
+    CHECK(worst_difference(together, least) < 1e-12);
+    auto twice = c.sources;
+    twice.insert(twice.end(), c.sources.begin(), c.sources.end());
+    CHECK(solver.distance(std::span<const Source<double>>(twice)) == together);
+    for (auto& source : twice) source.distance -= 7;
+    auto shifted = solver.distance(std::span<const Source<double>>(twice));
+    for (double& x : shifted) x += 7;
+    CHECK(worst_difference(shifted, together) < 1e-12);
+  }
+}
+
+TEST_CASE("a whole border as source: the distance from the nearest side") {
+  const Index n = 12;
+  Random random(6);
+  const Mesh<double> mesh = gelight::test::jittered_grid(n, 0.2, random);
+  std::vector<Source<double>> border;
+  std::vector<Index> border_vertices;
+  for (Index v = 0; v < count(mesh); ++v) {
+    const auto p = position(mesh, v);
+    if (p.x() == 0 || p.y() == 0 || p.x() == n || p.y() == n) border_vertices.push_back(v);
+  }
+  const auto d = ExactSolver(mesh).distance(std::span<const Index>(border_vertices));
+  for (Index v = 0; v < count(mesh); ++v) {
+    double right = infinity;
+    for (const Index b : border_vertices) {
+      right = std::min(right, (position(mesh, v) - position(mesh, b)).norm());
+    }
+    CHECK(d[at(v)] == doctest::Approx(right).epsilon(1e-14));
+  }
+}
+
+TEST_CASE("a source on an edge, inside a face, on the border, on the target's own edge") {
+  const Mesh<double> mesh = gelight::grid<double>(4, 4, 4, 4);
+  const Surface surface(mesh);
+  const ExactSolver solver(mesh);
+  const std::array<SurfacePoint<double>, 6> points{
+      edge_point<double>(6, 12, 0.25),        edge_point<double>(0, 1, 0.5),
+      edge_point<double>(12, 6, 0.75),        face_point<double>(5, {0.2, 0.3, 0.5}),
+      face_point<double>(5, {0.0, 0.3, 0.7}), face_point<double>(5, {0.0, 0.0, 1.0})};
+  for (const auto& a : points) {
+    for (const bool keep : {false, true}) {
+      const auto field = solver.solve(a, {.keep_windows = keep});
+      for (const auto& b : points) {
+        const Vec3<double> way = surface.position(b) - surface.position(a);
+        CHECK(field.distance(b) == doctest::Approx(way.norm()).epsilon(1e-14));
+        if (way.norm() == 0) {
+          CHECK(field.direction(b).isZero(0));
+        } else {
+          CHECK((field.direction(b) - way.normalized()).norm() < 1e-13);
+        }
+      }
+      for (Index v = 0; v < count(mesh); ++v) {
+        const double right = (position(mesh, v) - surface.position(a)).norm();
+        CHECK(field.distance(v) == doctest::Approx(right).epsilon(1e-14));
+      }
+    }
+  }
+}
+
+TEST_CASE("a solver that was used before gives the same bits as a fresh one") {
+  Random random(7);
+  const Mesh<double> mesh = gelight::test::jittered_grid(20, 0.3, random);
+  const ExactSolver used(mesh);
+  (void)used.solve(Index{5}, {.keep_windows = true});
+  (void)used.distance(Index{200});
+  CHECK_THROWS_AS((void)used.solve(Index{3}, {.cancelled = [] { return true; }}),
+                  gelight::Cancelled);
+  const auto a = used.solve(Index{17}), b = ExactSolver(mesh).solve(Index{17});
+  CHECK(a.distances() == b.distances());
+  for (Index v = 0; v < count(mesh); ++v) {
+    CHECK(a.path(v) == b.path(v));
+    CHECK(a.direction(v) == b.direction(v));
+  }
+}
+
+TEST_CASE("several threads at once give what one gives") {
+  const Mesh<double> mesh = gelight::icosphere<double>(3);
+  const ExactSolver solver(mesh);
+  const auto field = solver.solve(Index{0});
+  std::vector<std::vector<double>> alone, together(8);
+  for (Index v = 0; v < 8; ++v) alone.push_back(solver.distance(50 * v));
+  std::vector<std::size_t> sizes(8);
+  {
+    std::vector<std::thread> threads;
+    for (Index v = 0; v < 8; ++v) {
+      threads.emplace_back([&, v] {
+        together[at(v)] = solver.distance(50 * v);
+        sizes[at(v)] = field.path(face_point<double>(100 * v, {0.2, 0.2, 0.6})).size();
+      });
+    }
+    for (auto& thread : threads) thread.join();
+  }
+  CHECK(alone == together);
+  for (Index v = 0; v < 8; ++v) {
+    CHECK(sizes[at(v)] == field.path(face_point<double>(100 * v, {0.2, 0.2, 0.6})).size());
+  }
+}
+
+TEST_CASE("a greatest distance: all within it exact, all beyond infinite") {
+  for (int seed = 0; seed < 100; ++seed) {
+    const RandomCase c(seed);
+    const ExactSolver solver(c.mesh);
+    const auto all = solver.distance(c.span());
+    auto sorted = all;
+    std::sort(sorted.begin(), sorted.end());
+    const double limit = sorted[sorted.size() / 2];
+    if (!(limit < infinity)) continue;
+    const auto some = solver.solve(c.span(), {.max_distance = limit}).distances();
+    for (std::size_t v = 0; v < all.size(); ++v) {
+      if (all[v] <= limit * (1 - 1e-12)) CHECK(some[v] == doctest::Approx(all[v]).epsilon(1e-13));
+      if (all[v] > limit * (1 + 1e-12)) CHECK(some[v] == infinity);
+    }
+  }
+}
+
+TEST_CASE("targets: exact there, with less work") {
+  for (int seed = 0; seed < 100; ++seed) {
+    RandomCase c(seed);
+    const ExactSolver solver(c.mesh);
+    const auto all = solver.solve(c.span(), {.keep_windows = true});
+    ExactOptions<double> options;
+    for (int i = 0; i < 2; ++i) {
+      options.targets.push_back(gelight::test::random_point(c.mesh, c.random));
+    }
+    const auto some = solver.solve(c.span(), options);
+    for (const auto& target : options.targets) {
+      CHECK(some.distance(target) == doctest::Approx(all.distance(target)).epsilon(1e-13));
+    }
+    const auto d = all.distances(), e = some.distances();
+    for (std::size_t v = 0; v < d.size(); ++v) {
+      if (e[v] < infinity) CHECK(e[v] == doctest::Approx(d[v]).epsilon(1e-12));
+    }
+  }
+  const Mesh<double> sphere = gelight::icosphere<double>(3);
+  const auto near = ExactSolver(sphere).solve(Index{0}, {.targets = {vertex_point<double>(12)}});
+  const auto d = near.distances();
+  CHECK(std::count(d.begin(), d.end(), infinity) > 100);
+}
+
+TEST_CASE("bad input is refused") {
+  const Mesh<double> mesh = gelight::grid<double>(2, 2);
+  const ExactSolver solver(mesh);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto refused = [&](const Source<double>& source) {
+    CHECK_THROWS_AS((void)solver.solve(std::span(&source, 1)), InvalidInput);
+    CHECK_THROWS_AS((void)solver.distance(std::span(&source, 1)), InvalidInput);
+  };
+  refused({vertex_point<double>(9)});
+  refused({vertex_point<double>(-1)});
+  refused({edge_point<double>(0, 8, 0.5)});
+  refused({edge_point<double>(0, 1, 1.5)});
+  refused({face_point<double>(8, {1, 0, 0})});
+  refused({face_point<double>(0, {0.5, 0.1, 0.1})});
+  refused({face_point<double>(0, {nan, 0.1, 0.1})});
+  refused({vertex_point<double>(0), nan});
+  refused({vertex_point<double>(0), infinity});
+  CHECK_THROWS_AS((void)solver.solve(std::span<const Index>{}), InvalidInput);
+  CHECK_THROWS_AS((void)solver.solve(Index{0}, {.max_distance = nan}), InvalidInput);
+  CHECK_THROWS_AS((void)solver.solve(Index{0}, {.targets = {vertex_point<double>(9)}}),
+                  InvalidInput);
+  const auto field = solver.solve(Index{0});
+  CHECK_THROWS_AS((void)field.distance(9), InvalidInput);
+  CHECK_THROWS_AS((void)field.path(face_point<double>(8, {1, 0, 0})), InvalidInput);
+  CHECK_THROWS_AS((void)field.arrivals(3, -1), InvalidInput);
+  CHECK_THROWS_AS((void)ExactSolver(Mesh<double>{}), InvalidInput);
+}
+
+TEST_CASE("the source: no distance, no direction, a path of one point") {
+  const ExactSolver solver(gelight::icosphere<double>(1));
+  const auto face = solver.surface().face(0);
+  for (const auto& p : {vertex_point<double>(3), edge_point<double>(face[0], face[1], 0.3),
+                        face_point<double>(7, {0.3, 0.3, 0.4})}) {
+    const auto field = solver.solve(p);
+    CHECK(field.distance(p) == 0);
+    CHECK(field.direction(p).isZero(0));
+    CHECK(field.path(p).size() == 1);
+    CHECK(field.arrivals(p).size() == 1);
+    CHECK_THROWS_AS((void)field.departure(p), InvalidInput);
+  }
+}
+
+TEST_CASE("the cut locus: all ways tell themselves, opposite ones are not averaged") {
+  // The far side of a prism with an even number of sides: left and right round tie.
+  const Index sides = 16, rows = 6;
+  Mesh<double> mesh;
+  for (Index r = 0; r <= rows; ++r) {
+    for (Index j = 0; j < sides; ++j) {
+      const double u = 2 * std::numbers::pi * j / sides;
+      mesh.positions.push_back({std::cos(u), std::sin(u), 0.4 * r});
+      if (r == rows) continue;
+      const Index a = r * sides + j, b = r * sides + (j + 1) % sides;
+      mesh.faces.push_back({a, b, b + sides});
+      mesh.faces.push_back({a, b + sides, a + sides});
+    }
+  }
+  const ExactSolver solver(mesh);
+  for (const bool keep : {true, false}) {
+    const auto field = solver.solve(Index{3 * sides}, {.keep_windows = keep});
+    for (Index r = 0; r <= rows; ++r) {
+      const auto far = field.arrivals(r * sides + sides / 2);
+      REQUIRE(far.size() == 2);
+      CHECK(far[0].distance == doctest::Approx(far[1].distance).epsilon(1e-13));
+      const double around = sides * std::sin(std::numbers::pi / sides);
+      CHECK(far[0].distance == doctest::Approx(std::hypot(around, 0.4 * (r - 3))).epsilon(1e-13));
+      CHECK(far[0].from == vertex_point<double>(3 * sides));
+      // They come round from both sides, and rise alike.
+      CHECK(far[0].direction.x() == doctest::Approx(far[1].direction.x()));
+      CHECK(far[0].direction.y() == doctest::Approx(-far[1].direction.y()));
+      CHECK(far[0].direction.z() == doctest::Approx(far[1].direction.z()));
+      CHECK(field.arrivals(r * sides + 3).size() == 1);
+    }
+  }
+}
+
+TEST_CASE("departures: on a flat sheet the angle is that of the straight line") {
+  const Mesh<double> mesh = gelight::grid<double>(6, 6, 6, 6);
+  const Surface surface(mesh);
+  const ExactSolver solver(mesh);
+  for (const auto& source : {vertex_point<double>(24), edge_point<double>(24, 25, 0.3),
+                             face_point<double>(30, {0.2, 0.3, 0.5}), vertex_point<double>(0)}) {
+    const auto field = solver.solve(source, {.keep_windows = true});
+    for (Index v = 0; v < count(mesh); ++v) {
+      const Vec3<double> way = position(mesh, v) - surface.position(source);
+      if (way.norm() == 0) continue;
+      const auto departure = field.departure(v);
+      CHECK((departure.direction - way.normalized()).norm() < 1e-13);
+      const Index h = departure.halfedge;
+      const Vec3<double> x = position(mesh, surface.tip(h)) - position(mesh, surface.origin(h));
+      const double angle = std::atan2(x.cross(way).z(), x.dot(way));
+      CHECK(std::fabs(std::remainder(departure.angle - angle, 2 * std::numbers::pi)) < 1e-13);
+    }
+  }
+}
+
+TEST_CASE("in float: as exact as the output can tell, far from the origin too") {
+  const Mesh<double> sphere = gelight::icosphere<double>(3);
+  Mesh<float> mesh;
+  mesh.faces = sphere.faces;
+  for (const auto& p : sphere.positions) {
+    mesh.positions.push_back({float(p[0]), float(p[1]), float(p[2])});
+  }
+  Mesh<double> same;  // as double numbers
+  same.faces = mesh.faces;
+  for (const auto& p : mesh.positions) same.positions.push_back({p[0], p[1], p[2]});
+  const std::vector<float> a = ExactSolver(mesh).distance(0);
+  const std::vector<double> b = ExactSolver(same).distance(0);
+  for (std::size_t v = 0; v < a.size(); ++v) CHECK(a[v] == static_cast<float>(b[v]));
+  const auto field = ExactSolver(mesh).solve(face_point<float>(3, {0.1f, 0.2f, 0.7f}));
+  CHECK(field.path(face_point<float>(500, {0.3f, 0.3f, 0.4f})).size() > 2);
+
+  for (const float far : {1e3f, 1e6f}) {
+    const Mesh<float> square{
+        {{far, far, 0}, {far + 1, far, 0}, {far, far + 1, 0}, {far + 1, far + 1, 0}},
+        {{0, 1, 2}, {1, 3, 2}}};
+    CHECK(ExactSolver(square).distance(0)[3] == static_cast<float>(std::sqrt(2.0)));
+  }
+}
