@@ -17,7 +17,7 @@ namespace gelight::detail {
 
 /// So many windows are computed at a time. Columns have room for a multiple of it, and what lies
 /// between the last window and that multiple may be read and overwritten, but means nothing.
-inline constexpr std::ptrdiff_t lane_size = 8;
+inline constexpr std::ptrdiff_t lane_size = 4;
 using Lane = Eigen::Array<double, lane_size, 1>;
 
 [[nodiscard]] inline Lane load(const double* column) { return Eigen::Map<const Lane>(column); }

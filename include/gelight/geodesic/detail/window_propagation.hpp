@@ -202,13 +202,15 @@ class WindowPropagation {
   // --- vertices ------------------------------------------------------------------------------
 
   // Improvements within rounding are left: they would only set the neighbours off again.
-  void arrive(Index vertex, double distance, const Arrival& arrival) {
-    if (!(distance * (1 + rounding) < distances[vertex]) &&
-        (distances[vertex] < unreachable<double> || !(distance < unreachable<double>))) {
-      return;
-    }
+  [[nodiscard]] bool improves(Index vertex, double distance) const {
+    const double known = distances[vertex];
+    return distance * (1 + rounding) < known || (distance < known && known == unreachable<double>);
+  }
+
+  void arrive(Index vertex, double distance, const Arrival& last) {
+    if (!improves(vertex, distance)) return;
     distances[vertex] = distance;
-    arrivals[vertex] = arrival;
+    arrivals[vertex] = last;
     heap_.push(vertex, distance);
   }
 
@@ -219,18 +221,17 @@ class WindowPropagation {
     if (settled_[vertex]) return;
     settled_[vertex] = 1;
     for (const Index out : surface_->corners(vertex)) {
-      activate_edge(out);
-      activate_edge(Mesh::previous(out));
+      activate(out);
+      activate(Mesh::previous(out));
     }
   }
 
   // Along the edges from a vertex; and in all directions where paths can bend there.
   void leave(Index vertex) {
     const double distance = distances[vertex];
-    const auto corners = surface_->corners(vertex);
-    for (const Index out : corners) {
+    const Arrival along{{0, 0}, Arrival::from_vertex, vertex};
+    for (const Index out : surface_->corners(vertex)) {
       const Index in = Mesh::previous(out);
-      const Arrival along{{0, 0}, Arrival::from_vertex, vertex};
       arrive(surface_->tip(out), distance + surface_->length(out), along);
       arrive(surface_->origin(in), distance + surface_->length(in), along);
     }
@@ -316,14 +317,6 @@ class WindowPropagation {
   }
 
   // --- the queue of half-edges -----------------------------------------------------------------
-
-  void activate_edge(Index first) {
-    Index h = first;
-    do {
-      activate(h);
-      h = surface_->twin(h);
-    } while (h != first);
-  }
 
   void activate(Index h) {
     if (waiting_.empty(h) || is_active_[h]) return;
@@ -433,14 +426,14 @@ class WindowPropagation {
 
   void cross(Index h) {
     const Index left = Mesh::previous(h), right = Mesh::next(h);
-    if (can_cross(left)) {
-      const std::ptrdiff_t count = crossing_.left_count(list_);
-      const WindowStore::Batch batch = waiting_.allocate(count);
+    const std::ptrdiff_t left_count = can_cross(left) ? crossing_.left_count(list_) : 0;
+    if (left_count > 0) {
+      const WindowStore::Batch batch = waiting_.allocate(left_count);
       deliver(left, batch,
-              crossing_.cross_left(list_, count, surface_->length(left), batch.windows));
+              crossing_.cross_left(list_, left_count, surface_->length(left), batch.windows));
     }
-    if (can_cross(right)) {
-      const std::ptrdiff_t first = crossing_.right_begin(list_);
+    const std::ptrdiff_t first = can_cross(right) ? crossing_.right_begin(list_) : list_.size;
+    if (first < list_.size) {
       const WindowStore::Batch batch = waiting_.allocate(list_.size - first);
       deliver(right, batch,
               crossing_.cross_right(list_, first, surface_->length(right), batch.windows));
