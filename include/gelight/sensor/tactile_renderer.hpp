@@ -14,6 +14,7 @@
 #include "gelight/concepts/image.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/filter.hpp"
 #include "gelight/image/normals.hpp"
@@ -201,7 +202,19 @@ class TactileRenderer {
   template <class D>
   void render_all(ImageView<Rgb8> out, const D& depth, bool everything) const {
     workspaces_.lend([this] { return make_workspace(); },
-                     [&](Workspace& work) { render_rows(out, depth, everything, work); });
+                     [&](Workspace& work) {
+                       if (detail::has_wide_registers()) {
+                         render_rows_wide(out, depth, everything, work);
+                       } else {
+                         render_rows(out, depth, everything, work);
+                       }
+                     });
+  }
+
+  template <class D>
+  GELIGHT_WIDE void render_rows_wide(ImageView<Rgb8> out, const D& depth, bool everything,
+                                     Workspace& work) const {
+    render_rows(out, depth, everything, work);
   }
 
   // Every row goes down the pipeline as soon as the rows that it needs are there, so that all is

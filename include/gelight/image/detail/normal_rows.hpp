@@ -1,8 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <type_traits>
 
 #include "gelight/core/types.hpp"
 
@@ -22,35 +24,20 @@ struct RayRow {
   T v, fx, fy;
 };
 
-// In the loops below every array that is written is a restricted parameter: so compilers know that
-// the arrays do not overlap, and vectorise.
-
+/// 1 / sqrt(x) within two units in the last place, by Newton's iteration from a first guess made
+/// of the number's bits. Unlike std::sqrt, which has to set errno, it is vectorised, and unlike
+/// processors' own approximations the same everywhere. (McEniry, The mathematics behind the fast
+/// inverse square root function code, 2007)
 template <class T>
-void squared_length_row(T* __restrict length, const T* x, const T* y, const T* z,
-                        std::ptrdiff_t count) {
-  for (std::ptrdiff_t i = 0; i < count; ++i) length[i] = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
-}
-
-template <class T>
-void divide_rows(T* __restrict x, T* __restrict y, T* __restrict z, T* __restrict facing,
-                 const T* length, std::ptrdiff_t count) {
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const T scale = T(1) / length[i];
-    x[i] *= scale;
-    y[i] *= scale;
-    z[i] *= scale;
-    facing[i] *= scale;
-  }
-}
-
-/// Turns the vectors of a row into unit vectors; what has no length becomes NaN.
-template <class T>
-void normalise_row(const NormalRow<T>& n, T* length, std::ptrdiff_t count) {
-  squared_length_row(length, n.x, n.y, n.z, count);
-  // Eigen's square root is vectorised; std::sqrt is not, as it has to set errno.
-  Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>> squares(length, count);
-  squares = squares.sqrt();
-  divide_rows(n.x, n.y, n.z, n.facing, length, count);
+[[nodiscard]] T inverse_sqrt(T x) {
+  using Bits = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
+  constexpr Bits magic =
+      sizeof(T) == 4 ? static_cast<Bits>(0x5f375a86) : static_cast<Bits>(0x5fe6eb50c7b537a9);
+  T y = std::bit_cast<T>(static_cast<Bits>(magic - (std::bit_cast<Bits>(x) >> 1)));
+  const T half = x / 2;
+  constexpr int steps = sizeof(T) == 4 ? 3 : 4;  // each squares the first guess's error of 3 %
+  for (int step = 0; step < steps; ++step) y *= T(1.5) - half * y * y;
+  return y;
 }
 
 /// Makes the vectors of a row that are not numbers zero.
@@ -62,17 +49,19 @@ void clear_unknown(const NormalRow<T>& n, std::ptrdiff_t count) {
   }
 }
 
-/// The cross product of the point cloud's Sobel derivatives along a row, towards the camera, which
-/// is a polynomial in the depths of the 3 x 3 window.
+/// The unit normals of a row of pixels towards the camera, from the depths of the row and its two
+/// neighbours, which reach one pixel further on each side: the cross product of the point cloud's
+/// Sobel derivatives, which is a polynomial in the depths of the 3 x 3 window.
 ///
 /// With r = (u, v, 1) the pixel's ray, the two derivatives are D r + (S / fx, A / fy, 0) and
 /// E r + (A / fx, R / fy, 0): D and E are the depth's own derivatives, S and R its sums over the
 /// two outer columns and the two outer rows, A its mixed difference. What is common to both drops
-/// out of the product, so that nothing cancels where the surface is flat. It is taken fx fy times.
+/// out of the product, so that nothing cancels where the surface is flat. The rows that are written
+/// are restricted, so that compilers know that they do not overlap the others, and vectorise.
 template <class T>
-void sobel_cross_row(T* __restrict nx, T* __restrict ny, T* __restrict nz, T* __restrict facing,
-                     const T* above, const T* middle, const T* below, const RayRow<T>& ray,
-                     std::ptrdiff_t count) {
+void sobel_normals_of(T* __restrict nx, T* __restrict ny, T* __restrict nz, T* __restrict facing,
+                      const T* above, const T* middle, const T* below, const RayRow<T>& ray,
+                      std::ptrdiff_t count) {
   const T* const u = ray.u;
   const T v = ray.v, fx = ray.fx, fy = ray.fy;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
@@ -87,20 +76,19 @@ void sobel_cross_row(T* __restrict nx, T* __restrict ny, T* __restrict nz, T* __
     const T x = fx * (D * R - E * A);
     const T y = fy * (E * S - D * A);
     const T along_ray = A * A - S * R;
-    nx[i] = x;
-    ny[i] = y;
-    nz[i] = along_ray - u[i] * x - v * y;
-    facing[i] = along_ray;
+    const T z = along_ray - u[i] * x - v * y;
+    const T scale = inverse_sqrt(x * x + y * y + z * z);
+    nx[i] = scale * x;
+    ny[i] = scale * y;
+    nz[i] = scale * z;
+    facing[i] = scale * along_ray;
   }
 }
 
-/// The unit normals of a row of pixels from the depths of the row and its two neighbours, which
-/// reach one pixel further on each side; `length` is scratch.
 template <class T>
-void sobel_normal_row(const NormalRow<T>& n, T* length, const T* above, const T* middle,
-                      const T* below, const RayRow<T>& ray, std::ptrdiff_t count) {
-  sobel_cross_row(n.x, n.y, n.z, n.facing, above, middle, below, ray, count);
-  normalise_row(n, length, count);
+void sobel_normal_row(const NormalRow<T>& n, const T* above, const T* middle, const T* below,
+                      const RayRow<T>& ray, std::ptrdiff_t count) {
+  sobel_normals_of(n.x, n.y, n.z, n.facing, above, middle, below, ray, count);
 }
 
 /// Writes the pixels before and after a row of depths, extrapolated linearly.

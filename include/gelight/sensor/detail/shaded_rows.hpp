@@ -42,7 +42,7 @@ template <std::floating_point T>
 class ShadedRows {
  public:
   struct Workspace {
-    std::vector<T> normal_x, normal_y, normal_z, facing, length;  // a row each
+    std::vector<T> normal_x, normal_y, normal_z, facing;  // a row each
     std::vector<T> toward, mirrored, shine;
     std::array<std::vector<T>, 3> rgb;
     std::vector<std::int32_t> packed;
@@ -79,9 +79,8 @@ class ShadedRows {
   [[nodiscard]] Workspace make_workspace() const {
     Workspace work;
     const auto width = static_cast<std::size_t>(camera_.width);
-    for (auto* row :
-         {&work.normal_x, &work.normal_y, &work.normal_z, &work.facing, &work.length, &work.toward,
-          &work.mirrored, &work.shine, &work.rgb[0], &work.rgb[1], &work.rgb[2]}) {
+    for (auto* row : {&work.normal_x, &work.normal_y, &work.normal_z, &work.facing, &work.toward,
+                      &work.mirrored, &work.shine, &work.rgb[0], &work.rgb[1], &work.rgb[2]}) {
       row->resize(width);
     }
     work.packed.resize(width);
@@ -95,8 +94,7 @@ class ShadedRows {
     const NormalRow<T> n{work.normal_x.data() + x, work.normal_y.data() + x,
                          work.normal_z.data() + x, work.facing.data() + x};
     const RayRow<T> ray{columns_.data() + x, row_ray(y), camera_.fx, camera_.fy};
-    sobel_normal_row(n, work.length.data() + x, above + x, middle + x, below + x, ray,
-                     run.end - run.begin);
+    sobel_normal_row(n, above + x, middle + x, below + x, ray, run.end - run.begin);
     return n;
   }
 

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <numbers>
 #include <type_traits>
 #include <utility>
 
@@ -49,6 +53,44 @@ void integer_power_row(T* power, T* base, unsigned exponent, std::ptrdiff_t coun
   multiply(yes, no, digits);
   for (exponent /= 16; exponent >= 16; exponent /= 16) multiply(no, no, digits);
   multiply(no, yes, digits);
+}
+
+/// log2(x) of a positive normal number, within 2e-7 of its size.
+[[nodiscard]] inline float fast_log2(float x) {
+  // x = 2^e m with m from sqrt(1/2) to sqrt(2).
+  const std::int32_t bits = std::bit_cast<std::int32_t>(x) - 0x3f3504f3;
+  const std::int32_t e = bits >> 23;
+  const float m = std::bit_cast<float>((bits & 0x007fffff) + 0x3f3504f3);
+  // log(m) = 2 atanh(t), whose series has fallen below 2e-9 of it after five terms.
+  const float t = (m - 1) / (m + 1), t2 = t * t;
+  const float series = 1 + t2 * (1 / 3.f + t2 * (1 / 5.f + t2 * (1 / 7.f + t2 * (1 / 9.f))));
+  return static_cast<float>(e) + 2 * std::numbers::log2e_v<float> * t * series;
+}
+
+/// 2^x for x in [-126, 127], within 3e-7 of its size.
+[[nodiscard]] inline float fast_exp2(float x) {
+  constexpr float shift = 3 << 22;  // adding it leaves the nearest integer in the lowest bits
+  const float shifted = x + shift;
+  const std::int32_t whole =
+      std::bit_cast<std::int32_t>(shifted) - std::bit_cast<std::int32_t>(shift);
+  const float f = (x - (shifted - shift)) * std::numbers::ln2_v<float>;  // up to 0.35
+  const float series =
+      1 + f * (1 + f * (1 / 2.f + f * (1 / 6.f + f * (1 / 24.f + f * (1 / 120.f + f / 720.f)))));
+  return series * std::bit_cast<float>((whole + 127) << 23);
+}
+
+/// power[i] = base[i]^exponent for bases that are 0 or have a normal number for a power. In float
+/// the relative error is below 3e-7 (1 + |log2 power|); double is std::pow's.
+template <class T>
+void real_power_row(T* __restrict power, const T* base, T exponent, std::ptrdiff_t count) {
+  if constexpr (std::same_as<T, float>) {
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      const float result = fast_exp2(exponent * fast_log2(base[i]));
+      power[i] = base[i] > 0 ? result : 0;
+    }
+  } else {
+    for (std::ptrdiff_t i = 0; i < count; ++i) power[i] = std::pow(base[i], exponent);
+  }
 }
 
 /// A light along a row: the direction to it, in planes.
@@ -126,7 +168,7 @@ void phong_row(const PhongScratch<T>& out, const NormalRow<T>& n, const LightRow
   if (exponent == std::floor(exponent) && exponent < T(1u << 31)) {
     integer_power_row(shine, mirrored, static_cast<unsigned>(exponent), count);
   } else {
-    for (std::ptrdiff_t i = 0; i < count; ++i) shine[i] = std::pow(mirrored[i], exponent);
+    real_power_row(shine, mirrored, exponent, count);
   }
   if (gated) gate_row(shine, toward, count);
 }
