@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <concepts>
-#include <queue>
-#include <utility>
-#include <vector>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/detail/indexed_heap.hpp"
 #include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -35,12 +33,12 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
     detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()),
                                    unreachable<double>);
-    using Entry = std::pair<double, Index>;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    detail::IndexedHeap queue;
+    queue.reset(surface_.vertex_count());
     const auto relax = [&](Index v, double d) {
       if (d >= distance[v]) return;
       distance[v] = d;
-      queue.emplace(d, v);
+      queue.push(v, d);
     };
     for (const auto& source : sources) {
       const auto point = detail::simplified(surface_, source.point);
@@ -48,9 +46,8 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
                                    [&](Index v, double d) { relax(v, source.distance + d); });
     }
     while (!queue.empty()) {
-      const auto [d, v] = queue.top();
-      queue.pop();
-      if (d > distance[v]) continue;  // reached on a shorter way since it was queued
+      const Index v = queue.pop();
+      const double d = distance[v];
       for (Index e = begin_[v]; e < begin_[v + 1]; ++e) {
         relax(edges_[e].tip, d + edges_[e].length);
       }

@@ -1,0 +1,181 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+
+#include "gelight/concepts/mesh.hpp"
+#include "gelight/core/array.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/detail/indexed_heap.hpp"
+#include "gelight/geodesic/detail/near.hpp"
+#include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/mesh/surface.hpp"
+
+namespace gelight {
+
+/// Distance by virtual sources (after Trettner, Bommes, Kobbelt 2021, doi:10.1111/cgf.14371): each
+/// vertex keeps one image of the source, unfolded into the plane of the face it was reached
+/// through, and hands it on to the vertices it shows in the faces around.
+///
+/// Label-correcting: a vertex hands on its image again when it gets a better one, so obtuse and
+/// thin triangles cost no accuracy. Exact on flat sheets without holes. An image is compared with
+/// the distances at hand but not with all edges it has passed, so behind saddles a distance can be
+/// off, to either side. Where two ways are equally long, rounding chooses.
+///
+/// Error, mean and largest: icospheres of 642 to 40,962 vertices 0.22 % and 0.37 % to 0.0024 % and
+/// 0.03 %, falling with order 2; against exact distances on the GelTip membrane 0.17 % and 2.9 %,
+/// on a sphere stretched tenfold 0.003 % and 0.8 %. A query takes O(n log n).
+template <std::floating_point T>
+class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T>, T> {
+ public:
+  /// Throws InvalidInput as Surface does.
+  template <TriangleMesh M>
+  explicit VirtualSourceSolver(const M& mesh) : surface_(mesh) {
+    corner_begin_.push_back(0);
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      for (const Index h : surface_.corners(v)) {
+        corners_.push_back({surface_.tip(h), surface_.apex(h)});
+      }
+      corner_begin_.push_back(static_cast<Index>(corners_.size()));
+    }
+  }
+
+  [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+
+  [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
+    Front front(surface_.vertex_count());
+    // Shares are of distances from 0 on, so that is where the earliest source starts.
+    double start = unreachable<double>;
+    for (const auto& source : sources) start = std::min(start, source.distance);
+    for (const auto& source : sources) {
+      const double offset = source.distance - start;
+      const auto point = detail::simplified(surface_, source.point);
+      const Vec3<double> position = surface_.position(point);
+      detail::for_each_vertex_near(surface_, point, [&](Index v, double d) {
+        front.reach(v, {position, offset, offset + d});
+      });
+    }
+    while (!front.queue.empty()) {
+      const Index v = front.queue.pop();
+      for (Index c = corner_begin_[v]; c < corner_begin_[v + 1]; ++c) {
+        advance(v, corners_[c].tip, corners_[c].apex, front);
+      }
+    }
+    detail::Array<double> distance(front.images.size());
+    for (Index v = 0; v < surface_.vertex_count(); ++v)
+      distance[v] = start + front.images[v].distance;
+    return distance;
+  }
+
+ private:
+  /// The other two vertices of one of a vertex' faces.
+  struct Corner {
+    Index tip, apex;
+  };
+
+  /// Where a vertex sees its source: `distance` is `offset` and the straight line to it.
+  struct Image {
+    Vec3<double> position = Vec3<double>::Zero();
+    double offset = 0;
+    double distance = unreachable<double>;
+  };
+
+  struct Front {
+    detail::Array<Image> images;  // of each vertex
+    detail::IndexedHeap queue;
+
+    explicit Front(Index count) : images(static_cast<std::size_t>(count)) { queue.reset(count); }
+
+    // How long a new line may be at most to serve a vertex, given what precedes it.
+    [[nodiscard]] double room(Index v, double offset) const {
+      return images[v].distance * (1 - least_gain) - offset;
+    }
+    void reach(Index v, const Image& image) {
+      if (!(image.distance < images[v].distance)) return;
+      images[v] = image;
+      queue.push(v, image.distance);
+    }
+  };
+
+  // A vertex is reached again only by a way that is shorter by more than rounding, as a share.
+  static constexpr double least_gain = 1e-10;
+
+  // An image that shows a vertex nearer than it is, by more than this share, is hidden from it by
+  // something in between, and is not handed on beside it.
+  static constexpr double largest_disagreement = 3e-3;
+
+  // Reaches the other two vertices of a face of v: along the edges from v, and through them with
+  // the images that v and, if it came before, the edge's other end hold.
+  void advance(Index v, Index tip, Index apex, Front& front) const {
+    const Vec3<double>& at = surface_.position(v);
+    const Vec3<double> to_tip = surface_.position(tip) - at;
+    const Vec3<double> to_apex = surface_.position(apex) - at;
+    const double tip2 = to_tip.squaredNorm(), apex2 = to_apex.squaredNorm();
+    const double dot = to_tip.dot(to_apex);
+    const double area2 = tip2 * apex2 - dot * dot;
+    along(v, tip, tip2, front);
+    along(v, apex, apex2, front);
+    through({v, tip, apex, to_tip, to_apex, tip2, dot / tip2, area2 / tip2}, front);
+    through({v, apex, tip, to_apex, to_tip, apex2, dot / apex2, area2 / apex2}, front);
+  }
+
+  void along(Index v, Index w, double squared_length, Front& front) const {
+    const double d = front.images[v].distance;
+    const double room = front.room(w, d);
+    if (!(room > 0 && squared_length < room * room)) return;
+    front.reach(w, {surface_.position(v), d, d + std::sqrt(squared_length)});
+  }
+
+  /// A vertex as seen across an edge of its face, from the edge's first end; `foot` is how far
+  /// along the edge it lies, in shares of the edge.
+  struct Crossing {
+    Index first, second, target;
+    Vec3<double> edge, to_target;
+    double squared_length, foot, squared_height;
+  };
+
+  void through(const Crossing& c, Front& front) const {
+    const double d = front.images[c.first].distance, e = front.images[c.second].distance;
+    through(c, c.first, c.second, front);
+    if (e <= d) through(c, c.second, c.first, front);
+  }
+
+  // Hands on the image of `owner`, one end of the edge, that is seen from the `other` end too.
+  void through(const Crossing& c, Index owner, Index other, Front& front) const {
+    const Image& image = front.images[owner];
+    const double room = front.room(c.target, image.offset);
+    const Vec3<double> to_image = image.position - surface_.position(c.first);
+    const double foot = to_image.dot(c.edge) / c.squared_length;
+    const double squared_depth = to_image.squaredNorm() - foot * foot * c.squared_length;
+    if (!(room > 0 && squared_depth > 0 && c.squared_height > 0 &&
+          squared_depth + c.squared_height < room * room)) {
+      return;
+    }
+    const double least = front.images[other].distance * (1 - largest_disagreement) - image.offset;
+    const double share = other == c.first ? foot : 1 - foot;
+    if (least > 0 && share * share * c.squared_length + squared_depth < least * least) return;
+
+    const double depth = std::sqrt(squared_depth), height = std::sqrt(c.squared_height);
+    const double at_edge = foot * height + c.foot * depth;
+    if (!(at_edge >= 0 && at_edge <= height + depth)) return;
+    const double aside = c.foot - foot, total = height + depth;
+    const double squared = aside * aside * c.squared_length + total * total;
+    if (!(squared < room * room)) return;
+    const Vec3<double> upright = c.to_target - c.foot * c.edge;
+    front.reach(c.target, {surface_.position(c.first) + foot * c.edge - depth / height * upright,
+                           image.offset, image.offset + std::sqrt(squared)});
+  }
+
+  Surface<double> surface_;
+  detail::Array<Index> corner_begin_;  // of each vertex, and one more
+  detail::Array<Corner> corners_;
+};
+
+template <TriangleMesh M>
+explicit VirtualSourceSolver(const M&) -> VirtualSourceSolver<MeshScalar<M>>;
+
+static_assert(DistanceSolver<VirtualSourceSolver<double>, double>);
+
+}  // namespace gelight
