@@ -148,6 +148,30 @@ TEST_CASE("a depth that is not known leaves its eight neighbours and itself with
   }
 }
 
+TEST_CASE(
+    "central differences: a plane's normal, and the point cloud's differences on a rough one") {
+  const Vec3<double> normal = Vec3<double>(-0.5, 0.3, -1).normalized();
+  const auto flat = central_normals(plane(normal, -0.03), camera);
+  const auto depth = rough();
+  const auto points = unproject(depth, camera);
+  const auto normals = central_normals(depth, camera);
+  for (Index y = 1; y < 23; ++y) {
+    for (Index x = 1; x < 31; ++x) {
+      CHECK((flat(x, y) - normal).norm() < 1e-13);
+      const Vec3<double> across = points(x + 1, y) - points(x - 1, y);
+      const Vec3<double> down = points(x, y + 1) - points(x, y - 1);
+      CHECK((normals(x, y) + across.cross(down).normalized()).norm() < 1e-13);
+    }
+  }
+  CHECK(flat(0, 5) == Vec3<double>::Zero());
+  auto holed = depth;
+  holed(10, 10) = std::numeric_limits<double>::quiet_NaN();
+  const auto around = central_normals(holed, camera);
+  CHECK(around(10, 10) == Vec3<double>::Zero());
+  CHECK(around(11, 10) == Vec3<double>::Zero());
+  CHECK(around(11, 11) == normals(11, 11));
+}
+
 TEST_CASE("another size than the camera's is refused") {
   CHECK_THROWS_WITH_AS((void)sobel_normals(Image<double>(3, 4), camera),
                        "the depth image is 3 x 4 pixels, the camera's image 32 x 24", InvalidInput);

@@ -75,4 +75,31 @@ template <std::floating_point T, ImageOf<T> I>
   return normals;
 }
 
+/// The unit normal of the surface at every pixel from central differences of its four neighbours'
+/// points, towards the camera: sharper than `sobel_normals`, and more shaken by noise.
+///
+/// Zero on the outermost pixels and where one of the five depths is not finite. Throws InvalidInput
+/// as sobel_normals does.
+template <std::floating_point T, ImageOf<T> I>
+[[nodiscard]] Image<Vec3<T>> central_normals(const I& depth, const Camera<T>& camera) {
+  camera.require_valid();
+  detail::require_camera_size(depth, camera, "the depth image");
+  Image<Vec3<T>> normals(camera.width, camera.height);
+  for (Index y = 1; y < camera.height - 1; ++y) {
+    for (Index x = 1; x < camera.width - 1; ++x) {
+      const auto z = [&](Index dx, Index dy) {
+        return static_cast<T>(ImageTraits<I>::pixel(depth, x + dx, y + dy));
+      };
+      // The product of the two differences, each a multiple of the ray and of one axis.
+      const Vec3<T> ray = camera.ray(static_cast<T>(x), static_cast<T>(y));
+      const T across = z(1, 0) + z(-1, 0), down = z(0, 1) + z(0, -1);
+      const T nx = camera.fx * (z(1, 0) - z(-1, 0)) * down;
+      const T ny = camera.fy * (z(0, 1) - z(0, -1)) * across;
+      const Vec3<T> n(nx, ny, -across * down - ray.x() * nx - ray.y() * ny);
+      if (n.allFinite() && std::isfinite(z(0, 0))) normals(x, y) = n.stableNormalized();
+    }
+  }
+  return normals;
+}
+
 }  // namespace gelight
