@@ -10,18 +10,18 @@
 
 namespace gelight::detail {
 
-/// A queue of vertices in about the order of their distances: those within one width of each other
-/// come out in any order. For solvers that correct what they did too early, that is enough, and an
-/// insertion costs as much as appending to an array.
+/// A queue of vertices in about the order of their distances: those within a third of an edge of
+/// each other come out in any order, and one pushed far ahead may come out early. For solvers that
+/// correct what they did too early that is enough, and a push costs no more than an array's.
 class BucketQueue {
  public:
-  /// Keys are not negative; one pushed is not more than `reach` above the last one popped.
-  BucketQueue(double width, double reach)
-      : scale_(1 / width), buckets_(static_cast<std::size_t>(reach / width) + 2) {}
+  /// Keys are not negative; `mean_edge` is about what a vertex adds to the distance of the last.
+  explicit BucketQueue(double mean_edge)
+      : scale_(mean_edge > 0 ? buckets_per_edge / mean_edge : 1), buckets_(bucket_count) {}
 
   void push(Index vertex, double key) {
-    const auto number = std::max(static_cast<std::size_t>(key * scale_), front_);
-    buckets_[number % buckets_.size()].emplace_back(vertex, key);
+    const auto number = static_cast<std::size_t>(std::min(key * scale_, largest_number));
+    buckets_[std::max(number, front_) % bucket_count].emplace_back(vertex, key);
     ++count_;
   }
 
@@ -29,8 +29,8 @@ class BucketQueue {
 
   /// A vertex and the key it was pushed with, which may have been bettered since.
   std::pair<Index, double> pop() {
-    while (buckets_[front_ % buckets_.size()].empty()) ++front_;
-    auto& bucket = buckets_[front_ % buckets_.size()];
+    while (buckets_[front_ % bucket_count].empty()) ++front_;
+    auto& bucket = buckets_[front_ % bucket_count];
     const auto entry = bucket.back();
     bucket.pop_back();
     --count_;
@@ -38,6 +38,10 @@ class BucketQueue {
   }
 
  private:
+  static constexpr double buckets_per_edge = 3;
+  static constexpr std::size_t bucket_count = 256;  // the buckets in use form a ring
+  static constexpr double largest_number = 1e15;
+
   double scale_;
   std::size_t front_ = 0;  // number of the bucket in turn, counted without wrapping round
   std::size_t count_ = 0;

@@ -208,7 +208,10 @@ class WindowPropagation {
   }
 
   void arrive(Index vertex, double distance, const Arrival& last) {
-    if (!improves(vertex, distance)) return;
+    if (improves(vertex, distance)) set(vertex, distance, last);
+  }
+
+  void set(Index vertex, double distance, const Arrival& last) {
     distances[vertex] = distance;
     arrivals[vertex] = last;
     heap_.push(vertex, distance);
@@ -229,17 +232,23 @@ class WindowPropagation {
   // Along the edges from a vertex; and in all directions where paths can bend there.
   void leave(Index vertex) {
     const double distance = distances[vertex];
-    const Arrival along{{0, 0}, Arrival::from_vertex, vertex};
     for (const Index out : surface_->corners(vertex)) {
       const Index in = Mesh::previous(out);
-      arrive(surface_->tip(out), distance + surface_->length(out), along);
-      arrive(surface_->origin(in), distance + surface_->length(in), along);
+      go_along(out, vertex, surface_->tip(out));
+      go_along(in, vertex, surface_->origin(in));
     }
     if (is_at_source(vertex)) {
       emit_everywhere(vertex, {distance, Origin::Kind::source, arrivals[vertex].origin, -1});
     } else if (faces_->bend(vertex) != PlanarFaces::Bend::none) {
       bend(vertex, {distance, Origin::Kind::vertex, vertex, -1});
     }
+  }
+
+  void go_along(Index h, Index from, Index to) {
+    const double length = surface_->length(h), distance = distances[from] + length;
+    // Vertices at one place have one distance, to the last bit.
+    const bool is_less = length == 0 ? distance < distances[to] : improves(to, distance);
+    if (is_less) set(to, distance, {{0, 0}, Arrival::from_vertex, from});
   }
 
   void emit_everywhere(Index vertex, const Origin& from) {
