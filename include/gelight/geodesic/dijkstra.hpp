@@ -6,9 +6,10 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/indexed_heap.hpp"
+#include "gelight/geodesic/detail/bucket_queue.hpp"
 #include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
@@ -33,25 +34,27 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
     detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()),
                                    unreachable<double>);
-    detail::IndexedHeap queue;
-    queue.reset(surface_.vertex_count());
+    detail::BucketQueue queue(mean_edge_);
     const auto relax = [&](Index v, double d) {
       if (d >= distance[v]) return;
       distance[v] = d;
       queue.push(v, d);
     };
+    double start = unreachable<double>;
+    for (const auto& source : sources) start = std::min(start, source.distance);
     for (const auto& source : sources) {
       const auto point = detail::simplified(surface_, source.point);
-      detail::for_each_vertex_near(surface_, point,
-                                   [&](Index v, double d) { relax(v, source.distance + d); });
+      detail::for_each_vertex_near(
+          surface_, point, [&](Index v, double d) { relax(v, source.distance - start + d); });
     }
     while (!queue.empty()) {
-      const Index v = queue.pop();
-      const double d = distance[v];
+      const auto [v, d] = queue.pop();
+      if (d > distance[v]) continue;  // reached on a shorter way since it was queued
       for (Index e = begin_[v]; e < begin_[v + 1]; ++e) {
         relax(edges_[e].tip, d + edges_[e].length);
       }
     }
+    for (double& d : distance) d += start;
     return distance;
   }
 
@@ -79,9 +82,11 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
       edges_.insert(edges_.end(), around.begin(), end);
       begin_.push_back(static_cast<Index>(edges_.size()));
     }
+    mean_edge_ = detail::mean_edge_length(surface_);
   }
 
   Surface<double> surface_;
+  double mean_edge_ = 0;
   detail::Array<Index> begin_;  // of each vertex, and one more: where its edges begin
   detail::Array<Edge> edges_;
 };

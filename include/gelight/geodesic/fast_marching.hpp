@@ -9,7 +9,7 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/indexed_heap.hpp"
+#include "gelight/geodesic/detail/bucket_queue.hpp"
 #include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/mesh/intrinsic.hpp"
@@ -35,6 +35,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
   explicit FastMarchingSolver(const M& mesh) : surface_(mesh) {
+    mean_edge_ = detail::mean_edge_length(surface_);
     const auto faces = planar_faces(intrinsic_triangulation(surface_));
     begin_.push_back(0);
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
@@ -48,8 +49,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
     detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()),
                                    unreachable<double>);
-    detail::IndexedHeap queue;
-    queue.reset(surface_.vertex_count());
+    detail::BucketQueue queue(mean_edge_);
     const auto relax = [&](Index v, double d) {
       if (!(d < distance[v] * (1 - least_gain))) return;
       distance[v] = d;
@@ -64,8 +64,8 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
           surface_, point, [&](Index v, double d) { relax(v, source.distance - start + d); });
     }
     while (!queue.empty()) {
-      const Index v = queue.pop();
-      const double d = distance[v];
+      const auto [v, d] = queue.pop();
+      if (d > distance[v]) continue;  // reached on a shorter way since it was queued
       for (Index c = begin_[v]; c < begin_[v + 1]; ++c) {
         const Corner& corner = corners_[c];
         const double at_tip = distance[corner.tip], at_apex = distance[corner.apex];
@@ -125,6 +125,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   }
 
   Surface<double> surface_;
+  double mean_edge_ = 0;
   detail::Array<Index> begin_;  // of each vertex, and one more: where its corners begin
   detail::Array<Corner> corners_;
 };

@@ -8,9 +8,10 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/indexed_heap.hpp"
+#include "gelight/geodesic/detail/bucket_queue.hpp"
 #include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
@@ -33,6 +34,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
   explicit VirtualSourceSolver(const M& mesh) : surface_(mesh) {
+    mean_edge_ = detail::mean_edge_length(surface_);
     corner_begin_.push_back(0);
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       for (const Index h : surface_.corners(v)) {
@@ -45,7 +47,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
   [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
-    Front front(surface_.vertex_count());
+    Front front(surface_.vertex_count(), mean_edge_);
     // Shares are of distances from 0 on, so that is where the earliest source starts.
     double start = unreachable<double>;
     for (const auto& source : sources) start = std::min(start, source.distance);
@@ -58,7 +60,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
       });
     }
     while (!front.queue.empty()) {
-      const Index v = front.queue.pop();
+      const auto [v, d] = front.queue.pop();
+      if (d > front.images[v].distance) continue;  // reached on a shorter way since
       for (Index c = corner_begin_[v]; c < corner_begin_[v + 1]; ++c) {
         advance(v, corners_[c].tip, corners_[c].apex, front);
       }
@@ -84,9 +87,10 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   struct Front {
     detail::Array<Image> images;  // of each vertex
-    detail::IndexedHeap queue;
+    detail::BucketQueue queue;
 
-    explicit Front(Index count) : images(static_cast<std::size_t>(count)) { queue.reset(count); }
+    Front(Index count, double mean_edge)
+        : images(static_cast<std::size_t>(count)), queue(mean_edge) {}
 
     // How long a new line may be at most to serve a vertex, given what precedes it.
     [[nodiscard]] double room(Index v, double offset) const {
@@ -169,6 +173,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
 
   Surface<double> surface_;
+  double mean_edge_ = 0;
   detail::Array<Index> corner_begin_;  // of each vertex, and one more
   detail::Array<Corner> corners_;
 };
