@@ -72,6 +72,15 @@ Mesh<double> random_sheet(Index n) {
   return mesh;
 }
 
+// No two ways on it are equally long, which rounding would choose between.
+Mesh<double> uneven_sphere() {
+  auto mesh = icosphere<double>(3);
+  std::mt19937 engine(9);
+  std::uniform_real_distribution<double> jitter(0.97, 1.03);
+  for (auto& p : mesh.positions) p[engine() % 3] *= jitter(engine);
+  return mesh;
+}
+
 }  // namespace
 
 TEST_CASE("flat sheets: straight lines, from any kind of point") {
@@ -165,7 +174,7 @@ TEST_CASE("parts, strays, fins, bow-ties, flat faces and flipped ones") {
                          {{0, 1, 2}, {0, 3, 4}}};
   CHECK(Solver(bow).distance(1)[3] == doctest::Approx(2));
 
-  auto flipped = icosphere<double>(3);
+  auto flipped = uneven_sphere();
   const auto expected = Solver(flipped).distance(0);
   for (std::size_t f = 0; f < flipped.faces.size(); f += 2) {
     std::swap(flipped.faces[f][0], flipped.faces[f][1]);
@@ -177,10 +186,7 @@ TEST_CASE("parts, strays, fins, bow-ties, flat faces and flipped ones") {
 }
 
 TEST_CASE("scales with the mesh, at any distance from the origin") {
-  auto mesh = icosphere<double>(3);
-  std::mt19937 engine(9);  // no two ways equally long, which rounding would choose between
-  std::uniform_real_distribution<double> jitter(0.97, 1.03);
-  for (auto& p : mesh.positions) p[engine() % 3] *= jitter(engine);
+  const auto mesh = uneven_sphere();
   const auto expected = Solver(mesh).distance(0);
   for (const double s : {1e-20, 1e-6, 1e6}) {
     auto scaled = mesh;

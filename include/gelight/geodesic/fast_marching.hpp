@@ -49,10 +49,12 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
     detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()),
                                    unreachable<double>);
+    detail::Array<char> settled(distance.size(), 0);  // not in the queue, having been there
     detail::BucketQueue queue(mean_edge_);
     const auto relax = [&](Index v, double d) {
       if (!(d < distance[v] * (1 - least_gain))) return;
       distance[v] = d;
+      settled[v] = 0;
       queue.push(v, d);
     };
     // Waves are circles about distance 0, so that is where the earliest source starts.
@@ -66,13 +68,19 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     while (!queue.empty()) {
       const auto [v, d] = queue.pop();
       if (d > distance[v]) continue;  // reached on a shorter way since it was queued
+      settled[v] = 1;
       for (Index c = begin_[v]; c < begin_[v + 1]; ++c) {
         const Corner& corner = corners_[c];
+        relax(corner.tip, d + corner.to_tip);
+        relax(corner.apex, d + corner.to_apex);
+        // An edge is crossed when the second of its ends comes out of the queue.
         const double at_tip = distance[corner.tip], at_apex = distance[corner.apex];
-        relax(corner.tip, across(corner.to_apex, corner.tip_across, d, at_apex,
-                                 std::min(at_tip, d + corner.to_tip)));
-        relax(corner.apex, across(corner.to_tip, corner.apex_across, d, at_tip,
-                                  std::min(at_apex, d + corner.to_apex)));
+        if (settled[corner.tip]) {
+          relax(corner.apex, across(corner.to_tip, corner.apex_across, d, at_tip, at_apex));
+        }
+        if (settled[corner.apex]) {
+          relax(corner.tip, across(corner.to_apex, corner.tip_across, d, at_apex, at_tip));
+        }
       }
     }
     for (double& d : distance) d += start;

@@ -62,6 +62,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     while (!front.queue.empty()) {
       const auto [v, d] = front.queue.pop();
       if (d > front.images[v].distance) continue;  // reached on a shorter way since
+      front.settled[v] = 1;
       for (Index c = corner_begin_[v]; c < corner_begin_[v + 1]; ++c) {
         advance(v, corners_[c].tip, corners_[c].apex, front);
       }
@@ -87,10 +88,11 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   struct Front {
     detail::Array<Image> images;  // of each vertex
+    detail::Array<char> settled;  // of each vertex: not in the queue, having been there
     detail::BucketQueue queue;
 
     Front(Index count, double mean_edge)
-        : images(static_cast<std::size_t>(count)), queue(mean_edge) {}
+        : images(static_cast<std::size_t>(count)), settled(images.size(), 0), queue(mean_edge) {}
 
     // How long a new line may be at most to serve a vertex, given what precedes it.
     [[nodiscard]] double room(Index v, double offset) const {
@@ -99,6 +101,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     void reach(Index v, const Image& image) {
       if (!(image.distance < images[v].distance)) return;
       images[v] = image;
+      settled[v] = 0;
       queue.push(v, image.distance);
     }
   };
@@ -111,18 +114,28 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   static constexpr double largest_disagreement = 3e-3;
 
   // Reaches the other two vertices of a face of v: along the edges from v, and through them with
-  // the images that v and, if it came before, the edge's other end hold.
+  // the images that both ends of the edge hold.
   void advance(Index v, Index tip, Index apex, Front& front) const {
     const Vec3<double>& at = surface_.position(v);
     const Vec3<double> to_tip = surface_.position(tip) - at;
     const Vec3<double> to_apex = surface_.position(apex) - at;
     const double tip2 = to_tip.squaredNorm(), apex2 = to_apex.squaredNorm();
-    const double dot = to_tip.dot(to_apex);
-    const double area2 = tip2 * apex2 - dot * dot;
     along(v, tip, tip2, front);
     along(v, apex, apex2, front);
-    through({v, tip, apex, to_tip, to_apex, tip2, dot / tip2, area2 / tip2}, front);
-    through({v, apex, tip, to_apex, to_tip, apex2, dot / apex2, area2 / apex2}, front);
+    // An edge is crossed when the second of its ends comes out of the queue.
+    if (!front.settled[tip] && !front.settled[apex]) return;
+    const double dot = to_tip.dot(to_apex);
+    const double area2 = tip2 * apex2 - dot * dot;
+    if (front.settled[tip]) {
+      const Crossing c{v, tip, apex, to_tip, to_apex, tip2, dot / tip2, area2 / tip2};
+      through(c, v, tip, front);
+      through(c, tip, v, front);
+    }
+    if (front.settled[apex]) {
+      const Crossing c{v, apex, tip, to_apex, to_tip, apex2, dot / apex2, area2 / apex2};
+      through(c, v, apex, front);
+      through(c, apex, v, front);
+    }
   }
 
   void along(Index v, Index w, double squared_length, Front& front) const {
@@ -139,12 +152,6 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     Vec3<double> edge, to_target;
     double squared_length, foot, squared_height;
   };
-
-  void through(const Crossing& c, Front& front) const {
-    const double d = front.images[c.first].distance, e = front.images[c.second].distance;
-    through(c, c.first, c.second, front);
-    if (e <= d) through(c, c.second, c.first, front);
-  }
 
   // Hands on the image of `owner`, one end of the edge, that is seen from the `other` end too.
   void through(const Crossing& c, Index owner, Index other, Front& front) const {
