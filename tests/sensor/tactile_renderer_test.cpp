@@ -334,6 +334,34 @@ TEST_CASE("a rigid membrane follows the contact; sigma 0 and a radius of 0 are t
   CHECK(narrow.render(contact) == of_contact.rest_image());
 }
 
+TEST_CASE("pressed gel darkens the background, and nothing else does") {
+  const TactileOptions options{.ambient = 1, .darkening = 0.4, .darkening_depth = 0.005};
+  const Image<double> background(width, height, 0.8);
+  const TactileRenderer renderer(camera, rest_depth(), std::vector<Light<double>>{}, background,
+                                 options);
+  const auto contact = ball(0.008);
+  const auto image = renderer.render(contact);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      const double pressed = std::max(0.0, rest_depth()(x, y) - contact(x, y));
+      const double want = 204 * (1 - 0.4 * std::min(1.0, pressed / 0.005));
+      CHECK(std::abs(image(x, y)[1] - std::floor(want + 1e-9)) <= (pressed > 0 ? 1 : 0));
+    }
+  }
+  const TactileRenderer lit(camera, rest_depth(), two_lights(), picture(),
+                            TactileOptions{.darkening = 0.4});
+  const TactileRenderer whole(camera, rest_depth(), two_lights(), picture(),
+                              TactileOptions{.darkening = 0.4, .skip_unchanged = false});
+  CHECK(lit.render(contact) == whole.render(contact));
+  CHECK(lit.rest_image() ==
+        TactileRenderer(camera, rest_depth(), two_lights(), picture()).rest_image());
+  CHECK(contains(refusal([&] {
+                   TactileRenderer(camera, rest_depth(), two_lights(), picture(),
+                                   TactileOptions{.darkening = 1.1});
+                 }),
+                 "darkening 1.1"));
+}
+
 TEST_CASE("images of one row, one column and one pixel; a radius beyond the image") {
   for (const auto& [w, h] :
        {std::array{1, 1}, std::array{9, 1}, std::array{1, 9}, std::array{3, 2}}) {

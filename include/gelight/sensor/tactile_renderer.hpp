@@ -42,6 +42,10 @@ struct TactileOptions {
   /// The share of the background that is seen without any light.
   double ambient = 0.5;
   Specular specular = Specular::gated;
+  /// The share of the ambient light that gel loses which is pressed in by `darkening_depth` (in the
+  /// unit of the depth) or more; less where it is pressed less.
+  double darkening = 0;
+  double darkening_depth = 0.03;
   /// The published images have no normals on the outermost pixels: these show ambient light alone.
   BorderNormals border_normals = BorderNormals::none;
   /// Compute only what the contact can have changed, and take the rest from `rest_image()`. The
@@ -132,6 +136,7 @@ class TactileRenderer {
   struct Workspace {
     typename detail::MembraneRows<T>::Workspace membrane;
     typename detail::ShadedRows<T>::Workspace shading;
+    std::vector<T> kept;        // of each pixel of a row: the share of ambient light that is left
     std::vector<char> changed;  // of each block of a row
     std::vector<detail::Run> runs;
   };
@@ -147,6 +152,10 @@ class TactileRenderer {
       detail::require_camera_size(background.image(), camera, "the background image");
     }
     detail::require(std::isfinite(options.ambient), "ambient ", options.ambient, " is not finite");
+    detail::require(options.darkening >= 0 && options.darkening <= 1, "darkening ",
+                    options.darkening, " is not in [0, 1]");
+    detail::require(options.darkening_depth > 0, "darkening depth ", options.darkening_depth,
+                    " is not positive");
     for (std::size_t k = 0; k < lights.size(); ++k) {
       const std::string name = "light " + std::to_string(k);
       detail::require_camera_size(lights[k].direction, camera,
@@ -193,7 +202,8 @@ class TactileRenderer {
 
   [[nodiscard]] Workspace make_workspace() const {
     const auto blocks = static_cast<std::size_t>(detail::block_count(camera_.width));
-    Workspace work{membrane_.make_workspace(), shading_.make_workspace(), {}, {}};
+    Workspace work{membrane_.make_workspace(), shading_.make_workspace(), {}, {}, {}};
+    work.kept.resize(static_cast<std::size_t>(camera_.width));
     work.changed.resize(blocks);
     work.runs.reserve(blocks);
     return work;
@@ -243,12 +253,17 @@ class TactileRenderer {
     const T *const above = membrane_.row(work.membrane, y - 1),
                    *const middle = membrane_.row(work.membrane, y),
                    *const below = membrane_.row(work.membrane, y + 1);
-    const bool masked = masked_near(y);
+    const bool masked = masked_near(y), darkens = options_.darkening > 0;
+    if (darkens) {
+      membrane_.protrusion(work.membrane, depth, y, work.kept.data());
+      detail::keep_row(work.kept.data(), static_cast<T>(options_.darkening),
+                       static_cast<T>(options_.darkening_depth), camera_.width);
+    }
     for (const detail::Run& run : work.runs) {
       const auto n = shading_.normals(work.shading, y, run, above, middle, below);
       if (masked) detail::clear_unknown(n, run.end - run.begin);
       if (options_.border_normals == BorderNormals::none) clear_border(n, y, run);
-      shading_.shade(work.shading, y, run, n);
+      shading_.shade(work.shading, y, run, n, darkens ? work.kept.data() : nullptr);
     }
     if (masked || membrane_.has_holes(work.membrane, y)) show_unknown(depth, work, y);
     for (const detail::Run& run : work.runs) write(out, work.shading.packed.data(), y, run);

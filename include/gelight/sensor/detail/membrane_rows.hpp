@@ -187,6 +187,13 @@ class MembraneRows {
     extrapolate_ends(z, width_);
   }
 
+  /// How far row y of the contact is pressed in, 0 where it does not touch or is not known.
+  template <ImageOf<T> D>
+  void protrusion(Workspace& work, const D& depth, Index y, T* out) const {
+    read_contact(work, depth, y);
+    protrusion_row(out, work.contact.data(), rest(y), width_);
+  }
+
   /// Row y of the membrane, a pixel more on each side, while row y + 2 is not made. The rows before
   /// the first and after the last are extrapolated.
   [[nodiscard]] const T* row(Workspace& work, Index y) const {

@@ -36,6 +36,22 @@ void pack_row(std::int32_t* __restrict packed, const T* r, const T* g, const T* 
   }
 }
 
+/// Turns protrusions into the share of light that is left: 1 - most at `full` or more.
+template <class T>
+void keep_row(T* __restrict row, T most, T full, std::ptrdiff_t count) {
+  const T slope = most / full;
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const T pressed = row[i] > 0 ? row[i] : 0;
+    const T lost = slope * pressed;
+    row[i] = 1 - (lost < most ? lost : most);
+  }
+}
+
+template <class T>
+void multiply_rows(T* __restrict out, const T* a, const T* b, std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) out[i] = a[i] * b[i];
+}
+
 /// The colours of a membrane, a run of a row at a time: background and lights, which do not change
 /// from frame to frame, on normals that do. In shares of 255, so that they need only be truncated.
 template <std::floating_point T>
@@ -98,10 +114,16 @@ class ShadedRows {
     return n;
   }
 
-  /// The colours of a run of row y with these normals, into `packed`.
-  void shade(Workspace& work, Index y, const Run& run, const NormalRow<T>& n) const {
+  /// The colours of a run of row y with these normals, into `packed`; `kept` is the share of the
+  /// ambient light that is left at each pixel of the row, or null for all of it.
+  void shade(Workspace& work, Index y, const Run& run, const NormalRow<T>& n, const T* kept) const {
     const std::ptrdiff_t x = run.begin, count = run.end - run.begin;
     std::array<const T*, 3> sum{ambient(y, 0) + x, ambient(y, 1) + x, ambient(y, 2) + x};
+    for (std::size_t c = 0; c < 3 && kept != nullptr; ++c) {
+      T* const out = work.rgb[c].data() + x;
+      multiply_rows(out, sum[c], kept + x, count);
+      sum[c] = out;
+    }
     const EyeRow<T> eye{columns_.data() + x, fixed(y, inverse_ray_plane) + x, row_ray(y)};
     const PhongScratch<T> scratch{work.toward.data() + x, work.mirrored.data() + x,
                                   work.shine.data() + x};
