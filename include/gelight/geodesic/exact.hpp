@@ -196,11 +196,7 @@ class ExactField {
     for_each_end(p, [&](const End& end) {
       if (end.distance < best.distance) best = end;
     });
-    if (!has_windows(p)) {
-      for (End& end : ends_of_search(p, best.distance)) {
-        if (end.distance < best.distance) best = std::move(end);
-      }
-    }
+    if (!has_windows(p)) search_for_shorter(p, best);
     return best.distance <= bound_ ? best : End{unreachable<double>, p, {}};
   }
 
@@ -299,21 +295,35 @@ class ExactField {
 
   // --- search back to the sources --------------------------------------------------------------
 
-  // Solves from the point to the sources, leaving out what the known distances of the vertices show
-  // to be a detour beyond `limit`.
+  // Finds what comes by windows, where none were kept.
+  void search_for_shorter(const Point& p, End& best) const {
+    const ExactField back = search_back(p, best.distance);
+    for (const auto& source : sources_) {
+      const End end = back.nearest(source.point);
+      if (end.distance + source.distance < best.distance) best = back.turned(end, source, p);
+    }
+  }
+
   [[nodiscard]] std::vector<End> ends_of_search(const Point& p, double limit) const {
     const ExactField back = search_back(p, limit);
     std::vector<End> ends;
     for (const auto& source : sources_) {
       for (const End& end : back.ends_at(source.point, limit - source.distance)) {
-        std::vector<Point> path = back.trace(end);
-        std::reverse(path.begin(), path.end());
-        ends.push_back({end.distance + source.distance, p, {}, {0, 0}, std::move(path)});
+        ends.push_back(back.turned(end, source, p));
       }
     }
     return ends;
   }
 
+  // The way to a source, as found from p, as the way from there to p.
+  [[nodiscard]] End turned(const End& end, const Source<double>& source, const Point& p) const {
+    std::vector<Point> path = trace(end);
+    std::reverse(path.begin(), path.end());
+    return {end.distance + source.distance, p, {}, {0, 0}, std::move(path)};
+  }
+
+  // Solves from the point to the sources, leaving out what the known distances of the vertices show
+  // to be a detour beyond `limit`.
   [[nodiscard]] ExactField search_back(const Point& p, double limit) const {
     detail::PropagationLimits limits;
     limits.distance = limit * (1 + detail::rounding);

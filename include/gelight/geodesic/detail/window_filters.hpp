@@ -45,15 +45,21 @@ inline void drop_useless(const EdgeBounds& edge, WindowList& list) {
 }
 
 /// Drops every window through which no way is shorter than `bound`, given what way is left at least
-/// from the edge's ends.
+/// from the edge's ends, `left`.
 inline void drop_beyond(double bound, const EdgeBounds& left, WindowList& list) {
+  // From a point p of the edge at least the larger of left.at_origin - p and
+  // left.at_tip - (length - p) is left. The way to p and on shrinks with p where the first is the
+  // larger, since no way to p grows faster than p, and grows where the second is.
+  const double turn = (left.at_origin - left.at_tip + left.length) / 2;
+  const auto way_to = [&](std::ptrdiff_t i, double p) {
+    return list.start[i] + std::hypot(p - list.x[i], list.y[i]);
+  };
   std::ptrdiff_t count = 0;
   for (std::ptrdiff_t i = 0; i < list.size; ++i) {
-    const double b = list.begin[i], e = list.end[i];
-    const double along = std::clamp(list.x[i], b, e) - list.x[i];
-    const double nearest = list.start[i] + std::hypot(along, list.y[i]);
-    const double rest = std::max({0.0, left.at_origin - e, left.at_tip - (left.length - b)});
-    if (nearest + rest <= bound) list.move(count++, i);
+    const double p = std::clamp(turn, list.begin[i], list.end[i]);
+    const double rest = std::max(left.at_origin - p, left.at_tip - (left.length - p));
+    const double nearest = way_to(i, std::clamp(list.x[i], list.begin[i], list.end[i]));
+    if (std::max(way_to(i, p) + rest, nearest) <= bound) list.move(count++, i);
   }
   list.size = count;
 }

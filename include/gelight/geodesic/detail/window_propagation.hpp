@@ -220,7 +220,7 @@ class WindowPropagation {
   void settle(Index vertex) {
     // Looking at all targets costs as much as they are many.
     if (++settled_since_bound_ > std::ssize(limits_->targets)) update_bound();
-    if (distances[vertex] <= bound_) leave(vertex);
+    if (distances[vertex] + rest_at_vertex(vertex) <= bound_) leave(vertex);
     if (settled_[vertex]) return;
     settled_[vertex] = 1;
     for (const Index out : surface_->corners(vertex)) {
@@ -451,6 +451,10 @@ class WindowPropagation {
 
   [[nodiscard]] bool can_cross(Index h) const {
     return !surface_->is_border(h) && surface_->length(h) > 0;
+  }
+
+  [[nodiscard]] double rest_at_vertex(Index vertex) const {
+    return limits_->rest.empty() ? 0 : limits_->rest[vertex];
   }
 
   [[nodiscard]] EdgeBounds rest_at(Index h) const {
