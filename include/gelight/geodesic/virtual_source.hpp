@@ -25,9 +25,9 @@ namespace gelight {
 /// the distances at hand but not with all edges it has passed, so behind saddles a distance can be
 /// off, to either side. Where two ways are equally long, rounding chooses.
 ///
-/// Error, mean and largest: icospheres of 642 to 40,962 vertices 0.22 % and 0.37 % to 0.0024 % and
-/// 0.03 %, falling with order 2; against exact distances on the GelTip membrane 0.17 % and 2.9 %,
-/// on a sphere stretched tenfold 0.003 % and 0.8 %. A query takes O(n log n).
+/// Error, mean and largest: icospheres of 642 to 655,362 vertices 0.22 % and 0.37 % to 0.00013 %
+/// and 0.012 %, falling with order 2; against exact distances on the GelTip membrane 0.17 % and 5.4
+/// %, on a sphere stretched tenfold 0.002 % and 0.14 %. A query takes about linear time.
 template <std::floating_point T>
 class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T>, T> {
  public:
