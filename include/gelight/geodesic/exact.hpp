@@ -218,7 +218,10 @@ class ExactField {
       if (keeps_windows(f)) through_windows(p, f, weights, visit);
     });
     for (std::size_t s = 0; s < sources_.size(); ++s) {
-      if (share_face(p, sources_[s].point)) visit(from_source(p, static_cast<Index>(s)));
+      const bool is_corner = sources_[s].point.kind == Point::Kind::vertex;  // visited above
+      if (!is_corner && share_face(p, sources_[s].point)) {
+        visit(from_source(p, static_cast<Index>(s)));
+      }
     }
   }
 
