@@ -1,10 +1,15 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <limits>
+#include <numbers>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
@@ -16,90 +21,115 @@
 namespace gelight {
 namespace detail {
 
-/// Follows the curve in which a plane through the LED cuts the surface, from face to face.
+/// The curves in which the planes through an LED that hold a given normal cut a surface.
 ///
-/// A vertex counts as above the plane or below it, never on it, so that every face that the curve
-/// enters it also leaves, whatever vertices and edges the plane meets.
+/// Coordinates are the LED's: x and y in its tangent plane, z along the normal. A plane is named by
+/// its turn about the normal, from 0 to pi. A vertex counts as above the plane or below it, never
+/// on it, so that every face that a curve enters it also leaves, whatever vertices and edges the
+/// plane meets. As the plane turns, the curve runs through the same faces until the plane meets one
+/// of their vertices; up to then its crossings alone are found anew, all at once.
 template <std::floating_point T>
-class PlaneWalk {
+class PlaneCut {
  public:
-  PlaneWalk(const Surface<T>& surface, const SurfacePoint<T>& led, const Vec3<T>& normal)
-      : surface_(surface),
-        led_(surface.position(led)),
-        led_faces_(faces_at(surface, led)),
-        normal_(normal) {}
-
-  /// The direction in which the shorter of the two arcs from the LED arrives at a point, or zero.
-  [[nodiscard]] Vec3<T> arrive(const SurfacePoint<T>& point) const {
-    const Vec3<T> target = surface_.position(point);
-    const Array<Index> target_faces = faces_at(surface_, point);
-    for (const Index f : led_faces_) {
-      if (holds(target_faces, f)) return direction_of<T>(target - led_);
-    }
-    const Vec3<T> plane = cross<T>(normal_, target - led_);
-    Array<Arc> arcs = starts(plane);
-    // The shorter arc goes ahead, until one has arrived and no other can be shorter.
-    Vec3<T> arrival = Vec3<T>::Zero();
-    T shortest = ended;
-    while (true) {
-      const auto arc = std::min_element(
-          arcs.begin(), arcs.end(), [](const Arc& a, const Arc& b) { return a.length < b.length; });
-      if (arc == arcs.end() || arc->length >= shortest) return arrival;
-      const T before = arc->length;
-      advance(*arc, plane);
-      if (arc->length == ended || !holds(target_faces, Surface<T>::face_of(arc->h))) continue;
-      // The target may lie where the curve enters its face: the whole cut is the longer lever.
-      const Vec3<T> along = arc->exit - arc->entry, to_target = target - arc->entry;
-      if (before + to_target.norm() < shortest) {
-        shortest = before + to_target.norm();
-        arrival =
-            direction_of<T>(along.squaredNorm() > to_target.squaredNorm() ? along : to_target);
-      }
-      arc->length = ended;
+  PlaneCut(const Surface<T>& surface, const SurfacePoint<T>& led, const Vec3<T>& normal)
+      : surface_(surface), led_(surface.position(led)), led_faces_(faces_at(surface, led)) {
+    const Vec3<T> z = direction_of(normal);
+    const Vec3<T> aside = std::abs(z[0]) < T(0.5) ? Vec3<T>::UnitX() : Vec3<T>::UnitY();
+    const Vec3<T> x = direction_of(cross(z, aside));
+    axes_ << x, cross(z, x), z;
+    for (Index v = 0; v < surface.vertex_count(); ++v) {
+      places_.push_back(local(surface.position(v)));
+      const Vec3<T>& p = places_.back();
+      turns_.push_back(turn_of(p));
+      is_ahead_.push_back(p[1] > 0 || (p[1] == 0 && p[0] > 0) ? 1 : 0);
     }
   }
 
- private:
-  static constexpr T ended = std::numeric_limits<T>::infinity();
+  [[nodiscard]] Vec3<T> local(const Vec3<T>& p) const { return axes_.transpose() * (p - led_); }
 
-  /// The end of the curve so far: in the face of h, which it leaves through h.
+  /// The turn of the plane that holds a point, from 0 to pi; NaN on the normal, where all planes do.
+  [[nodiscard]] static T turn_of(const Vec3<T>& p) {
+    if (p[1] == 0) return p[0] == 0 ? std::numeric_limits<T>::quiet_NaN() : T(0);
+    const T turn = std::atan2(p[1], p[0]);
+    return turn < 0 ? turn + std::numbers::pi_v<T> : turn;
+  }
+
+  /// The direction in which the shorter of the arcs from the LED arrives at a point, or zero. Quick
+  /// where the plane has turned little since the last point.
+  [[nodiscard]] Vec3<T> arrive(const SurfacePoint<T>& point) {
+    const Vec3<T> target = local(surface_.position(point));
+    const Array<Index> target_faces = faces_at(surface_, point);
+    for (const Index f : led_faces_) {
+      if (holds(target_faces, f)) return direction_of<T>(axes_ * target);
+    }
+    const T turn = turn_of(target);
+    if (std::isnan(turn)) return Vec3<T>::Zero();
+    if (!(valid_from_ < turn && turn <= valid_to_)) follow(turn);
+    const Vec2<T> trace(std::cos(turn), std::sin(turn));
+    const Vec2<T> end(trace.dot(target.template head<2>()), target[2]);
+    Arrival best;
+    for (const Arc& arc : arcs_) {
+      const Index entry = first_entry(arc, target_faces);
+      if (entry < 0) continue;
+      const Arrival arrival = arrive_by(arc, entry, trace, end);
+      if (arrival.length < best.length) best = arrival;
+    }
+    const Vec3<T> direction(best.direction[0] * trace[0], best.direction[0] * trace[1],
+                            best.direction[1]);
+    return direction_of<T>(axes_ * direction);
+  }
+
+ private:
+  /// One way out of the LED: the half-edges that the curve crosses, one after the other.
   struct Arc {
-    Index h;
-    T above_origin, above_tip;  // heights of h's ends above the plane
-    Vec3<T> entry, exit;        // where it enters and leaves the face
-    T length;                   // from the LED to `exit`
+    Array<Index> crossed;
+    Array<Index> passed;  // of each face: at which of `crossed` the curve enters it, or -1
+    Eigen::Array<T, Eigen::Dynamic, 6> ends;  // of each of `crossed`: x y z, x y z
+  };
+  struct Arrival {
+    T length = unreachable<T>;
+    Vec2<T> direction = Vec2<T>::Zero();  // in the plane: along its trace, along the normal
   };
 
   static bool holds(const Array<Index>& faces, Index f) {
     return std::find(faces.begin(), faces.end(), f) != faces.end();
   }
 
-  [[nodiscard]] T height(Index v, const Vec3<T>& plane) const {
-    return plane.dot(surface_.position(v) - led_);
+  /// Which crossing is the first into one of several faces, or -1.
+  [[nodiscard]] static Index first_entry(const Arc& arc, const Array<Index>& faces) {
+    Index first = -1;
+    for (const Index f : faces) {
+      const Index entry = arc.passed[f];
+      if (entry >= 0 && (first < 0 || entry < first)) first = entry;
+    }
+    return first;
   }
 
-  /// Where the plane meets the edge that the arc leaves through.
-  [[nodiscard]] Vec3<T> crossing(const Arc& arc) const {
-    const Vec3<T>& a = surface_.position(surface_.origin(arc.h));
-    const Vec3<T>& b = surface_.position(surface_.tip(arc.h));
-    return a + arc.above_origin / (arc.above_origin - arc.above_tip) * (b - a);
-  }
-
-  /// The arcs that leave the LED's faces, but for sides that these share.
-  [[nodiscard]] Array<Arc> starts(const Vec3<T>& plane) const {
-    Array<Arc> arcs;
+  /// Finds the arcs of the plane with this turn, and between which turns they cross the same edges.
+  void follow(T turn) {
+    valid_from_ = -unreachable<T>;
+    valid_to_ = unreachable<T>;
+    // By comparing turns alone, so that the arcs and the span of turns they hold for agree.
+    const auto is_above = [&](Index v) { return (turns_[v] < turn) != (is_ahead_[v] != 0); };
+    std::size_t count = 0;
     for (const Index f : led_faces_) {
       for (const Index h : {3 * f, 3 * f + 1, 3 * f + 2}) {
-        Arc arc{h, height(surface_.origin(h), plane), height(surface_.tip(h), plane), led_, led_,
-                0};
-        if ((arc.above_origin >= 0) == (arc.above_tip >= 0) || is_inside(h)) continue;
-        arc.exit = crossing(arc);
-        arc.length = (arc.exit - led_).norm();
-        arcs.push_back(arc);
+        limit(surface_.origin(h), turn);
+        if (is_above(surface_.origin(h)) == is_above(surface_.tip(h)) || is_inside(h)) continue;
+        if (count == arcs_.size()) arcs_.emplace_back();
+        run(arcs_[count++], h, turn, is_above);
       }
     }
-    return arcs;
+    arcs_.resize(count);
   }
+
+  /// A vertex on the curve's way: the curve changes its way when the plane meets it.
+  void limit(Index v, T turn) {
+    if (turns_[v] < turn) valid_from_ = std::max(valid_from_, turns_[v]);
+    if (turns_[v] >= turn) valid_to_ = std::min(valid_to_, turns_[v]);
+  }
+
+  /// Whether h is a side that the LED's faces share.
   [[nodiscard]] bool is_inside(Index h) const {
     for (Index t = surface_.twin(h); t != h; t = surface_.twin(t)) {
       if (holds(led_faces_, Surface<T>::face_of(t))) return true;
@@ -107,30 +137,64 @@ class PlaneWalk {
     return false;
   }
 
-  /// Takes an arc through one more face. It ends on a border, where more than two faces meet, and
-  /// back at the LED.
-  void advance(Arc& arc, const Vec3<T>& plane) const {
-    const Index in = surface_.twin(arc.h);
-    if (in == arc.h || !surface_.is_manifold(in) || holds(led_faces_, Surface<T>::face_of(in))) {
-      arc.length = ended;
-      return;
+  /// Follows an arc out of the LED's faces through h. It ends on a border, where more than two
+  /// faces meet, and back at the LED.
+  void run(Arc& arc, Index h, T turn, const auto& is_above) {
+    if (arc.passed.empty()) arc.passed.assign(static_cast<std::size_t>(surface_.face_count()), -1);
+    for (const Index crossed : arc.crossed) arc.passed[Surface<T>::face_of(crossed)] = -1;
+    arc.crossed.assign(1, h);
+    while (true) {
+      const Index in = surface_.twin(h);
+      if (in == h || !surface_.is_manifold(in)) break;
+      if (holds(led_faces_, Surface<T>::face_of(in))) break;
+      const Index apex = surface_.apex(in);
+      limit(apex, turn);
+      h = is_above(apex) == is_above(surface_.origin(in)) ? Surface<T>::next(in)
+                                                          : Surface<T>::previous(in);
+      arc.passed[Surface<T>::face_of(h)] = static_cast<Index>(arc.crossed.size()) - 1;
+      arc.crossed.push_back(h);
     }
-    T above_origin = arc.above_origin, above_tip = arc.above_tip;
-    if (surface_.origin(in) != surface_.origin(arc.h)) std::swap(above_origin, above_tip);
-    const T above_apex = height(surface_.apex(in), plane);
-    if ((above_apex >= 0) == (above_origin >= 0)) {
-      arc = {Surface<T>::next(in), above_tip, above_apex, arc.exit, arc.exit, arc.length};
-    } else {
-      arc = {Surface<T>::previous(in), above_apex, above_origin, arc.exit, arc.exit, arc.length};
+    arc.ends.resize(static_cast<Eigen::Index>(arc.crossed.size()), 6);
+    for (Eigen::Index k = 0; k < arc.ends.rows(); ++k) {
+      arc.ends.row(k) << places_[surface_.origin(arc.crossed[k])].transpose().array(),
+          places_[surface_.tip(arc.crossed[k])].transpose().array();
     }
-    arc.exit = crossing(arc);
-    arc.length += (arc.exit - arc.entry).norm();
+  }
+
+  /// The arc's arrival at a point, given in the plane, of the face behind crossing `entry`.
+  [[nodiscard]] Arrival arrive_by(const Arc& arc, Index entry, const Vec2<T>& trace,
+                                  const Vec2<T>& end) {
+    const Eigen::Index count = entry + 2;  // the last crossing is where the curve would leave
+    const auto x0 = arc.ends.col(0).head(count), x1 = arc.ends.col(3).head(count);
+    const auto y0 = arc.ends.col(1).head(count), y1 = arc.ends.col(4).head(count);
+    const auto z0 = arc.ends.col(2).head(count), z1 = arc.ends.col(5).head(count);
+    // Both ends may lie in the plane but for rounding: then any share in [0, 1] is right.
+    constexpr T tiny = std::numeric_limits<T>::min();
+    share_ = (trace[0] * y0 - trace[1] * x0).abs() + tiny;
+    share_ /= share_ + (trace[0] * y1 - trace[1] * x1).abs() + tiny;
+    along_ = trace[0] * (x0 + share_ * (x1 - x0)) + trace[1] * (y0 + share_ * (y1 - y0));
+    height_ = z0 + share_ * (z1 - z0);
+    const Vec2<T> in(along_[entry], height_[entry]), out(along_[entry + 1], height_[entry + 1]);
+    const T length = std::hypot(along_[0], height_[0]) + (end - in).norm() +
+                     ((along_.segment(1, entry) - along_.head(entry)).square() +
+                      (height_.segment(1, entry) - height_.head(entry)).square())
+                         .sqrt()
+                         .sum();
+    // The point may lie where the curve enters its face: the whole cut is the longer lever.
+    const bool lever = (out - in).squaredNorm() > (end - in).squaredNorm();
+    return {length, lever ? Vec2<T>(out - in) : Vec2<T>(end - in)};
   }
 
   const Surface<T>& surface_;
   Vec3<T> led_;
   Array<Index> led_faces_;
-  Vec3<T> normal_;
+  Eigen::Matrix<T, 3, 3> axes_;
+  Array<Vec3<T>> places_;  // of each vertex, in the LED's coordinates
+  Array<T> turns_;         // of each vertex, the plane that holds it
+  Array<char> is_ahead_;   // of each vertex: whether the plane meets it with its forward half
+  std::vector<Arc> arcs_;
+  T valid_from_ = 1, valid_to_ = 0;  // between which turns the arcs stay as they are
+  Eigen::Array<T, Eigen::Dynamic, 1> share_, along_, height_;  // of the crossings; scratch
 };
 
 }  // namespace detail
@@ -141,17 +205,23 @@ class PlaneWalk {
 ///
 /// Zero where the point lies above the LED along the normal, or both arcs end at a border. Throws
 /// InvalidInput for a point that is not of the surface and a normal that is zero or not finite.
-/// Cost: O(faces that the arcs cross) a point.
+/// Cost: O(faces that the arcs cross) a point, and sorting the points.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> plane_field(const Surface<T>& surface, const SurfacePoint<T>& led,
                                         const Vec3<T>& normal,
                                         std::span<const SurfacePoint<T>> points) {
   detail::require(normal.allFinite() && !normal.isZero(0), "the normal at the LED is (", normal[0],
                   ", ", normal[1], ", ", normal[2], ")");
-  const detail::PlaneWalk<T> walk(surface, led, detail::direction_of(normal));
-  LightField<T> field;
-  field.reserve(points.size());
-  for (const auto& point : points) field.push_back(walk.arrive(point));
+  detail::PlaneCut<T> cut(surface, led, normal);
+  std::vector<std::pair<T, std::size_t>> by_turn;
+  by_turn.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const T turn = cut.turn_of(cut.local(surface.position(points[i])));
+    by_turn.emplace_back(std::isnan(turn) ? 0 : turn, i);
+  }
+  std::sort(by_turn.begin(), by_turn.end());
+  LightField<T> field(points.size());
+  for (const auto& [turn, i] : by_turn) field[i] = cut.arrive(points[i]);
   return field;
 }
 
