@@ -174,7 +174,8 @@ std::vector<NamedField> light_fields(const Sensor& sensor) {
     });
   };
   const Vec3<double> towards_tip(0, 0, 1);
-  const auto& [surface, points] = std::tie(sensor.surface, sensor.points);
+  const gelight::Surface<double>& surface = sensor.surface;
+  const auto& points = sensor.points;
   return {field("linear", false,
                 [&](Index led) {
                   return gelight::linear_field<double>(surface, surface.position(led), points);

@@ -53,8 +53,8 @@ struct Moments {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread / spread.trace());
     const auto& variance = solver.eigenvalues();
     // Of points on a line the share of the second variance is what the sums were rounded by.
-    constexpr double rounding = 1e-10;
-    if (!(variance[1] > rounding)) return Vec3<double>::Zero();
+    constexpr double negligible = 1e-10;
+    if (!(variance[1] > negligible)) return Vec3<double>::Zero();
     return solver.eigenvectors().col(0);
   }
 };
