@@ -32,6 +32,7 @@
 #include "gelight/light/linear.hpp"
 #include "gelight/light/plane.hpp"
 #include "gelight/light/transport.hpp"
+#include "gelight/mesh/check.hpp"
 #include "gelight/mesh/cholesky.hpp"
 #include "gelight/mesh/dissection.hpp"
 #include "gelight/mesh/intrinsic.hpp"
