@@ -7,6 +7,7 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/late.hpp"
 #include "gelight/core/parallel.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"

@@ -12,6 +12,7 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/late.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/heat_flow.hpp"
 #include "gelight/geodesic/detail/near.hpp"
@@ -48,8 +49,11 @@ struct HeatOptions {
 
 namespace detail {
 
-/// Heat and Poisson systems of a surface, factored; shared by the solvers that use them.
+/// Heat and Poisson systems of a surface, each factored when it is first solved; shared by the
+/// solvers that use them.
 struct HeatSystem {
+  double time_factor = 1;
+  bool is_delaunay = false;
   double mean_edge = 0;
   double unit = 1;  // of the lengths below: the mean edge, or 1 if that is zero
   IntrinsicTriangulation mesh;
@@ -60,10 +64,9 @@ struct HeatSystem {
   SymmetricMatrix<double> laplacian;
   SymmetricMatrix<double> heat;
   std::shared_ptr<const Dissection> dissection;
-  std::shared_ptr<const SparseFactor<double>> heat_factor;
-  std::shared_ptr<const SparseFactor<double>> poisson_factor;
 
-  HeatSystem(const Surface<double>& surface, double time_factor, bool intrinsic) {
+  HeatSystem(const Surface<double>& surface, double time, bool intrinsic)
+      : time_factor(time), is_delaunay(intrinsic) {
     require(time_factor > 0 && std::isfinite(time_factor), "the heat's time factor is ",
             time_factor, ", not a positive number");
     mean_edge = mean_edge_length(surface);
@@ -82,12 +85,20 @@ struct HeatSystem {
       heat.values[pattern->diagonal(v)] += mass[v] > 0 ? mass[v] : 1;
     }
     dissection = dissected(surface, *pattern);
-    heat_factor = std::make_shared<SparseFactor<double>>(dissection, heat);
+  }
 
-    // A constant per component is free: it is taken out by holding one vertex at zero.
-    Array<char> held(component.size(), 0);
-    for (Index v = 0; v < pattern->size(); ++v) held[v] = component[v] == v;
-    poisson_factor = std::make_shared<SparseFactor<double>>(dissection, with_held(laplacian, held));
+  [[nodiscard]] const SparseFactor<double>& heat_factor() const {
+    return late_heat_.get([&] { return SparseFactor<double>(dissection, heat); });
+  }
+
+  /// Of the Laplacian. A constant per component is free: it is taken out by holding one vertex at
+  /// zero.
+  [[nodiscard]] const SparseFactor<double>& poisson_factor() const {
+    return late_poisson_.get([&] {
+      Array<char> held(component.size(), 0);
+      for (Index v = 0; v < pattern->size(); ++v) held[v] = component[v] == v;
+      return SparseFactor<double>(dissection, with_held(laplacian, held));
+    });
   }
 
   static std::shared_ptr<const Dissection> dissected(const Surface<double>& surface,
@@ -116,7 +127,7 @@ struct HeatSystem {
     for (Index v = 0; v < pattern->size(); ++v) {
       if (component[v] == v) divergence[v] = 0;
     }
-    return poisson_factor->solve(divergence);
+    return poisson_factor().solve(divergence);
   }
 
   /// 1 for each vertex in the component of a vertex with a load.
@@ -129,6 +140,9 @@ struct HeatSystem {
     for (Index v = 0; v < pattern->size(); ++v) reached[v] = reached[component[v]];
     return reached;
   }
+
+ private:
+  Late<SparseFactor<double>> late_heat_, late_poisson_;
 };
 
 }  // namespace detail
@@ -151,16 +165,25 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   /// radius or a number of refinements that is negative.
   template <TriangleMesh M>
   explicit HeatSolver(const M& mesh, const HeatOptions& options = {})
-      : surface_(mesh),
+      : HeatSolver(Surface<double>(mesh), options, nullptr) {}
+
+  /// Shares the factored systems of another solver of the same surface, where there is one; their
+  /// time factor and triangulation then hold instead of the options'.
+  HeatSolver(Surface<double> surface, const HeatOptions& options,
+             std::shared_ptr<const detail::HeatSystem> system)
+      : surface_(std::move(surface)),
         options_(options),
-        system_(std::make_shared<detail::HeatSystem>(surface_, options.time_factor,
-                                                     options.intrinsic_delaunay)) {
+        system_(system ? std::move(system)
+                       : std::make_shared<detail::HeatSystem>(surface_, options.time_factor,
+                                                              options.intrinsic_delaunay)) {
     detail::require(options.exact_radius >= 0, "the exact radius is ", options.exact_radius,
                     ", less than 0");
     detail::require(options.refinements >= 0, "the number of refinements is ", options.refinements,
                     ", less than 0");
     if (options.exact_radius > 0) exact_.emplace(surface_);
     if (options.boundary != HeatBoundary::neumann) hold_border();
+    (void)system_->heat_factor();
+    (void)system_->poisson_factor();
   }
 
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
@@ -196,7 +219,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     const auto load = load_of(points);
     const auto reached = system_->reached_from(load);
     const auto near = near_distance(points);
-    const auto heat = detail::heat_flow(system_->heat, *system_->heat_factor, load, reached);
+    const auto heat = detail::heat_flow(system_->heat, system_->heat_factor(), load, reached);
     auto phi = border_factor_ ? continued(near, averaged_field(heat, load))
                               : continued(near, [&](Index f) { return descent(f, heat); });
     for (Index i = 0; i < options_.refinements; ++i) {

@@ -207,8 +207,8 @@ class VectorHeatSolver {
                                             const detail::Array<double>& shares) const {
     const auto& system = *heat_.system();
     const auto reached = system.reached_from(shares);
-    const auto above = detail::heat_flow(system.heat, *system.heat_factor, values, reached);
-    const auto below = detail::heat_flow(system.heat, *system.heat_factor, shares, reached);
+    const auto above = detail::heat_flow(system.heat, system.heat_factor(), values, reached);
+    const auto below = detail::heat_flow(system.heat, system.heat_factor(), shares, reached);
     detail::Array<double> result(values.size(), std::numeric_limits<double>::quiet_NaN());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (below.value[v] == 0) continue;
