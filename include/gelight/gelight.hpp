@@ -43,6 +43,7 @@
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 #include "gelight/mesh/tangent.hpp"
+#include "gelight/membrane/springs.hpp"
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/bake.hpp"
 #include "gelight/sensor/noise.hpp"

@@ -1,0 +1,350 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <limits>
+
+#include "gelight/concepts/image.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/image/camera.hpp"
+#include "gelight/membrane/detail/spring_sums.hpp"
+#include "gelight/membrane/detail/taut_membrane.hpp"
+#include "gelight/views/image_view.hpp"
+
+namespace gelight {
+
+/// What a sensor's gel is made of. Under every pixel stands a spring (a Winkler foundation); with
+/// `tension` the coating couples each to its neighbours, so that the gel bends around a contact.
+struct Gel {
+  double elastic_modulus = 1e5;  ///< Pa
+  double thickness = 0.005;      ///< m; further than this nothing is pressed in
+  double tension = 0;            ///< N/m
+
+  /// Pressure over indentation, in N/m^3.
+  [[nodiscard]] double stiffness() const { return elastic_modulus / thickness; }
+};
+
+/// How a search for the equilibrium of gel and object ended.
+enum class Equilibrium : std::uint8_t {
+  reached,
+  untouched,      ///< a force, but no object in the image
+  pull,           ///< the force leads away from the gel, which does not hold the object
+  too_strong,     ///< the object would go through the gel, which bears less than the force
+  tips_over,      ///< the force acts beside the object
+  not_converged,  ///< the residuals tell how far it came
+};
+
+/// A rigid object in the gel.
+template <std::floating_point T>
+struct SpringContact {
+  Equilibrium equilibrium = Equilibrium::reached;
+  /// How far the object moves from where it was seen, towards the camera, where the camera's axis
+  /// meets the gel, m; and how much more with every metre along x and y.
+  double displacement = 0;
+  Vec2<double> tilt = Vec2<double>::Zero();
+  double force = 0;           ///< what the springs bear, N
+  double residual_force = 0;  ///< what they were asked to bear less what they do, N
+  /// The moments of what they bear about the line that the force acts along, sum of x and y times
+  /// force, N m; zero where the object may not tilt.
+  Vec2<double> residual_moment = Vec2<double>::Zero();
+  Image<T> indentation;          ///< of the gel's surface, m; NaN where the depth is not known
+  Image<std::uint8_t> touching;  ///< 1 where object and gel touch
+  Index unknown = 0;             ///< pixels without a known depth: nothing touches there
+};
+
+/// The flat gel of a sensor as a bed of springs, one for each pixel, across the camera's axis:
+/// finds how deep a force presses a rigid object in that the camera sees.
+///
+/// Each spring stands for its pixel's area of gel, and what the camera sees there moves straight
+/// towards it; its sideways shift by perspective, a share of indentation / depth, is left out
+/// (where it matters, see the object again at its new place: the next displacement is then nearly
+/// none). Tilts are taken as small. (Hogan, Jenkin, Rezaei-Shoshtari, Girdhar, Meger, Dudek, Seeing
+/// Through your Skin, 2021, doi:10.1109/WACV48630.2021.00126)
+template <std::floating_point T>
+class SpringBed {
+ public:
+  /// `rest_depth` is the untouched gel's, in m. Throws InvalidInput for a camera that is not valid,
+  /// a depth, modulus or thickness that is not positive and finite, and a negative tension.
+  SpringBed(const Camera<T>& camera, T rest_depth, const Gel& gel = {})
+      : camera_(camera), rest_(rest_depth), gel_(gel) {
+    camera.require_valid();
+    require_positive(static_cast<double>(rest_depth), "rest depth");
+    require_positive(gel.elastic_modulus, "elastic modulus");
+    require_positive(gel.thickness, "gel thickness");
+    detail::require(gel.tension >= 0 && std::isfinite(gel.tension), "tension ", gel.tension,
+                    " is negative or not finite");
+  }
+
+  [[nodiscard]] const Gel& gel() const { return gel_; }
+  [[nodiscard]] T rest_depth() const { return rest_; }
+
+  /// The area of gel that each spring stands for, m^2.
+  [[nodiscard]] double spring_area() const { return column() * row(); }
+
+  /// The equilibrium of a force (N, towards the gel) on an object that moves straight towards it.
+  ///
+  /// The force is a convex, piecewise linear, increasing function of the displacement: Newton's
+  /// method ends after a few steps, exactly but for rounding (with tension: to 1e-9 of the force).
+  /// A depth that is +infinity shows no object; one that is NaN, zero or negative is not known.
+  /// Throws InvalidInput for a depth image of another size than the camera's and a force that is
+  /// not finite; whatever else stands in the way is told by `equilibrium`.
+  template <ImageOf<T> D>
+  [[nodiscard]] SpringContact<T> press(const D& depth, double force) const {
+    SpringContact<T> contact;
+    press_into(contact, depth, force);
+    return contact;
+  }
+
+  /// The same into a contact whose images are used again.
+  template <ImageOf<T> D>
+  void press_into(SpringContact<T>& contact, const D& depth, double force) const {
+    solve(contact, depth, {force, {0, 0}, false});
+  }
+
+  /// The equilibrium of a force that acts along the line parallel to the camera's axis through
+  /// `centre` (x and y in the camera's frame, m), on an object that moves and tilts: force and two
+  /// moments for three unknowns, by a semismooth Newton's method, to 1e-9 of the force. Throws as
+  /// press does, and for a centre that is not finite.
+  template <ImageOf<T> D>
+  [[nodiscard]] SpringContact<T> press_tilting(const D& depth, double force,
+                                               const Vec2<double>& centre) const {
+    SpringContact<T> contact;
+    press_tilting_into(contact, depth, force, centre);
+    return contact;
+  }
+
+  template <ImageOf<T> D>
+  void press_tilting_into(SpringContact<T>& contact, const D& depth, double force,
+                          const Vec2<double>& centre) const {
+    detail::require(centre.allFinite(), "the force's centre (", centre.x(), ", ", centre.y(),
+                    ") is not finite");
+    const double x = centre.x() / column(), y = centre.y() / row();
+    solve(contact, depth, {force, {x + double{camera_.cx}, y + double{camera_.cy}}, true});
+  }
+
+  /// The depth of the gel's surface under a contact, in m: what a renderer is to be given.
+  [[nodiscard]] Image<T> depth(const SpringContact<T>& contact) const {
+    Image<T> result = contact.indentation;
+    for (T& z : result.pixels()) z = rest_ - z;
+    return result;
+  }
+
+ private:
+  struct Load {
+    double force;         // N
+    Vec2<double> centre;  // pixels
+    bool tilts;
+  };
+
+  // The load on the object and how it grows with the motion, both in units of a spring's stiffness;
+  // columns and rows counted from the load's centre, in half images.
+  struct Response {
+    Vec3<double> load = Vec3<double>::Zero();
+    Eigen::Matrix3d rate = Eigen::Matrix3d::Identity();
+  };
+
+  struct Outcome {
+    Equilibrium equilibrium = Equilibrium::reached;
+    detail::RigidMotion motion;
+    Response response;
+  };
+
+  static void require_positive(double value, const char* name) {
+    detail::require(value > 0 && std::isfinite(value), name, ' ', value,
+                    " is not positive and finite");
+  }
+
+  // The distances between springs, m, and a spring's stiffness, N/m.
+  [[nodiscard]] double column() const { return double{rest_} / double{camera_.fx}; }
+  [[nodiscard]] double row() const { return double{rest_} / double{camera_.fy}; }
+  [[nodiscard]] double spring() const { return gel_.stiffness() * spring_area(); }
+  [[nodiscard]] double half_image() const { return 0.5 * std::max(camera_.width, camera_.height); }
+
+  template <class D>
+  void solve(SpringContact<T>& contact, const D& depth, const Load& load) const {
+    detail::require_camera_size(depth, camera_, "the depth image");
+    detail::require(std::isfinite(load.force), "force ", load.force, " is not finite");
+    if (contact.indentation.width() != camera_.width ||
+        contact.indentation.height() != camera_.height) {
+      contact.indentation = Image<T>(camera_.width, camera_.height);
+    }
+    if (contact.touching.width() != camera_.width || contact.touching.height() != camera_.height) {
+      contact.touching = Image<std::uint8_t>(camera_.width, camera_.height);
+    }
+    detail::LoneSprings<T> springs(contact.indentation, depth, rest_);
+    Outcome outcome;
+    outcome.equilibrium = hindrance(load, springs);
+    if (outcome.equilibrium != Equilibrium::reached || load.force == 0) {
+      // Where the object begins to touch.
+      if (std::isfinite(springs.least_gap())) outcome.motion.offset = springs.least_gap();
+      springs.press(contact.touching, outcome.motion);
+    } else if (gel_.tension == 0) {
+      outcome = equilibrate(springs, first_guess(springs, load), load);
+      springs.press(contact.touching, outcome.motion);
+    } else {
+      const double reach = std::sqrt(gel_.tension / gel_.stiffness());
+      detail::TautMembrane<T> membrane(springs, camera_.width, camera_.height, reach / column(),
+                                       reach / row());
+      outcome = equilibrate(membrane, first_guess(springs, load), load);
+      membrane.write(contact.indentation, contact.touching);
+    }
+    report(contact, outcome, load);
+    contact.unknown = springs.unknown();
+    if (contact.unknown > 0) clear_unknown(contact, depth);
+  }
+
+  // What stands in the way of an equilibrium from the start.
+  [[nodiscard]] static Equilibrium hindrance(const Load& load,
+                                             const detail::LoneSprings<T>& springs) {
+    if (load.force < 0) return Equilibrium::pull;
+    if (load.force == 0) return Equilibrium::reached;
+    if (!std::isfinite(springs.least_gap())) return Equilibrium::untouched;
+    if (load.tilts && !detail::is_under_object(springs.rows(), load.centre.x(), load.centre.y())) {
+      return Equilibrium::tips_over;
+    }
+    return Equilibrium::reached;
+  }
+
+  // The displacement without tilt under every eighth row and an eighth of the force: close to that
+  // of all for an eighth of the work. From the deepest there can be, Newton's method comes down
+  // step by step.
+  [[nodiscard]] double first_guess(const detail::LoneSprings<T>& springs, const Load& load) const {
+    constexpr Index step = 8;
+    constexpr int most_steps = 50;
+    const double wanted = load.force / spring() / step,
+                 deepest = springs.least_gap() + gel_.thickness;
+    double d = deepest;
+    for (int i = 0; i < most_steps; ++i) {
+      const auto s = springs.sums({d, 0, 0}, false, step);
+      if (s.count == 0) return deepest;
+      const double next = d + (wanted - s.load) / s.count;
+      if (!(next < d)) break;
+      d = next;
+    }
+    return d;
+  }
+
+  [[nodiscard]] Response response(const detail::SpringSums& s, const Load& load) const {
+    Response r;
+    r.load[0] = s.load;
+    r.rate(0, 0) = s.count;
+    if (!load.tilts) return r;
+    const double size = half_image(), cx = load.centre.x(), cy = load.centre.y();
+    r.load[1] = (s.x_load - cx * s.load) / size;
+    r.load[2] = (s.y_load - cy * s.load) / size;
+    const double x = s.x - cx * s.count, y = s.y - cy * s.count;
+    r.rate(0, 1) = r.rate(1, 0) = x / size;
+    r.rate(0, 2) = r.rate(2, 0) = y / size;
+    r.rate(1, 1) = (s.xx - cx * s.x - cx * x) / (size * size);
+    r.rate(2, 2) = (s.yy - cy * s.y - cy * y) / (size * size);
+    r.rate(1, 2) = r.rate(2, 1) = (s.xy - cy * s.x - cx * y) / (size * size);
+    return r;
+  }
+
+  [[nodiscard]] detail::RigidMotion motion(const Vec3<double>& p, const Load& load) const {
+    const double per_column = p[1] / half_image(), per_row = p[2] / half_image();
+    return {p[0] - per_column * load.centre.x() - per_row * load.centre.y(), per_column, per_row};
+  }
+
+  // Newton's method on the object's motion, from a displacement without tilt. The load is the slope
+  // of a convex energy, which each step lowers.
+  template <class Springs>
+  [[nodiscard]] Outcome equilibrate(Springs& springs, double displacement, const Load& load) const {
+    constexpr int most_steps = 200, most_cuts = 60;
+    constexpr double acceptable = 1e-9;  // of the force
+    const double wanted = load.force / spring();
+    const Vec3<double> target(wanted, 0, 0);
+    const auto at = [&](const Vec3<double>& p) {
+      return response(springs.sums(motion(p, load), load.tilts), load);
+    };
+    Vec3<double> p(displacement, 0, 0), best = p;
+    Response r = at(p), best_response = r;
+    double least = (r.load - target).norm();
+    for (int step = 0; step < most_steps && least > Springs::accuracy * wanted; ++step) {
+      const bool is_near = least <= acceptable * wanted;
+      descend(at, p, r, target, is_near ? 1 : most_cuts);
+      const double residual = (r.load - target).norm();
+      if (is_near && residual >= least) break;  // by rounding
+      if (residual >= least) continue;
+      least = residual;
+      best = p;
+      best_response = r;
+    }
+    Outcome outcome;
+    outcome.equilibrium =
+        least <= acceptable * wanted ? Equilibrium::reached : Equilibrium::not_converged;
+    outcome.motion = motion(best, load);
+    outcome.response = best_response;
+    const double through = springs.deepest(outcome.motion) - gel_.thickness;
+    if (through > acceptable * gel_.thickness) {
+      outcome.equilibrium = Equilibrium::too_strong;
+      outcome.motion.offset -= through;
+      outcome.response = response(springs.sums(outcome.motion, load.tilts), load);
+    }
+    return outcome;
+  }
+
+  // A Newton step, shortened until it does not go far beyond the least energy on its way; moves p
+  // and its response along.
+  template <class At>
+  void descend(const At& at, Vec3<double>& p, Response& r, const Vec3<double>& target,
+               int most_tries) const {
+    const Vec3<double> start = p, direction = newton_step(r, r.load - target);
+    const double slope = (r.load - target).dot(direction);
+    double share = 1;
+    for (int i = 0; i < most_tries; ++i) {
+      p = start + share * direction;
+      r = at(p);
+      const double slope_there = (r.load - target).dot(direction);
+      if (slope_there <= -0.9 * slope) break;
+      share *= std::clamp(slope / (slope - slope_there), 1e-3, 0.5);
+    }
+  }
+
+  // The step to where the load would be the target if no spring came or went; no longer than the
+  // gel is thick, also where the springs that bear stand on a line and do not resist it.
+  [[nodiscard]] Vec3<double> newton_step(const Response& r, const Vec3<double>& residual) const {
+    constexpr double share_of_resistance = 1e-12;
+    Eigen::Matrix3d rate = r.rate;
+    rate.diagonal().array() += share_of_resistance * std::max(1.0, rate.trace());
+    Vec3<double> move = -rate.ldlt().solve(residual);
+    const double longest = move.lpNorm<1>();
+    if (longest > gel_.thickness) move *= gel_.thickness / longest;
+    return move;
+  }
+
+  void report(SpringContact<T>& contact, const Outcome& outcome, const Load& load) const {
+    const detail::RigidMotion& motion = outcome.motion;
+    const Vec3<double> borne = spring() * outcome.response.load;
+    contact.equilibrium = outcome.equilibrium;
+    contact.force = borne[0];
+    contact.residual_force = load.force - borne[0];
+    contact.residual_moment = {half_image() * column() * borne[1], half_image() * row() * borne[2]};
+    contact.tilt = {motion.per_column / column(), motion.per_row / row()};
+    contact.displacement = motion.offset + motion.per_column * double{camera_.cx} +
+                           motion.per_row * double{camera_.cy};
+  }
+
+  template <class D>
+  void clear_unknown(SpringContact<T>& contact, const D& depth) const {
+    for (Index y = 0; y < camera_.height; ++y) {
+      for (Index x = 0; x < camera_.width; ++x) {
+        if (static_cast<T>(ImageTraits<D>::pixel(depth, x, y)) > 0) continue;
+        contact.indentation(x, y) = std::numeric_limits<T>::quiet_NaN();
+      }
+    }
+  }
+
+  Camera<T> camera_;
+  T rest_;
+  Gel gel_;
+};
+
+template <std::floating_point T, class... Rest>
+SpringBed(const Camera<T>&, const Rest&...) -> SpringBed<T>;
+
+}  // namespace gelight
