@@ -1,0 +1,64 @@
+# cmake -D HOW=... -D SOURCE_DIR=... -D WORK_DIR=... -D CXX=... -P run.cmake
+#
+# Builds the consumer from nothing in one way, runs it, and compares what it prints with what is
+# right. HOW: a compiler's flags (gelight on its include path, no CMake), or single_header,
+# pkg-config, find_package, add_subdirectory, FetchContent.
+
+cmake_minimum_required(VERSION 3.22)
+
+set(consumer ${SOURCE_DIR}/tests/consumer)
+file(REMOVE_RECURSE ${WORK_DIR})
+file(MAKE_DIRECTORY ${WORK_DIR})
+
+function(run)
+  execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${WORK_DIR} COMMAND_ERROR_IS_FATAL ANY
+    COMMAND_ECHO STDOUT)
+endfunction()
+
+function(compile)
+  run(${CXX} -Wall -Wextra -Werror ${ARGN} ${consumer}/main.cpp ${consumer}/second.cpp -o consumer)
+endfunction()
+
+# What is installed must work wherever it is moved to.
+function(install_and_move)
+  run(${CMAKE_COMMAND} -S ${SOURCE_DIR} -B gelight -D GELIGHT_BUILD_TESTS=OFF
+    -D GELIGHT_BUILD_EXAMPLES=OFF -D CMAKE_CXX_COMPILER=${CXX})
+  run(${CMAKE_COMMAND} --install gelight --prefix ${WORK_DIR}/first)
+  file(RENAME ${WORK_DIR}/first ${WORK_DIR}/moved)
+endfunction()
+
+function(build_with_cmake)
+  run(${CMAKE_COMMAND} -S ${consumer} -B . -D HOW=${HOW} -D GELIGHT_DIR=${SOURCE_DIR}
+    -D CMAKE_CXX_COMPILER=${CXX} -D CMAKE_PREFIX_PATH=${WORK_DIR}/moved)
+  run(${CMAKE_COMMAND} --build .)
+endfunction()
+
+if(HOW STREQUAL "single_header")
+  run(${CMAKE_COMMAND} -D INCLUDE_DIR=${SOURCE_DIR}/include -D LICENSE=${SOURCE_DIR}/LICENSE
+    -D OUTPUT=${WORK_DIR}/gelight/gelight.hpp -P ${SOURCE_DIR}/cmake/join_headers.cmake)
+  compile(-std=c++20 -I ${WORK_DIR} -isystem ${EIGEN_DIR})
+elseif(HOW STREQUAL "pkg-config")
+  install_and_move()
+  set(ENV{PKG_CONFIG_PATH} ${WORK_DIR}/moved/share/pkgconfig)
+  execute_process(COMMAND pkg-config --cflags --libs gelight COMMAND_ERROR_IS_FATAL ANY
+    OUTPUT_VARIABLE flags OUTPUT_STRIP_TRAILING_WHITESPACE)
+  separate_arguments(flags UNIX_COMMAND "${flags}")
+  compile(-std=c++20 ${flags})
+elseif(HOW STREQUAL "find_package")
+  install_and_move()
+  build_with_cmake()
+elseif(HOW MATCHES "^(add_subdirectory|FetchContent)$")
+  build_with_cmake()
+else()
+  separate_arguments(HOW UNIX_COMMAND "${HOW}")
+  compile(${HOW} -I ${SOURCE_DIR}/include -isystem ${EIGEN_DIR})
+endif()
+
+execute_process(COMMAND ${WORK_DIR}/consumer COMMAND_ERROR_IS_FATAL ANY OUTPUT_VARIABLE printed)
+message("${printed}")
+# Heat is an approximation, here within 2 %.
+if(NOT printed MATCHES "across a sheet of 4 x 3: 5\\.000000000000\n"
+    OR NOT printed MATCHES "by heat, in the second file: (4\\.9[0-9]+|5\\.0[0-9]+)\n"
+    OR NOT printed MATCHES "untouched, the image is the image at rest\n")
+  message(FATAL_ERROR "This is not what the consumer must print.")
+endif()

@@ -1,0 +1,6 @@
+#pragma once
+
+#include <gelight/gelight.hpp>
+
+/// Distance from the first vertex to the last.
+double by_heat(const gelight::Mesh<double>& mesh);
