@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -20,6 +18,7 @@
 #include "gelight/image/normals.hpp"
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/detail/membrane_rows.hpp"
+#include "gelight/sensor/detail/output.hpp"
 #include "gelight/sensor/detail/row_runs.hpp"
 #include "gelight/sensor/detail/shaded_rows.hpp"
 #include "gelight/sensor/detail/store.hpp"
@@ -124,11 +123,7 @@ class TactileRenderer {
   void render_into(ImageView<Rgb8> out, const D& depth) const {
     detail::require_camera_size(depth, camera_, "the depth image");
     detail::require_camera_size(out, camera_, "the output image");
-    if constexpr (requires { depth.view(); }) {
-      require_apart(out, depth.view());
-    } else if constexpr (requires { depth.row_bytes(); }) {
-      require_apart(out, depth);
-    }
+    detail::require_apart(out, depth, "the depth image");
     render_all(out, depth, !options_.skip_unchanged);
   }
 
@@ -184,14 +179,6 @@ class TactileRenderer {
                         ") at pixel (", x, ", ", y, "), which is not finite");
       }
     }
-  }
-
-  template <class P>
-  static void require_apart(ImageView<Rgb8> out, ImageView<P> depth) {
-    const auto [first, last] = detail::byte_range(out);
-    const auto [depth_first, depth_last] = detail::byte_range(depth);
-    detail::require(last <= depth_first || depth_last <= first,
-                    "the output image lies in the memory of the depth image");
   }
 
   [[nodiscard]] static std::vector<T> membrane_weights(const TactileOptions& options) {
@@ -266,7 +253,9 @@ class TactileRenderer {
       shading_.shade(work.shading, y, run, n, darkens ? work.kept.data() : nullptr);
     }
     if (masked || membrane_.has_holes(work.membrane, y)) show_unknown(depth, work, y);
-    for (const detail::Run& run : work.runs) write(out, work.shading.packed.data(), y, run);
+    for (const detail::Run& run : work.runs) {
+      detail::write_run(out, work.shading.packed.data(), y, run);
+    }
   }
 
   [[nodiscard]] bool masked_near(Index y) const {
@@ -303,21 +292,6 @@ class TactileRenderer {
       std::copy_n(from, camera_.width, out.row(y));
     } else {
       for (Index x = 0; x < camera_.width; ++x) out(x, y) = from[x];
-    }
-  }
-
-  static void write(ImageView<Rgb8> out, const std::int32_t* packed, Index y,
-                    const detail::Run& run) {
-    Index x = run.begin;
-    if (std::endian::native == std::endian::little && out.rows_are_packed()) {
-      // Four bytes a pixel, of which the next pixel overwrites the last.
-      auto* bytes = reinterpret_cast<unsigned char*>(out.row(y) + x);
-      for (; x < run.end - 1; ++x, bytes += 3) std::memcpy(bytes, packed + x, 4);
-    }
-    for (; x < run.end; ++x) {
-      const auto rgb = static_cast<std::uint32_t>(packed[x]);
-      out(x, y) = {static_cast<std::uint8_t>(rgb), static_cast<std::uint8_t>(rgb >> 8),
-                   static_cast<std::uint8_t>(rgb >> 16)};
     }
   }
 

@@ -117,6 +117,13 @@ class ShadedRows {
   /// The colours of a run of row y with these normals, into `packed`; `kept` is the share of the
   /// ambient light that is left at each pixel of the row, or null for all of it.
   void shade(Workspace& work, Index y, const Run& run, const NormalRow<T>& n, const T* kept) const {
+    const auto rgb = light(work, y, run, n, kept);
+    pack_row(work.packed.data() + run.begin, rgb[0], rgb[1], rgb[2], run.end - run.begin);
+  }
+
+  /// The same before they are clamped and truncated: red, green and blue of the run's pixels.
+  [[nodiscard]] std::array<const T*, 3> light(Workspace& work, Index y, const Run& run,
+                                              const NormalRow<T>& n, const T* kept) const {
     const std::ptrdiff_t x = run.begin, count = run.end - run.begin;
     std::array<const T*, 3> sum{ambient(y, 0) + x, ambient(y, 1) + x, ambient(y, 2) + x};
     for (std::size_t c = 0; c < 3 && kept != nullptr; ++c) {
@@ -139,7 +146,7 @@ class ShadedRows {
         sum[c] = out;
       }
     }
-    pack_row(work.packed.data() + x, sum[0], sum[1], sum[2], count);
+    return sum;
   }
 
   /// The colour of a pixel by ambient light alone, packed.

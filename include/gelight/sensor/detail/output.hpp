@@ -1,0 +1,48 @@
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/sensor/detail/row_runs.hpp"
+#include "gelight/views/image_view.hpp"
+
+// What renderers write to.
+namespace gelight::detail {
+
+/// Throws InvalidInput where the output lies in the memory of an input that has any; `what` names
+/// the input.
+template <class I>
+void require_apart(ImageView<Rgb8> out, const I& input, const char* what) {
+  const auto check = [&](const auto& view) {
+    const auto [first, last] = byte_range(out);
+    const auto [input_first, input_last] = byte_range(view);
+    require(last <= input_first || input_last <= first, "the output image lies in the memory of ",
+            what);
+  };
+  if constexpr (requires { input.view(); }) {
+    check(input.view());
+  } else if constexpr (requires { input.row_bytes(); }) {
+    check(input);
+  }
+}
+
+/// Writes a run of row y, of which `packed` holds red, green and blue from the lowest byte up.
+inline void write_run(ImageView<Rgb8> out, const std::int32_t* packed, Index y, const Run& run) {
+  Index x = run.begin;
+  if (std::endian::native == std::endian::little && out.rows_are_packed()) {
+    // Four bytes a pixel, of which the next pixel overwrites the last.
+    auto* bytes = reinterpret_cast<unsigned char*>(out.row(y) + x);
+    for (; x < run.end - 1; ++x, bytes += 3) std::memcpy(bytes, packed + x, 4);
+  }
+  for (; x < run.end; ++x) {
+    const auto rgb = static_cast<std::uint32_t>(packed[x]);
+    out(x, y) = {static_cast<std::uint8_t>(rgb), static_cast<std::uint8_t>(rgb >> 8),
+                 static_cast<std::uint8_t>(rgb >> 16)};
+  }
+}
+
+}  // namespace gelight::detail
