@@ -97,6 +97,9 @@ class FaceCrossing {
     return first;
   }
 
+  // What passes the apex leaves by the whole side. It is not computed: where the image lies on the
+  // base's line, how far the aim is from the image is lost in rounding.
+
   /// Windows [0, count) of the list as they leave by the left side of the face, of a given length,
   /// in the frame from the base's origin to the apex. Returns how many there are.
   std::ptrdiff_t cross_left(const WindowList& list, std::ptrdiff_t count, double length,
@@ -106,10 +109,10 @@ class FaceCrossing {
     for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
       const Lane x = load(list.x + i), y = load(list.y + i), aim = load(&aim_[i]);
       const auto share = [&](const Lane& p) -> Lane {
-        return ((y * p) / (ax * y - ay * (x - p))).max(0.0).min(1.0);
+        return (p < aim).select(((y * p) / (ax * y - ay * (x - p))).max(0.0).min(1.0), 1.0);
       };
-      store(out.begin + i, share(load(list.begin + i).min(aim)) * length);
-      store(out.end + i, share(load(list.end + i).min(aim)) * length);
+      store(out.begin + i, share(load(list.begin + i)) * length);
+      store(out.end + i, share(load(list.end + i)) * length);
       store(out.x + i, ux * x + uy * y);
       store(out.y + i, (ux * y - uy * x).min(-on_line * length));
     }
@@ -127,10 +130,10 @@ class FaceCrossing {
       const Lane x = base_ - load(list.x + i), y = load(list.y + i), aim = load(&aim_[i]);
       const auto share = [&](const Lane& position) -> Lane {
         const Lane p = base_ - position;
-        return ((y * p) / (ax * y - ay * (x - p))).max(0.0).min(1.0);
+        return (position > aim).select(((y * p) / (ax * y - ay * (x - p))).max(0.0).min(1.0), 1.0);
       };
-      store(out.begin + o, length - share(load(list.begin + i).max(aim)) * length);
-      store(out.end + o, length - share(load(list.end + i).max(aim)) * length);
+      store(out.begin + o, length - share(load(list.begin + i)) * length);
+      store(out.end + o, length - share(load(list.end + i)) * length);
       store(out.x + o, length - (ux * x + uy * y));
       store(out.y + o, (ux * y - uy * x).min(-on_line * length));
     }
