@@ -6,5 +6,5 @@ cd "$(dirname "$0")/.."
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev libcli11-dev \
   libcairo2-dev pkg-config fonts-dejavu-core
 cmake --preset demo
-cmake --build --preset demo -j "$(getconf _NPROCESSORS_ONLN)"
+cmake --build --preset demo --target geltip
 exec build/demo/examples/geltip "$@"

@@ -7,9 +7,11 @@
 #include <cstdint>
 #include <memory>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 #include <string>
 
+#include "gelight/core/types.hpp"
 #include "gelight/views/image_view.hpp"
 
 // A page to put images, lines, arrows and words on: the examples' pictures, drawn by cairo.
@@ -17,6 +19,11 @@
 struct Colour {
   double red = 0, green = 0, blue = 0;
 };
+
+// Inks that differ in lightness as well as in hue.
+inline constexpr Colour black{0, 0, 0}, grey{0.55, 0.55, 0.55}, pale{0.86, 0.86, 0.86},
+    white{1, 1, 1}, red{0.80, 0.10, 0.10}, blue{0.10, 0.30, 0.75}, green{0.05, 0.50, 0.20},
+    orange{0.93, 0.50, 0.05}, violet{0.50, 0.20, 0.60};
 
 class Figure {
  public:
@@ -93,7 +100,23 @@ class Figure {
     cairo_fill(cairo_.get());
   }
 
+  /// Lines from each point to the next.
+  void polyline(std::span<const gelight::Vec2<double>> points) {
+    cairo_new_path(cairo_.get());
+    for (const auto& p : points) cairo_line_to(cairo_.get(), p[0], p[1]);
+    cairo_stroke(cairo_.get());
+  }
+
+  /// The inside of a polygon, its colour mixed with what is there.
+  void area(std::span<const gelight::Vec2<double>> corners, Colour colour, double opacity = 1) {
+    cairo_set_source_rgba(cairo_.get(), colour.red, colour.green, colour.blue, opacity);
+    cairo_new_path(cairo_.get());
+    for (const auto& p : corners) cairo_line_to(cairo_.get(), p[0], p[1]);
+    cairo_fill(cairo_.get());
+  }
+
   void disc(double x, double y, double radius) {
+    cairo_new_path(cairo_.get());
     cairo_arc(cairo_.get(), x, y, radius, 0, 2 * std::numbers::pi);
     cairo_fill(cairo_.get());
   }
@@ -109,6 +132,21 @@ class Figure {
     cairo_move_to(cairo_.get(), -box.x_bearing - box.width / 2, size * 0.35);
     cairo_show_text(cairo_.get(), words.c_str());
     cairo_restore(cairo_.get());
+  }
+
+  /// Words that begin at x.
+  void text_from(const std::string& words, double x, double y, double size) {
+    cairo_set_font_size(cairo_.get(), size);
+    cairo_move_to(cairo_.get(), x, y + size * 0.35);
+    cairo_show_text(cairo_.get(), words.c_str());
+  }
+
+  /// Words that end at x.
+  void text_before(const std::string& words, double x, double y, double size) {
+    cairo_set_font_size(cairo_.get(), size);
+    cairo_text_extents_t box;
+    cairo_text_extents(cairo_.get(), words.c_str(), &box);
+    text_from(words, x - box.x_advance, y, size);
   }
 
   void save(const std::string& path) const {
