@@ -97,8 +97,8 @@ class FaceCrossing {
     return first;
   }
 
-  // What passes the apex leaves by the whole side. It is not computed: where the image lies on the
-  // base's line, how far the aim is from the image is lost in rounding.
+  // A window that passes the apex leaves up to the side's end. That is not computed: where the
+  // image lies on the base's line, how far the aim is from the image is lost in rounding.
 
   /// Windows [0, count) of the list as they leave by the left side of the face, of a given length,
   /// in the frame from the base's origin to the apex. Returns how many there are.
@@ -109,12 +109,15 @@ class FaceCrossing {
     for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
       const Lane x = load(list.x + i), y = load(list.y + i), aim = load(&aim_[i]);
       const auto share = [&](const Lane& p) -> Lane {
-        return (p < aim).select(((y * p) / (ax * y - ay * (x - p))).max(0.0).min(1.0), 1.0);
+        return ((y * p) / (ax * y - ay * (x - p))).max(0.0).min(1.0);
       };
-      store(out.begin + i, share(load(list.begin + i)) * length);
-      store(out.end + i, share(load(list.end + i)) * length);
+      store(out.begin + i, share(load(list.begin + i).min(aim)) * length);
+      store(out.end + i, share(load(list.end + i).min(aim)) * length);
       store(out.x + i, ux * x + uy * y);
       store(out.y + i, (ux * y - uy * x).min(-on_line * length));
+    }
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      if (!(list.end[i] < aim_[i])) out.end[i] = list.begin[i] < aim_[i] ? length : 0;
     }
     return compact(list, 0, count, length, out);
   }
@@ -130,12 +133,16 @@ class FaceCrossing {
       const Lane x = base_ - load(list.x + i), y = load(list.y + i), aim = load(&aim_[i]);
       const auto share = [&](const Lane& position) -> Lane {
         const Lane p = base_ - position;
-        return (position > aim).select(((y * p) / (ax * y - ay * (x - p))).max(0.0).min(1.0), 1.0);
+        return ((y * p) / (ax * y - ay * (x - p))).max(0.0).min(1.0);
       };
-      store(out.begin + o, length - share(load(list.begin + i)) * length);
-      store(out.end + o, length - share(load(list.end + i)) * length);
+      store(out.begin + o, length - share(load(list.begin + i).max(aim)) * length);
+      store(out.end + o, length - share(load(list.end + i).max(aim)) * length);
       store(out.x + o, length - (ux * x + uy * y));
       store(out.y + o, (ux * y - uy * x).min(-on_line * length));
+    }
+    for (std::ptrdiff_t i = first; i < size_; ++i) {
+      const std::ptrdiff_t o = i - first;
+      if (!(list.begin[i] > aim_[i])) out.begin[o] = list.end[i] > aim_[i] ? 0 : length;
     }
     return compact(list, first, size_ - first, length, out);
   }
