@@ -6,7 +6,6 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
@@ -17,6 +16,7 @@
 #include "gelight/image/filter.hpp"
 #include "gelight/image/normals.hpp"
 #include "gelight/sensor/background.hpp"
+#include "gelight/sensor/detail/light_check.hpp"
 #include "gelight/sensor/detail/membrane_rows.hpp"
 #include "gelight/sensor/detail/output.hpp"
 #include "gelight/sensor/detail/row_runs.hpp"
@@ -151,34 +151,8 @@ class TactileRenderer {
                     options.darkening, " is not in [0, 1]");
     detail::require(options.darkening_depth > 0, "darkening depth ", options.darkening_depth,
                     " is not positive");
-    for (std::size_t k = 0; k < lights.size(); ++k) {
-      const std::string name = "light " + std::to_string(k);
-      detail::require_camera_size(lights[k].direction, camera,
-                                  ("the direction image of " + name).c_str());
-      require_light(lights[k], options, name);
-    }
+    detail::require_lights(lights, camera, options.specular);
     return options;
-  }
-
-  static void require_light(const Light<T>& light, const TactileOptions& options,
-                            const std::string& name) {
-    const auto finite = [](T value) { return std::isfinite(value); };
-    detail::require(std::all_of(light.rgb.begin(), light.rgb.end(), finite) &&
-                        finite(light.diffuse) && finite(light.specular),
-                    name, " has a colour or coefficient that is not finite");
-    detail::require(finite(light.shininess) && light.shininess >= 0, name, " has shininess ",
-                    light.shininess, ", which is negative or not finite");
-    detail::require(
-        options.specular == Specular::gated || light.shininess == std::floor(light.shininess), name,
-        " has shininess ", light.shininess,
-        ", which the unclamped specular term needs to be an integer");
-    for (Index y = 0; y < light.direction.height(); ++y) {
-      for (Index x = 0; x < light.direction.width(); ++x) {
-        const Vec3<T>& d = light.direction(x, y);
-        detail::require(d.allFinite(), name, " has direction (", d.x(), ", ", d.y(), ", ", d.z(),
-                        ") at pixel (", x, ", ", y, "), which is not finite");
-      }
-    }
   }
 
   [[nodiscard]] static std::vector<T> membrane_weights(const TactileOptions& options) {

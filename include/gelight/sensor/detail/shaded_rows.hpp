@@ -12,6 +12,7 @@
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/detail/normal_rows.hpp"
+#include "gelight/image/normals.hpp"
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/detail/row_runs.hpp"
 #include "gelight/shading/detail/phong_row.hpp"

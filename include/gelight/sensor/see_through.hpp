@@ -1,0 +1,462 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "gelight/concepts/image.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/core/wide.hpp"
+#include "gelight/image/camera.hpp"
+#include "gelight/image/plane_fit.hpp"
+#include "gelight/sensor/background.hpp"
+#include "gelight/sensor/detail/light_check.hpp"
+#include "gelight/sensor/detail/output.hpp"
+#include "gelight/sensor/detail/row_runs.hpp"
+#include "gelight/sensor/detail/shaded_rows.hpp"
+#include "gelight/sensor/detail/store.hpp"
+#include "gelight/shading/phong.hpp"
+#include "gelight/views/image_view.hpp"
+
+namespace gelight {
+
+/// How bright it is on the two sides of a half-silvered membrane, as shares of full light.
+struct LightLevels {
+  double inner = 1;  ///< the LEDs
+  double outer = 1;  ///< what lies beyond the membrane
+
+  /// LEDs on, dark outside: a tactile sensor.
+  [[nodiscard]] static LightLevels tactile() { return {1, 0}; }
+  /// LEDs off: a camera that looks through the membrane.
+  [[nodiscard]] static LightLevels visual() { return {0, 1}; }
+  /// Both at once.
+  [[nodiscard]] static LightLevels visuotactile() { return {1, 1}; }
+};
+
+/// How a SeeThroughRenderer turns a depth map into an image. The defaults of thickness and ambient
+/// light are the paper's.
+struct SeeThroughOptions {
+  /// How far the gel can be pressed in, in the unit of the depth.
+  double thickness = 0.005;
+  /// Normals are fitted to (2 radius + 1)^2 neighbours.
+  Index normal_radius = 2;
+  /// The ambient term of Phong's equation.
+  double ambient = 0.8;
+  /// The share of its light that gel loses which is pressed in by `darkening_depth` (in the unit of
+  /// the depth) or more; less where it is pressed less.
+  double darkening = 0.2;
+  double darkening_depth = 0.002;
+  /// The shares of light that the membrane's coating throws back and lets through; what is missing
+  /// to 1 it swallows.
+  double reflectance = 0.5, transmittance = 0.5;
+  /// The camera's gain: with 2, half of the light gives a full image.
+  double exposure = 2;
+  /// The light of those calls of `render` that do not tell.
+  LightLevels levels = LightLevels::visuotactile();
+  Specular specular = Specular::gated;
+};
+
+/// Four lights at the image's edges, each shining straight across the gel and `tilt` (radians)
+/// towards it: red from the right, green from the left, blue from below, white from above, with the
+/// coefficients of the STS paper: diffuse 1, specular 0.5, shininess 5. Throws InvalidInput for a
+/// camera that is not valid and a tilt outside [0, pi/2].
+template <std::floating_point T>
+[[nodiscard]] std::vector<Light<T>> edge_lights(const Camera<T>& camera, double tilt) {
+  camera.require_valid();
+  detail::require(tilt >= 0 && tilt <= std::numbers::pi / 2, "a tilt of ", tilt,
+                  " radians is not in [0, pi/2]");
+  const auto along = static_cast<T>(std::cos(tilt)), in = static_cast<T>(std::sin(tilt));
+  std::vector<Light<T>> lights;
+  const auto add = [&](T x, T y, const std::array<T, 3>& rgb) {
+    lights.push_back({Image<Vec3<T>>(camera.width, camera.height, {along * x, along * y, in}), rgb,
+                      T(1), T(0.5), T(5)});
+  };
+  add(-1, 0, {1, 0, 0});
+  add(1, 0, {0, 1, 0});
+  add(0, -1, {0, 0, 1});
+  add(0, 1, {1, 1, 1});
+  return lights;
+}
+
+/// Renders the image of a camera behind a half-silvered membrane: a tactile sensor where it is lit
+/// inside, a camera where it is bright outside (See-Through-your-Skin, STS).
+///
+/// For every frame: the depth is clipped to the gel's thickness; the normals are the directions of
+/// least covariance of each point's neighbours; Phong's equation adds up the lights; gel that is
+/// pressed in loses a share. That light the coating reflects in the membrane's colours
+/// (`background`), and lets through what is beyond:
+///     exposure (reflectance inner background Phong + transmittance outer visual),
+/// in linear light, clamped to [0, 1] and truncated to 8 bits. So tactile, visual and visuotactile
+/// image are one model, and pass over into one another as LightLevels change. What LEDs light up
+/// beyond the membrane is left out: their light passes the coating twice. (Hogan, Jenkin,
+/// Rezaei-Shoshtari, Girdhar, Meger, Dudek, Seeing Through your Skin, 2021,
+/// doi:10.1109/WACV48630.2021.00126)
+///
+/// A depth that is NaN, zero or negative is not known: its pixel is lit by ambient light alone, and
+/// its neighbours' normals are fitted without it. +infinity is what touches nothing. A rest depth
+/// that is not known is a pixel outside the membrane.
+///
+/// What does not depend on the frame is computed once, and normals only around what touches.
+/// `render` may be called from several threads.
+template <std::floating_point T>
+class SeeThroughRenderer {
+ public:
+  /// Throws InvalidInput for a camera that is not valid, an image of another size than the
+  /// camera's, a light or background with a number that is not finite, options out of range, and a
+  /// coating that would give more light than it gets.
+  template <ImageOf<T> D>
+  SeeThroughRenderer(const Camera<T>& camera, const D& rest_depth,
+                     const std::vector<Light<T>>& lights,
+                     const Background<T>& background = std::array<T, 3>{T(0.7), T(0.7), T(0.8)},
+                     const SeeThroughOptions& options = {})
+      : camera_(camera),
+        options_(checked(options, camera, rest_depth, lights, background)),
+        rest_(camera.width, camera.height),
+        colour_(background),
+        shading_(camera, std::array<T, 3>{1, 1, 1}, options.ambient, lights, options.specular),
+        rest_light_(3 * pixel_count()),
+        rest_image_(camera.width, camera.height) {
+    for (Index y = 0; y < camera.height; ++y) {
+      detail::read_row(rest_depth, y, rest_.row(y), camera.width);
+      for (Index x = 0; x < camera.width; ++x) {
+        if (!detail::is_depth(rest_(x, y))) rest_(x, y) = unknown;
+      }
+    }
+    light_rest();
+    render_into(rest_image_, rest_);
+  }
+
+  [[nodiscard]] const Camera<T>& camera() const { return camera_; }
+  [[nodiscard]] const SeeThroughOptions& options() const { return options_; }
+
+  /// The image of the membrane that nothing touches, in the options' light, with nothing beyond.
+  [[nodiscard]] const Image<Rgb8>& rest_image() const { return rest_image_; }
+
+  /// The image of a depth map of what touches the membrane, in the unit of the rest depth, in the
+  /// options' light, with nothing to be seen beyond. Throws InvalidInput for an image of another
+  /// size than the camera's.
+  template <ImageOf<T> D>
+  [[nodiscard]] Image<Rgb8> render(const D& depth) const {
+    Image<Rgb8> out(camera_.width, camera_.height);
+    render_into(out, depth);
+    return out;
+  }
+
+  /// The same with what a camera would see without the membrane (`visual`: grey or RGB, numbers in
+  /// [0, 1], or integers as shares of their type's largest value).
+  template <ImageOf<T> D, ImageLike V>
+  [[nodiscard]] Image<Rgb8> render(const D& depth, const V& visual) const {
+    return render(depth, visual, options_.levels);
+  }
+
+  /// The same in other light. Throws InvalidInput for levels that are negative or not finite, too.
+  template <ImageOf<T> D, ImageLike V>
+  [[nodiscard]] Image<Rgb8> render(const D& depth, const V& visual,
+                                   const LightLevels& levels) const {
+    Image<Rgb8> out(camera_.width, camera_.height);
+    render_into(out, depth, visual, levels);
+    return out;
+  }
+
+  /// The same into the caller's pixels. Throws InvalidInput, before anything is written, also for
+  /// an output of another size or in the memory of the depth or the visual image.
+  template <ImageOf<T> D>
+  void render_into(ImageView<Rgb8> out, const D& depth) const {
+    render_checked(out, depth, Dark{}, options_.levels);
+  }
+
+  template <ImageOf<T> D, ImageLike V>
+  void render_into(ImageView<Rgb8> out, const D& depth, const V& visual) const {
+    render_into(out, depth, visual, options_.levels);
+  }
+
+  template <ImageOf<T> D, ImageLike V>
+  void render_into(ImageView<Rgb8> out, const D& depth, const V& visual,
+                   const LightLevels& levels) const {
+    detail::require_camera_size(visual, camera_, "the visual image");
+    detail::require_apart(out, visual, "the visual image");
+    require_level(levels.inner, "inner");
+    require_level(levels.outer, "outer");
+    render_checked(out, depth, visual, levels);
+  }
+
+ private:
+  static constexpr T unknown = std::numeric_limits<T>::quiet_NaN();
+
+  /// Nothing to be seen beyond the membrane.
+  struct Dark {};
+
+  /// Columns and rows from left and top to before right and bottom.
+  struct Box {
+    Index left = 0, top = 0, right = 0, bottom = 0;
+    [[nodiscard]] bool is_empty() const { return left >= right || top >= bottom; }
+    /// With as many pixels more on every side as there are.
+    [[nodiscard]] Box grown(Index by, Index width, Index height) const {
+      return {std::max(Index{0}, left - by), std::max(Index{0}, top - by),
+              std::min(width, right + by), std::min(height, bottom + by)};
+    }
+  };
+
+  struct Workspace {
+    Image<T> gel;            // the depth of the gel's surface
+    Image<Vec3<T>> normals;  // in `fitted`
+    Box fitted, changed;     // where normals were fitted, and where they may not be those at rest
+    typename detail::ShadedRows<T>::Workspace shading;
+    std::array<std::vector<T>, 3> lit, seen;  // a row each
+    std::vector<T> kept;                      // the share of light that is left
+    std::vector<std::int32_t> packed;
+  };
+
+  template <class D>
+  [[nodiscard]] static const SeeThroughOptions& checked(const SeeThroughOptions& options,
+                                                        const Camera<T>& camera,
+                                                        const D& rest_depth,
+                                                        const std::vector<Light<T>>& lights,
+                                                        const Background<T>& background) {
+    camera.require_valid();
+    detail::require_camera_size(rest_depth, camera, "the rest depth image");
+    if (background.is_image()) {
+      detail::require_camera_size(background.image(), camera, "the background image");
+    }
+    const auto in_range = [](bool valid, const char* name, double value, const char* range) {
+      detail::require(valid, name, ' ', value, " is not ", range);
+    };
+    const auto is_share = [](double value) { return value >= 0 && value <= 1; };
+    const double r = options.reflectance, t = options.transmittance;
+    in_range(options.thickness > 0, "thickness", options.thickness, "positive");
+    in_range(options.normal_radius >= 1, "normal radius", options.normal_radius, "at least 1");
+    in_range(std::isfinite(options.ambient), "ambient", options.ambient, "finite");
+    in_range(is_share(options.darkening), "darkening", options.darkening, "in [0, 1]");
+    in_range(options.darkening_depth > 0, "darkening depth", options.darkening_depth, "positive");
+    in_range(is_share(r), "reflectance", r, "in [0, 1]");
+    in_range(is_share(t), "transmittance", t, "in [0, 1]");
+    detail::require(r + t <= 1, "reflectance ", r, " and transmittance ", t, " are more than 1");
+    in_range(options.exposure > 0 && std::isfinite(options.exposure), "exposure", options.exposure,
+             "positive and finite");
+    require_level(options.levels.inner, "inner");
+    require_level(options.levels.outer, "outer");
+    detail::require_lights(lights, camera, options.specular);
+    return options;
+  }
+
+  static void require_level(double level, const char* side) {
+    detail::require(level >= 0 && std::isfinite(level), side, " light level ", level,
+                    " is negative or not finite");
+  }
+
+  [[nodiscard]] std::size_t pixel_count() const {
+    return static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
+  }
+
+  [[nodiscard]] Workspace make_workspace() const {
+    Workspace work;
+    work.gel = Image<T>(camera_.width, camera_.height);
+    work.shading = shading_.make_workspace();
+    const auto width = static_cast<std::size_t>(camera_.width);
+    for (auto* rows : {&work.lit, &work.seen}) {
+      for (auto& row : *rows) row.resize(width);
+    }
+    work.kept.resize(width);
+    work.packed.resize(width);
+    return work;
+  }
+
+  template <class D, class V>
+  void render_checked(ImageView<Rgb8> out, const D& depth, const V& visual,
+                      const LightLevels& levels) const {
+    detail::require_camera_size(depth, camera_, "the depth image");
+    detail::require_camera_size(out, camera_, "the output image");
+    detail::require_apart(out, depth, "the depth image");
+    workspaces_.lend([this] { return make_workspace(); },
+                     [&](Workspace& work) {
+                       const Box touched = press(work, depth);
+                       if (levels.inner > 0 && !touched.is_empty()) fit_normals(work, touched);
+                       if (detail::has_wide_registers()) {
+                         render_rows_wide(out, visual, levels, work);
+                       } else {
+                         render_rows(out, visual, levels, work);
+                       }
+                     });
+  }
+
+  // Clips the depth to the gel; tells in which box it is not at rest.
+  template <class D>
+  [[nodiscard]] Box press(Workspace& work, const D& depth) const {
+    const T thickness = static_cast<T>(options_.thickness);
+    Box touched{camera_.width, camera_.height, 0, 0};
+    for (Index y = 0; y < camera_.height; ++y) {
+      T* const gel = work.gel.row(y);
+      const T* const rest = rest_.row(y);
+      for (Index x = 0; x < camera_.width; ++x) {
+        const T z = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
+        const T clipped = std::min(std::max(z, rest[x] - thickness), rest[x]);
+        gel[x] = z > 0 && rest[x] > 0 ? clipped : unknown;
+      }
+      const auto bytes = static_cast<std::size_t>(camera_.width) * sizeof(T);
+      if (std::memcmp(gel, rest, bytes) == 0) continue;
+      const auto differs = [&](Index x) {
+        return !(gel[x] >= rest[x]) && detail::is_depth(rest[x]);
+      };
+      Index first = 0, last = camera_.width;
+      while (first < last && !differs(first)) ++first;
+      while (last > first && !differs(last - 1)) --last;
+      if (first == last) continue;
+      touched.left = std::min(touched.left, first);
+      touched.right = std::max(touched.right, last);
+      touched.top = std::min(touched.top, y);
+      touched.bottom = y + 1;
+    }
+    work.changed = Box{};
+    return touched;
+  }
+
+  void fit_normals(Workspace& work, const Box& touched) const {
+    const Index radius = options_.normal_radius, width = camera_.width, height = camera_.height;
+    work.changed = touched.grown(radius, width, height);
+    work.fitted = work.changed.grown(radius, width, height);
+    const Box& box = work.fitted;
+    Camera<T> window = camera_;
+    window.cx -= static_cast<T>(box.left);
+    window.cy -= static_cast<T>(box.top);
+    window.width = box.right - box.left;
+    window.height = box.bottom - box.top;
+    const ImageView<const T> gel(work.gel.row(box.top) + box.left, window.width, window.height,
+                                 width);
+    work.normals = plane_fit_normals(gel, window, radius);
+  }
+
+  // What the membrane throws back at rest, in shares of 255 of a camera's full image.
+  void light_rest() {
+    Workspace work = make_workspace();
+    work.gel = rest_;
+    fit_normals(work, {0, 0, camera_.width, camera_.height});
+    for (Index y = 0; y < camera_.height; ++y) {
+      const auto lit = light_row(work, y, {0, camera_.width});
+      for (std::size_t c = 0; c < 3; ++c) std::copy_n(lit[c], camera_.width, rest_light(y, c));
+    }
+  }
+
+  [[nodiscard]] T* rest_light(Index y, std::size_t c) {
+    return rest_light_.data() + c * pixel_count() + std::ptrdiff_t{y} * camera_.width;
+  }
+  [[nodiscard]] const T* rest_light(Index y, std::size_t c) const {
+    return rest_light_.data() + c * pixel_count() + std::ptrdiff_t{y} * camera_.width;
+  }
+
+  // The light that the membrane throws back in a run of a row, with the fitted normals.
+  [[nodiscard]] std::array<const T*, 3> light_row(Workspace& work, Index y,
+                                                  const detail::Run& run) const {
+    const Index count = run.end - run.begin;
+    const auto n = take_normals(work, y, run);
+    auto lit = shading_.light(work.shading, y, run, n, nullptr);
+    T* const kept = work.kept.data() + run.begin;
+    for (Index i = 0; i < count; ++i) {
+      kept[i] = rest_(run.begin + i, y) - work.gel(run.begin + i, y);
+    }
+    detail::keep_row(kept, static_cast<T>(options_.darkening),
+                     static_cast<T>(options_.darkening_depth), count);
+    const T scale = static_cast<T>(options_.exposure * options_.reflectance);
+    for (std::size_t c = 0; c < 3; ++c) {
+      T* const out = work.lit[c].data() + run.begin;
+      detail::multiply_rows(out, lit[c], kept, count);
+      for (Index i = 0; i < count; ++i) out[i] *= scale * colour(run.begin + i, y)[c];
+      lit[c] = out;
+    }
+    return lit;
+  }
+
+  [[nodiscard]] const std::array<T, 3>& colour(Index x, Index y) const {
+    return colour_.is_image() ? colour_.image()(x, y) : colour_.solid();
+  }
+
+  [[nodiscard]] detail::NormalRow<T> take_normals(Workspace& work, Index y,
+                                                  const detail::Run& run) const {
+    auto& s = work.shading;
+    const Index x0 = run.begin;
+    const detail::NormalRow<T> n{s.normal_x.data() + x0, s.normal_y.data() + x0,
+                                 s.normal_z.data() + x0, s.facing.data() + x0};
+    const Vec3<T>* const from = work.normals.row(y - work.fitted.top) + (x0 - work.fitted.left);
+    for (Index i = 0; i < run.end - x0; ++i) {
+      n.x[i] = from[i].x();
+      n.y[i] = from[i].y();
+      n.z[i] = from[i].z();
+      n.facing[i] = from[i].dot(camera_.ray(static_cast<T>(x0 + i), static_cast<T>(y)));
+    }
+    return n;
+  }
+
+  template <class V>
+  GELIGHT_WIDE void render_rows_wide(ImageView<Rgb8> out, const V& visual,
+                                     const LightLevels& levels, Workspace& work) const {
+    render_rows(out, visual, levels, work);
+  }
+
+  template <class V>
+  void render_rows(ImageView<Rgb8> out, const V& visual, const LightLevels& levels,
+                   Workspace& work) const {
+    const T inner = static_cast<T>(levels.inner);
+    const T through =
+        static_cast<T>(255 * options_.exposure * options_.transmittance * levels.outer);
+    const Box& box = work.changed;
+    for (Index y = 0; y < camera_.height; ++y) {
+      const bool changed = y >= box.top && y < box.bottom;
+      if (changed) (void)light_row(work, y, {box.left, box.right});
+      see_row(work, visual, y, through);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto blend = [&](const T* lit, Index begin, Index end) {
+          T* const sum = work.seen[c].data();
+          for (Index x = begin; x < end; ++x) sum[x] += inner * lit[x];
+        };
+        if (inner == 0) continue;
+        blend(rest_light(y, c), 0, changed ? box.left : camera_.width);
+        if (!changed) continue;
+        blend(work.lit[c].data(), box.left, box.right);
+        blend(rest_light(y, c), box.right, camera_.width);
+      }
+      detail::pack_row(work.packed.data(), work.seen[0].data(), work.seen[1].data(),
+                       work.seen[2].data(), camera_.width);
+      detail::write_run(out, work.packed.data(), y, {0, camera_.width});
+    }
+  }
+
+  // What comes through the membrane.
+  template <class V>
+  void see_row(Workspace& work, const V& visual, Index y, T through) const {
+    T *const r = work.seen[0].data(), *const g = work.seen[1].data(),
+             *const b = work.seen[2].data();
+    if constexpr (ImageLike<V>) {
+      if (through > 0) {
+        for (Index x = 0; x < camera_.width; ++x) {
+          const auto rgb = detail::linear_rgb<T>(ImageTraits<V>::pixel(visual, x, y));
+          r[x] = through * rgb[0];
+          g[x] = through * rgb[1];
+          b[x] = through * rgb[2];
+        }
+        return;
+      }
+    }
+    for (T* const row : {r, g, b}) std::fill_n(row, camera_.width, T(0));
+  }
+
+  Camera<T> camera_;
+  SeeThroughOptions options_;
+  Image<T> rest_;
+  Background<T> colour_;
+  detail::ShadedRows<T> shading_;
+  std::vector<T> rest_light_;  // three planes
+  Image<Rgb8> rest_image_;
+  mutable detail::Store<Workspace> workspaces_;
+};
+
+template <std::floating_point T, class... Rest>
+SeeThroughRenderer(const Camera<T>&, const Rest&...) -> SeeThroughRenderer<T>;
+
+}  // namespace gelight
