@@ -44,7 +44,7 @@ struct OwnMembers {
   using Scalar = double;
   int vertex_count() const { return 3; }
   int face_count() const { return 1; }
-  const double* position(Index v) const { return xyz[v].data(); }
+  const double* position(Index v) const { return xyz[static_cast<std::size_t>(v)].data(); }
   std::array<Index, 3> face(Index) const { return {0, 1, 2}; }
   std::array<std::array<double, 3>, 3> xyz{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
 };
