@@ -3,8 +3,10 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "gelight/mesh/shapes.hpp"
@@ -129,4 +131,111 @@ TEST_CASE("on a flat sheet every field line is straight, whatever vertices the p
     CHECK(field[static_cast<std::size_t>(v)].norm() == doctest::Approx(1));
     CHECK(angle(field[static_cast<std::size_t>(v)], straight) < 1e-12);
   }
+}
+
+namespace {
+
+// A sphere with bumps, on whose side away from the LED curves part and join.
+Surface<double> bumpy(int level) {
+  auto mesh = gelight::icosphere(level, 1.0);
+  for (auto& p : mesh.positions) {
+    const double r = 1 + 0.15 * std::sin(7 * p[0]) * std::sin(6 * p[1] + 1) * std::cos(5 * p[2]);
+    p = {r * p[0], r * p[1], r * p[2]};
+  }
+  return Surface(mesh);
+}
+
+std::vector<SurfacePoint<double>> points_in_faces(const Surface<double>& surface) {
+  std::vector<SurfacePoint<double>> points;
+  for (Index f = 0; f < surface.face_count(); ++f) {
+    points.push_back(gelight::face_point<double>(f, {1. / 3, 1. / 3, 1. / 3}));
+    points.push_back(gelight::face_point<double>(f, {0.9, 0.04, 0.06}));
+    points.push_back(gelight::face_point<double>(f, {0.02, 0.5, 0.48}));
+  }
+  return points;
+}
+
+Vec3<double> normal_at(const Surface<double>& surface, Index v) {
+  Vec3<double> normal = Vec3<double>::Zero();
+  for (const Index h : surface.corners(v)) {
+    normal += gelight::detail::face_normal(surface, Surface<double>::face_of(h));
+  }
+  return normal;
+}
+
+}  // namespace
+
+TEST_CASE("what is told of whole faces is what each point's own plane says") {
+  std::vector<Surface<double>> surfaces{Surface(gelight::icosphere(4, 1.0)),
+                                        bumpy(4),
+                                        Surface(gelight::torus(2.0, 0.7, 60, 31)),
+                                        Surface(gelight::membrane(0.01146, 0.0455, 0.0015)),
+                                        Surface(gelight::box(1.0, 2.0, 3.0)),
+                                        Surface(gelight::grid(20, 30, 1.0, 2.0))};
+  for (std::size_t s = 0; s < surfaces.size(); ++s) {
+    const auto& surface = surfaces[s];
+    const auto points = points_in_faces(surface);
+    for (const Index led : {Index{3}, surface.vertex_count() / 2, surface.vertex_count() - 1}) {
+      CAPTURE(s);
+      CAPTURE(led);
+      const auto at = vertex_point<double>(led);
+      const auto field = plane_field<double>(surface, at, points);
+      gelight::detail::PlaneCut<double> cut(surface, at, normal_at(surface, led));
+      int wrong = 0;
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto& arrivals = cut.arrive(points[i], cut.local(surface.position(points[i])));
+        if (arrivals.empty()) {
+          wrong += !field[i].isZero();
+          continue;
+        }
+        const bool is_tie =
+            arrivals.size() > 1 && arrivals[1].length < (1 + 1e-12) * arrivals[0].length;
+        // A cut that grazes its face in a corner has few digits.
+        if (!is_tie) wrong += !(angle(field[i], cut.in_space(arrivals[0].direction)) < 1e-6);
+      }
+      CHECK(wrong == 0);
+    }
+  }
+}
+
+TEST_CASE("a flipped face changes nothing") {
+  auto flipped = gelight::icosphere(2, 1.0);
+  std::swap(flipped.faces[100][0], flipped.faces[100][1]);
+  const Surface surface(flipped), sound(gelight::icosphere(2, 1.0));
+  const auto points = centroids(surface);
+  const auto led = vertex_point<double>(7);
+  const auto field = plane_field<double>(surface, led, points);
+  const auto expected = plane_field<double>(sound, led, points);
+  for (std::size_t i = 0; i < points.size(); ++i) CHECK(angle(field[i], expected[i]) < 1e-9);
+}
+
+TEST_CASE(
+    "on a cylinder the field is tangent to the ellipses that the planes cut, to first order") {
+  std::array<double, 2> worst{};
+  for (const int level : {0, 1}) {
+    const int sides = 60 << level;
+    std::vector<gelight::ProfilePoint<double>> wall;
+    for (int i = 0; i <= sides; ++i) wall.push_back({1, 6.0 * i / sides - 3});
+    const Surface surface(gelight::revolve<double>(wall, 2 * std::numbers::pi / sides));
+    const Index led = gelight::nearest_vertex<double>(surface, {1, 0, 0});
+    const Vec3<double> s = surface.position(led);
+    const auto points = centroids(surface);
+    // The normal is the cylinder's; the mean of the faces' need not be quite that.
+    const auto field = plane_field<double>(surface, vertex_point<double>(led), {1, 0, 0}, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Vec3<double> p = surface.position(points[i]);
+      const double turn = std::atan2(p[1], p[0]);
+      // Steeper planes leave the cylinder before they have come round.
+      if (std::abs(turn) < 0.3 || std::abs(turn) > 2.8 || std::abs(p[2] - s[2]) > 0.9) continue;
+      const Vec3<double> out(std::cos(turn), std::sin(turn), 0);
+      const Vec3<double> plane = gelight::cross<double>(p - s, {1, 0, 0});
+      Vec3<double> truth = gelight::cross(out, plane).normalized();
+      if (truth.dot(Vec3<double>(-std::sin(turn), std::cos(turn), 0)) * turn < 0) truth = -truth;
+      auto& most = worst[static_cast<std::size_t>(level)];
+      most = std::max(most, angle(field[i], truth));
+    }
+  }
+  MESSAGE("largest angle " << worst[0] << ", with half the edges " << worst[1] << " radians");
+  CHECK(worst[0] < 0.1);
+  CHECK(worst[1] < 0.55 * worst[0]);
 }

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -47,11 +49,15 @@ template <std::floating_point T>
   return cross(ab, ac);
 }
 
-/// The faces that hold a point. One nearer to a side of its face than `snap`, as a share of the
-/// face's height, also counts for the neighbour, so that rounding cannot lose it between the two.
+/// A point nearer to a side of its face than this share of the face's height is taken to be on it.
 template <std::floating_point T>
-[[nodiscard]] Array<Index> faces_at(const Surface<T>& surface, const SurfacePoint<T>& point,
-                                    T snap = T(1e-9)) {
+inline constexpr T faces_at_snap = std::max(T(1e-9), 64 * std::numeric_limits<T>::epsilon());
+
+/// The faces that hold a point. One that is almost on a side of its face also counts for the
+/// neighbour, so that rounding cannot lose it between the two.
+template <std::floating_point T>
+[[nodiscard]] Array<Index> faces_at(const Surface<T>& surface, const SurfacePoint<T>& point) {
+  constexpr T snap = faces_at_snap<T>;
   using Kind = typename SurfacePoint<T>::Kind;
   const auto around_vertex = [&](Index v) {
     Array<Index> faces;
