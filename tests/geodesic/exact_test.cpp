@@ -719,6 +719,34 @@ TEST_CASE("the cut locus: all ways tell themselves, opposite ones are not averag
   }
 }
 
+TEST_CASE(
+    "behind a corner light comes from the corner, also within the face where the path bends") {
+  // A floor with a wall between (5, 4) and (6, 4): what (1, 2) does not see is reached round them.
+  Mesh<double> floor = gelight::grid<double>(10, 7, 10, 7);
+  std::erase_if(floor.faces, [](const auto& f) { return f[0] % 11 == 5 && f[0] / 11 < 4; });
+  const ExactSolver solver(floor);
+  const Surface<double>& surface = solver.surface();
+  for (const bool keep : {true, false}) {
+    const auto field = solver.solve(Index{11 * 2 + 1}, {.keep_windows = keep});
+    double worst = 0;
+    for (Index f = 0; f < surface.face_count(); ++f) {
+      for (const double b : {0.11, 0.35, 0.78}) {
+        for (const double c : {0.05, 0.17}) {
+          const auto point = face_point<double>(f, {1 - b - c, b, c});
+          const Vec3<double> p = surface.position(point);
+          const bool is_seen = p.x() < 5 || p.y() > 2 + (p.x() - 1) / 2;
+          const Vec3<double> from =
+              is_seen ? Vec3<double>(1, 2, 0) : Vec3<double>(p.y() > 4 ? 5 : 6, 4, 0);
+          const Vec3<double> direction = (p - from).normalized();
+          worst = std::max(worst, (field.direction(point) - direction).norm());
+          worst = std::max(worst, (field.arrivals(point).front().direction - direction).norm());
+        }
+      }
+    }
+    CHECK(worst < 1e-12);
+  }
+}
+
 TEST_CASE("departures: on a flat sheet the angle is that of the straight line") {
   const Mesh<double> mesh = gelight::grid<double>(6, 6, 6, 6);
   const Surface surface(mesh);

@@ -269,6 +269,7 @@ class ExactField {
   }
 
   // Windows on a side where the point itself lies are left out: such paths arrive in other faces.
+  // So are lines that would miss the side: those bend at a corner, as the way from there does.
   template <class Visit>
   void through_windows(const Point& p, Index f, const Weights& weights, const Visit& visit) const {
     for (Index h = 3 * f; h < 3 * f + 3; ++h) {
@@ -278,6 +279,9 @@ class ExactField {
                               weights[(k + 2) % 3] * faces_->apex(h);
       windows_->for_each(h, [&](const detail::WindowColumns& w, std::ptrdiff_t count) {
         for (std::ptrdiff_t i = 0; i < count; ++i) {
+          const double crossing = detail::straight_crossing(w.x[i], w.y[i], at);
+          const double outside = std::max(-crossing, crossing - surface_.length(h));
+          if (outside > detail::rounding * surface_.length(h)) continue;
           const double d = origins_[w.origin[i]].start +
                            detail::distance_through(w.begin[i], w.end[i], w.x[i], w.y[i], at);
           visit(End{d, p, {{w.x[i], w.y[i]}, h, w.origin[i]}, at});

@@ -11,14 +11,21 @@
 
 namespace gelight::detail {
 
+/// Where the straight line from (x, y), y < 0, to a point on or above the x axis crosses the axis.
+[[nodiscard]] inline double straight_crossing(double x, double y, const Vec2<double>& to) {
+  const double height = to.y() - y;
+  return height > 0 ? x + (to.x() - x) * (-y / height) : to.x();
+}
+
 /// Length of the shortest path from (x, y), y < 0, through the points begin to end of the x axis to
 /// a point on or above it.
 [[nodiscard]] inline double distance_through(double begin, double end, double x, double y,
                                              const Vec2<double>& to) {
-  const double height = to.y() - y;
-  const double straight = height > 0 ? x + (to.x() - x) * (-y / height) : to.x();
+  const double straight = straight_crossing(x, y, to);
   const double p = std::clamp(straight, begin, end);
-  if (p == straight) return std::sqrt((to.x() - x) * (to.x() - x) + height * height);
+  if (p == straight) {
+    return std::sqrt((to.x() - x) * (to.x() - x) + (to.y() - y) * (to.y() - y));
+  }
   return std::sqrt((p - x) * (p - x) + y * y) +
          std::sqrt((p - to.x()) * (p - to.x()) + to.y() * to.y());
 }
