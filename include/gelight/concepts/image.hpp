@@ -35,9 +35,15 @@ struct ImageTraits<I> {
   static decltype(auto) pixel(const I& image, Index x, Index y) { return image(x, y); }
 };
 
+/// A type for which ImageTraits is specialised.
+template <class I>
+concept HasImageTraits = requires {
+  sizeof(ImageTraits<I>);
+};
+
 /// Anything that tells its size and its pixels through ImageTraits. (`Image` is the owning class.)
 template <class I>
-concept ImageLike = requires(const I& image, Index i) {
+concept ImageLike = HasImageTraits<I> && requires(const I& image, Index i) {
   { ImageTraits<I>::width(image) } -> std::integral;
   { ImageTraits<I>::height(image) } -> std::integral;
   ImageTraits<I>::pixel(image, i, i);

@@ -42,9 +42,15 @@ struct MeshTraits<M> {
   static decltype(auto) face(const M& mesh, Index face) { return mesh.face(face); }
 };
 
+/// A type for which MeshTraits is specialised.
+template <class M>
+concept HasMeshTraits = requires {
+  sizeof(MeshTraits<M>);
+};
+
 /// Anything that tells its vertices' positions and its faces' vertices through MeshTraits.
 template <class M>
-concept TriangleMesh = requires(const M& mesh, Index i) {
+concept TriangleMesh = HasMeshTraits<M> && requires(const M& mesh, Index i) {
   requires std::floating_point<typename MeshTraits<M>::Scalar>;
   { MeshTraits<M>::vertex_count(mesh) } -> std::integral;
   { MeshTraits<M>::face_count(mesh) } -> std::integral;

@@ -1,0 +1,6 @@
+// expect: NotAMesh.*(TriangleMesh|MeshScalar)
+#include "gelight/geodesic/exact.hpp"
+
+struct NotAMesh {};
+
+int main() { gelight::ExactSolver solver(NotAMesh{}); }
