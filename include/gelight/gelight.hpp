@@ -11,6 +11,7 @@
 #include "gelight/core/parallel.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
+#include "gelight/geodesic/certify.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"

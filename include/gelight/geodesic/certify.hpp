@@ -1,0 +1,157 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "gelight/concepts/mesh.hpp"
+#include "gelight/core/array.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/detail/lower_potential.hpp"
+#include "gelight/geodesic/detail/planar_faces.hpp"
+#include "gelight/geodesic/detail/upper_march.hpp"
+#include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/mesh/surface.hpp"
+
+namespace gelight {
+
+/// How far distances can be from the exact ones, as a share of these, where those are not zero.
+struct RelativeError {
+  double mean = 0;
+  double max = 0;
+};
+
+/// Two numbers between which the exact polyhedral distance of each vertex lies.
+template <std::floating_point T>
+struct DistanceBounds {
+  std::vector<T> lower, upper;
+
+  /// The largest error that distances can have, given the bounds: infinite where a lower bound is
+  /// zero, where a distance is not finite but the bounds are, and the other way round. Throws
+  /// InvalidInput for another number of distances.
+  [[nodiscard]] RelativeError error_of(std::span<const T> distances) const {
+    detail::require(distances.size() == upper.size(), "there are ", distances.size(),
+                    " distances for ", upper.size(), " vertices");
+    RelativeError error;
+    std::size_t count = 0;
+    for (std::size_t v = 0; v < upper.size(); ++v) {
+      const double d{distances[v]}, low{lower[v]}, high{upper[v]};
+      if (d == low && d == high && (d == 0 || std::isinf(d)))
+        continue;  // a source, or out of reach
+      const bool is_bounded = low > 0 && std::isfinite(high) && std::isfinite(d);
+      const double off = is_bounded ? std::max(std::abs(d / low - 1), std::abs(d / high - 1))
+                                    : unreachable<double>;
+      error.mean += off;
+      error.max = std::max(error.max, off);
+      ++count;
+    }
+    error.mean /= static_cast<double>(std::max<std::size_t>(1, count));
+    return error;
+  }
+};
+
+/// Bounds, proved and true in floating point, on the exact polyhedral distance of every vertex,
+/// from approximate distances of any origin.
+///
+/// Upper bounds are lengths of real paths, found by a march of their own (detail::UpperMarch); they
+/// do not depend on what is given. Lower bounds take the given distances for a potential whose
+/// gradient is at most 1 but for what is taken off (detail::LowerPotential); the better the
+/// distances, the tighter they are, and never wrong.
+///
+/// Set-up is linear in the mesh, a query about n log n: some 0.4 of an exact solve at 40,000
+/// vertices, less beyond. Between the bounds lie, as a share, on average 0.4 % on icospheres of
+/// 40,962 vertices, 0.04 % on a GelTip membrane, given fast marching.
+template <std::floating_point T>
+class Certifier {
+ public:
+  /// Throws InvalidInput as Surface does.
+  template <TriangleMesh M>
+  explicit Certifier(const M& mesh)
+      : surface_(mesh), faces_(std::make_shared<const detail::PlanarFaces>(surface_)) {}
+
+  /// Bounds on the distance from a vertex, from the nearest of several, or of several points with
+  /// start distances, given distances from there: one for each vertex. Any number may be wrong.
+  /// Throws InvalidInput for sources as a solver does, another number of distances than vertices,
+  /// and NaN.
+  [[nodiscard]] DistanceBounds<T> bounds(Index vertex, std::span<const T> distances) const {
+    return bounds(std::span<const Index>(&vertex, 1), distances);
+  }
+  [[nodiscard]] DistanceBounds<T> bounds(std::span<const Index> vertices,
+                                         std::span<const T> distances) const {
+    return bounds_of(detail::checked_sources(surface_, vertices), distances);
+  }
+  [[nodiscard]] DistanceBounds<T> bounds(std::span<const Source<T>> sources,
+                                         std::span<const T> distances) const {
+    return bounds_of(detail::checked_sources(surface_, sources), distances);
+  }
+
+ private:
+  using Values = detail::Array<double>;
+
+  [[nodiscard]] DistanceBounds<T> bounds_of(detail::Sources sources,
+                                            std::span<const T> distances) const {
+    require_distances(distances);
+    double offset = unreachable<double>;
+    for (const auto& source : sources) offset = std::min(offset, source.distance);
+    for (auto& source : sources) source.distance -= offset;
+    const Values upper = detail::UpperMarch(surface_, *faces_)(sources);
+    const Values lower = lower_bounds(sources, upper, distances, offset);
+    DistanceBounds<T> out;
+    out.lower.reserve(upper.size());
+    out.upper.reserve(upper.size());
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      out.lower.push_back(rounded(lower[v] + offset, -unreachable<T>));
+      out.upper.push_back(rounded(upper[v] + offset, unreachable<T>));
+    }
+    return out;
+  }
+
+  void require_distances(std::span<const T> distances) const {
+    detail::require(distances.size() == static_cast<std::size_t>(surface_.vertex_count()),
+                    "there are ", distances.size(), " distances, the mesh has ",
+                    surface_.vertex_count(), " vertices");
+    for (std::size_t v = 0; v < distances.size(); ++v) {
+      detail::require(!std::isnan(distances[v]), "the distance of vertex ", v, " is not a number");
+    }
+  }
+
+  // The better of two at each vertex: of the distances as they are, and lowered where too steep.
+  [[nodiscard]] Values lower_bounds(const detail::Sources& sources, const Values& upper,
+                                    std::span<const T> distances, double offset) const {
+    Values potential = upper;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      const double given = double{distances[static_cast<std::size_t>(v)]} - offset;
+      if (upper[v] < unreachable<double>) {
+        potential[v] = std::clamp(given, 0.0, upper[v]);
+      }
+    }
+    const detail::LowerPotential lower(surface_, *faces_);
+    const Values as_given = lower.bounds(potential, sources);
+    Values best = lower.bounds(lower.lowered(std::move(potential)), sources);
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      best[v] = std::clamp(std::max(best[v], as_given[v]), 0.0, upper[v]);
+    }
+    return best;
+  }
+
+  // To the next number in this direction, but for zero and infinity.
+  [[nodiscard]] static T rounded(double value, T direction) {
+    if (value == 0 || std::isinf(value)) return static_cast<T>(value);
+    return std::nextafter(static_cast<T>(value), direction);
+  }
+
+  Surface<double> surface_;
+  std::shared_ptr<const detail::PlanarFaces> faces_;
+};
+
+template <TriangleMesh M>
+explicit Certifier(const M&) -> Certifier<MeshScalar<M>>;
+
+}  // namespace gelight
