@@ -1,0 +1,119 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/detail/near.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
+#include "gelight/mesh/tangent.hpp"
+
+namespace gelight::detail {
+
+/// The shares of a face's corners that give a point of it: of the face itself, an edge or a vertex.
+[[nodiscard]] inline std::array<double, 3> shares_in_face(const Surface<double>& surface,
+                                                          const SurfacePoint<double>& point,
+                                                          Index face) {
+  using Kind = SurfacePoint<double>::Kind;
+  if (point.kind == Kind::face) return point.weights;
+  std::array<double, 3> shares{0, 0, 0};
+  const auto vertices = surface.face(face);
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (vertices[k] == point.element[0]) shares[k] = point.weights[0];
+    if (point.kind == Kind::edge && vertices[k] == point.element[1]) shares[k] = point.weights[1];
+  }
+  return shares;
+}
+
+/// A face that holds both points, or -1.
+[[nodiscard]] inline Index shared_face(const Surface<double>& surface,
+                                       const SurfacePoint<double>& a,
+                                       const SurfacePoint<double>& b) {
+  Index shared = -1;
+  for_each_face_at(surface, a, [&](Index f) {
+    for_each_face_at(surface, b, [&](Index g) {
+      if (f == g && shared < 0) shared = f;
+    });
+  });
+  return shared;
+}
+
+/// The tangent planes of all points of a surface, in which directions are angles: at vertices those
+/// of TangentFrames; of a face and on an edge from the (first) half-edge's own direction.
+class TangentPlanes {
+ public:
+  /// Throws InvalidInput as TangentFrames does.
+  explicit TangentPlanes(const Surface<double>& surface) : surface_(surface), frames_(surface) {}
+
+  [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+  [[nodiscard]] const TangentFrames& frames() const { return frames_; }
+
+  /// The plane on an edge halves the angle between its faces.
+  [[nodiscard]] TangentBasis basis(const SurfacePoint<double>& point) const {
+    using Kind = SurfacePoint<double>::Kind;
+    if (point.kind == Kind::vertex) return frames_.basis(point.element[0]);
+    const Index h = first_halfedge(point);
+    Vec3<double> normal = unit_normal(surface_.face_of(h));
+    if (point.kind == Kind::edge && !surface_.is_border(h)) {
+      normal += unit_normal(surface_.face_of(surface_.twin(h)));
+    }
+    const Vec3<double> x =
+        (surface_.position(surface_.tip(h)) - surface_.position(surface_.origin(h)))
+            .stableNormalized();
+    Vec3<double> y = normal.cross(x);
+    y.stableNormalize();
+    if (!(y.squaredNorm() > 0)) y = x.unitOrthogonal();
+    return {x, y};
+  }
+
+  /// A direction from a point into a face that holds it, given as an angle from the face's first
+  /// half-edge, as an angle in the point's tangent plane.
+  [[nodiscard]] double angle_at(const SurfacePoint<double>& point, Index face, double angle) const {
+    using Kind = SurfacePoint<double>::Kind;
+    if (point.kind == Kind::face) return angle;
+    if (point.kind == Kind::edge) {
+      const Index h = first_halfedge(point);
+      if (surface_.face_of(h) == face) return angle - side_angle(h);
+      return angle - side_angle(surface_.twin(h)) + std::numbers::pi;
+    }
+    Index h = 3 * face;
+    while (surface_.origin(h) != point.element[0]) ++h;
+    const double far = frames_.angle_back(surface_.previous(h));
+    const double corner = frames_.corner(h);
+    const double scale = corner > 0 ? (far - frames_.angle(h)) / corner : 1;
+    const double from_middle = angle - side_angle(h) - corner / 2;
+    return (frames_.angle(h) + far) / 2 + scale * std::remainder(from_middle, 2 * std::numbers::pi);
+  }
+
+  /// The half-edge from which angles on an edge or in a face are counted.
+  [[nodiscard]] Index first_halfedge(const SurfacePoint<double>& point) const {
+    return point.kind == SurfacePoint<double>::Kind::face
+               ? 3 * point.element[0]
+               : surface_.find_halfedge(point.element[0], point.element[1]);
+  }
+
+  /// The direction of a half-edge, as an angle from the first one of its face.
+  [[nodiscard]] double side_angle(Index h) const {
+    const Index first = h - h % 3;
+    if (h == first) return 0;
+    const double second = std::numbers::pi - frames_.corner(first + 1);
+    return h == first + 1 ? second : second + std::numbers::pi - frames_.corner(first + 2);
+  }
+
+ private:
+  [[nodiscard]] Vec3<double> unit_normal(Index f) const {
+    const auto [a, b, c] = surface_.face(f);
+    const Vec3<double> ab = surface_.position(b) - surface_.position(a);
+    const Vec3<double> ac = surface_.position(c) - surface_.position(a);
+    return ab.stableNormalized().cross(ac.stableNormalized()).stableNormalized();
+  }
+
+  Surface<double> surface_;
+  TangentFrames frames_;
+};
+
+}  // namespace gelight::detail
