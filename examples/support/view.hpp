@@ -128,8 +128,13 @@ class View {
     figure.arrow(a[0], a[1], b[0], b[1], std::min(head, 0.6 * (b - a).norm()));
   }
 
-  void draw_dot(Figure& figure, const Vec3& at, double radius = 5) const {
-    if (sees(at)) figure.disc(on_page(at)[0], on_page(at)[1], radius);
+  /// A dot, with a name to its upper left.
+  void draw_dot(Figure& figure, const Vec3& at, double radius = 5,
+                const std::string& name = "") const {
+    if (!sees(at)) return;
+    const Vec2 p = on_page(at);
+    figure.disc(p[0], p[1], radius);
+    if (!name.empty()) figure.text(name, p[0] - 2 * radius, p[1] - 2 * radius, 18);
   }
 
   /// Where a point in space appears on the page.
