@@ -14,4 +14,21 @@ target_compile_options(gelight_own INTERFACE
 
 # The packages of the opt-in headers and of the tests; Debian's names are in dependencies.sh.
 find_package(OpenMesh QUIET)
+find_path(CGAL_HEADERS CGAL/Surface_mesh.h)
+find_path(OPENCV_HEADERS opencv2/core/mat.hpp PATH_SUFFIXES opencv4)
+find_library(OPENCV_CORE opencv_core)
+
+# What may be absent, and the headers and tests that then stay out.
+add_library(gelight_optional INTERFACE)
+target_link_libraries(gelight_optional INTERFACE $<TARGET_NAME_IF_EXISTS:OpenMeshCore>)
+set(gelight_absent "^$")
+if(NOT CGAL_HEADERS)
+  string(APPEND gelight_absent "|views/cgal")
+endif()
+if(OPENCV_HEADERS AND OPENCV_CORE)
+  target_include_directories(gelight_optional SYSTEM INTERFACE ${OPENCV_HEADERS})
+  target_link_libraries(gelight_optional INTERFACE ${OPENCV_CORE})
+else()
+  string(APPEND gelight_absent "|views/opencv")
+endif()
 find_path(STB_INCLUDE_DIR stb_image.h PATH_SUFFIXES stb)

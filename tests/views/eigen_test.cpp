@@ -35,3 +35,19 @@ TEST_CASE("matrices of another shape, and indices that do not fit, are refused")
   CHECK_THROWS_WITH_AS((void)Surface<double>(eigen_mesh(v, f)), "face 0 has vertex 4294967296",
                        InvalidInput);
 }
+
+TEST_CASE("an array of any storage order is an image: rows are rows, blocks included") {
+  Eigen::ArrayXXf columns(2, 3);
+  columns << 1, 2, 3, 4, 5, 6;
+  const Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows = columns;
+  CHECK(gelight::eigen_image(columns)(2, 1) == 6);
+  CHECK(gelight::eigen_image(rows)(2, 1) == 6);
+  auto block = columns.rightCols(2);
+  const auto view = gelight::eigen_image(block);
+  REQUIRE(view.width() == 2);
+  REQUIRE(view.height() == 2);
+  view(0, 1) = 50;
+  CHECK(columns(1, 1) == 50);
+  static_assert(
+      std::same_as<decltype(gelight::eigen_image(rows)), gelight::ImageView<const float>>);
+}

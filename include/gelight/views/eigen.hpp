@@ -7,6 +7,7 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/views/image_view.hpp"
 
 namespace gelight {
 
@@ -50,6 +51,29 @@ template <class V, class F>
   return {positions.derived(), faces.derived()};
 }
 
+namespace detail {
+
+template <class P, class A>
+[[nodiscard]] ImageView<P> eigen_image(A& array) {
+  require(std::in_range<Index>(array.rows()) && std::in_range<Index>(array.cols()), "an array of ",
+          array.rows(), " x ", array.cols(), " is too large for an image");
+  return ImageView<P>(array.data(), static_cast<Index>(array.cols()),
+                      static_cast<Index>(array.rows()), array.rowStride(), array.colStride());
+}
+
+}  // namespace detail
+
 static_assert(TriangleMesh<EigenMesh<Eigen::MatrixXd, Eigen::MatrixXi>>);
+
+/// The coefficients of an array or matrix as pixels: a row of it is a row of the image. No copy is
+/// made, of blocks neither. Throws InvalidInput for more rows or columns than Index counts.
+template <class D>
+[[nodiscard]] auto eigen_image(Eigen::DenseBase<D>& array) {
+  return detail::eigen_image<typename D::Scalar>(array.derived());
+}
+template <class D>
+[[nodiscard]] auto eigen_image(const Eigen::DenseBase<D>& array) {
+  return detail::eigen_image<const typename D::Scalar>(array.derived());
+}
 
 }  // namespace gelight
