@@ -1,0 +1,123 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gelight/mesh/surface_point.hpp"
+#include "gelight/views/mesh_view.hpp"
+
+// The catalogue of inputs on which geodesic and tactile code is known to fail, as a table of cases.
+
+namespace gelight::stress {
+
+using Sources = std::vector<Source<double>>;
+enum class Precision { in_double, in_float };
+
+/// A distance solver on one mesh, in one precision; what goes in and out is double.
+class Query {
+ public:
+  Query() = default;
+  Query(const Query&) = delete;
+  Query& operator=(const Query&) = delete;
+  virtual ~Query() = default;
+  [[nodiscard]] virtual std::vector<double> distance(const Sources& sources) const = 0;
+  /// The same through distance_into, over what `out` held.
+  virtual void distance_into(std::vector<double>& out, const Sources& sources) const = 0;
+};
+
+/// A kind of solver, and which invariants its approximation keeps.
+struct Method {
+  std::string name;
+  std::function<std::unique_ptr<Query>(const Mesh<double>&, Precision)> make;
+  bool keeps_edges;      ///< |d(i) - d(j)| <= length(ij), and never longer than along edges
+  bool keeps_space;      ///< never shorter than through space
+  double slack = 1e-12;  ///< by what share it may miss them
+};
+
+/// In the order of Claims.
+[[nodiscard]] const std::vector<Method>& methods();
+[[nodiscard]] std::vector<Method> graph_methods();
+[[nodiscard]] std::vector<Method> exact_methods();
+[[nodiscard]] std::vector<Method> heat_methods();
+
+/// Largest relative error of a distance that passes: mean over the vertices, and at the worst.
+/// Without numbers only the invariants are claimed: finite where a path leads, infinite elsewhere.
+struct Bound {
+  double mean = std::numeric_limits<double>::infinity();
+  double most = std::numeric_limits<double>::infinity();
+};
+[[nodiscard]] inline Bound up_to(double share) { return {share, share}; }
+
+struct Claims {
+  Bound dijkstra, fast_marching, virtual_source, exact, heat, intrinsic_heat;
+};
+
+/// A mesh with sources and the true distance of each vertex; NaN where none is known.
+struct Problem {
+  std::string name;
+  Mesh<double> mesh;
+  Sources sources;
+  std::vector<double> truth{};
+  double slack = 1;  ///< by what bounds below 1e-9, which are rounding, are multiplied
+  /// What float's rounding of the positions may add to the error; 0 to have it estimated.
+  double float_rounding = 0;
+};
+
+/// What a case that is no table of distances says of itself.
+class Findings {
+ public:
+  void expect(bool holds, const std::string& what) {
+    ++count_;
+    if (!holds) faults_.push_back(what);
+  }
+  /// Expects `act` to throw InvalidInput with a text that contains `part`.
+  void expect_refusal(const std::string& part, const std::function<void()>& act);
+
+  [[nodiscard]] int count() const { return count_; }
+  [[nodiscard]] const std::vector<std::string>& faults() const { return faults_; }
+
+ private:
+  int count_ = 0;
+  std::vector<std::string> faults_;
+};
+
+struct Case {
+  std::string name;      ///< its number in the catalogue: "8", "image 3"
+  std::string input;     ///< what it is
+  std::string reason{};  ///< of the bounds
+  std::function<std::vector<Problem>(Precision)> problems{};
+  Claims claims{};
+  std::string others{};  ///< what is shown besides distances
+  std::function<void(Findings&, Precision)> more{};
+  std::string all{};  ///< what `more` shows of every distance solver
+};
+
+[[nodiscard]] std::vector<Case> shape_cases();
+[[nodiscard]] std::vector<Case> topology_cases();
+[[nodiscard]] std::vector<Case> vector_cases();
+[[nodiscard]] std::vector<Case> image_cases();
+
+/// Runs a case in both precisions; prints a line per solver and problem, returns the faults.
+[[nodiscard]] std::vector<std::string> run(const Case& one, bool verbose);
+
+/// The table of tests/README.md.
+[[nodiscard]] std::string table(const std::vector<Case>& cases);
+
+// --- for the generators --------------------------------------------------------------------------
+
+[[nodiscard]] inline Sources from(Index vertex) { return {{vertex_point<double>(vertex), 0}}; }
+
+/// Euclidean distances from the nearest source: the truth on a flat convex sheet.
+[[nodiscard]] std::vector<double> euclidean(const Mesh<double>& mesh, const Sources& sources);
+[[nodiscard]] std::array<double, 3> position(const Mesh<double>& mesh,
+                                             const SurfacePoint<double>& point);
+[[nodiscard]] double gap(const std::array<double, 3>& a, const std::array<double, 3>& b);
+[[nodiscard]] double gap(const Mesh<double>& mesh, const SurfacePoint<double>& point,
+                         const std::array<double, 3>& p);
+[[nodiscard]] Mesh<double> rounded_to_float(Mesh<double> mesh);
+
+}  // namespace gelight::stress
