@@ -52,6 +52,7 @@
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "gelight/shading/phong.hpp"
 #include "gelight/shading/shadow.hpp"
+#include "gelight/transport/log_map.hpp"
 #include "gelight/transport/parallel.hpp"
 #include "gelight/transport/vector_heat.hpp"
 #include "gelight/version.hpp"

@@ -1,0 +1,200 @@
+#include "gelight/transport/log_map.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/transport/vector_heat.hpp"
+
+using namespace gelight;
+using std::numbers::pi;
+using Vec = Vec3<double>;
+
+namespace {
+
+Vec embedded(const std::array<Vec, 2>& basis, const Vec2<double>& at) {
+  return at[0] * basis[0] + at[1] * basis[1];
+}
+
+double angle_between(const Vec& a, const Vec& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+// A flat torus of 2 columns x 2 rows square cells of side 1, folded flat along two lines each way:
+// cell (i, j) lies over the cell it is folded onto, every length is as in the sheet.
+Mesh<double> folded_torus(Index columns, Index rows) {
+  Mesh<double> mesh;
+  const auto folded = [](Index k, Index half) { return double(k <= half ? k : 2 * half - k); };
+  for (Index j = 0; j < 2 * rows; ++j) {
+    for (Index i = 0; i < 2 * columns; ++i) {
+      mesh.positions.push_back({folded(i, columns), folded(j, rows), 0});
+    }
+  }
+  const auto at = [&](Index i, Index j) {
+    return j % (2 * rows) * 2 * columns + i % (2 * columns);
+  };
+  for (Index j = 0; j < 2 * rows; ++j) {
+    for (Index i = 0; i < 2 * columns; ++i) {
+      mesh.faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.faces.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("of a flat sheet it is the difference of positions, from any source to any point") {
+  const Surface sheet(grid<double>(9, 7, 1.3, 1.0));
+  const ExactLogMapSolver solver(sheet);
+  for (const auto& source :
+       {vertex_point<double>(0), vertex_point<double>(34), edge_point<double>(34, 35, 0.3),
+        edge_point<double>(35, 34, 0.3), edge_point<double>(0, 1, 0.5),
+        face_point<double>(57, {0.2, 0.5, 0.3})}) {
+    const auto map = solver.solve(source);
+    const Vec s = sheet.position(source);
+    for (Index v = 0; v < sheet.vertex_count(); ++v) {
+      CHECK((embedded(map.tangent_basis(), map(v)) - (sheet.position(v) - s)).norm() < 1e-13);
+    }
+    for (Index f = 0; f < sheet.face_count(); ++f) {
+      const auto p = face_point<double>(f, {0.1, 0.3, 0.6});
+      CHECK((embedded(map.tangent_basis(), map(p)) - (sheet.position(p) - s)).norm() < 1e-13);
+    }
+  }
+}
+
+TEST_CASE("radius is the exact distance; on a sphere the direction is the great circle's") {
+  std::vector<double> means;
+  for (const int level : {2, 3, 4}) {
+    const auto mesh = icosphere<double>(level);
+    const Surface surface(mesh);
+    const ExactLogMapSolver solver(surface);
+    const auto map = solver.solve(7);
+    const Vec s = surface.position(7);
+    double mean = 0;
+    int count = 0;
+    for (Index v = 0; v < surface.vertex_count(); ++v) {
+      CHECK(map(v).norm() == doctest::Approx(map.field().distance(v)).epsilon(1e-14));
+      const Vec p = surface.position(v);
+      if (v == 7 || (p + s).norm() < 1e-9) continue;
+      mean += angle_between(embedded(map.tangent_basis(), map(v)), p - p.dot(s) * s);
+      ++count;
+    }
+    means.push_back(mean / count * 180 / pi);
+  }
+  MESSAGE("mean angle to the great circle, degrees: " << means[0] << ", " << means[1] << ", "
+                                                      << means[2]);
+  CHECK(means[1] < 0.6 * means[0]);
+  CHECK(means[2] < 0.6 * means[1]);
+}
+
+TEST_CASE("on a flat torus it is the least of the lattice's shifts, and ties are the cut locus") {
+  const Index columns = 4, rows = 6, wide = 2 * columns, high = 2 * rows;
+  const auto mesh = folded_torus(columns, rows);
+  const ExactLogMapSolver solver(mesh);
+  const VectorHeatSolver heat(mesh);
+  // Off the folds, where two ways would arrive in one direction of space.
+  for (const Index source : {3 * wide + 2, wide + columns + 1, 11 * wide + 5}) {
+    const auto map = solver.solve(source);
+    const auto by_heat = heat.log_map(source);
+    const Index i0 = source % wide, j0 = source / wide;
+    // The sheet's axes in the basis, told by the neighbours to the right and above.
+    const auto neighbour = [&](Index di, Index dj) {
+      return (j0 + dj) % high * wide + (i0 + di) % wide;
+    };
+    const Vec2<double> right = map(neighbour(1, 0)), up = map(neighbour(0, 1));
+    CHECK(right.norm() == doctest::Approx(1).epsilon(1e-14));
+    CHECK(up.norm() == doctest::Approx(1).epsilon(1e-14));
+    CHECK(std::abs(right.dot(up)) < 1e-14);
+    double heat_off = 0, heat_turn = 0;
+    int count = 0;
+    for (Index v = 0; v < wide * high; ++v) {
+      const Vec2<double> found(map(v).dot(right), map(v).dot(up));
+      Vec2<double> way(v % wide - i0, v / wide - j0);
+      way -= Vec2<double>(wide * std::round(way[0] / wide), high * std::round(way[1] / high));
+      const bool is_tie = 2 * std::abs(way[0]) == wide || 2 * std::abs(way[1]) == high;
+      CHECK(map.is_on_cut_locus(v, 1e-9) == is_tie);
+      // On the cut locus any of the ways is right.
+      if (2 * std::abs(way[0]) == wide) way[0] = std::copysign(way[0], found[0]);
+      if (2 * std::abs(way[1]) == high) way[1] = std::copysign(way[1], found[1]);
+      CHECK((found - way).norm() < 1e-12);
+      if (is_tie || v == source) continue;
+      const Vec2<double> h = by_heat[static_cast<std::size_t>(v)];
+      heat_off += std::abs(h.norm() / way.norm() - 1);
+      heat_turn += angle_between({map(v)[0], map(v)[1], 0}, {h[0], h[1], 0});
+      ++count;
+    }
+    MESSAGE("vector heat, source " << source << ": radius " << 100 * heat_off / count
+                                   << " % off, direction " << heat_turn / count * 180 / pi
+                                   << " degrees (mean)");
+    CHECK(heat_off / count < 0.1);
+    CHECK(heat_turn / count < 0.15);
+  }
+}
+
+TEST_CASE("turning the mesh turns nothing: coordinates go with the basis") {
+  const auto mesh = torus(2.0, 0.7, 24, 12);
+  const ExactLogMapSolver solver(mesh);
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(2, Vec(1, 2, -3).normalized()).toRotationMatrix();
+  const ExactLogMapSolver turned(placed(mesh, turn, Vec(5, 6, 7)));
+  const auto a = solver.solve(33), b = turned.solve(33);
+  for (Index v = 0; v < 24 * 12; ++v) {
+    if (a.is_on_cut_locus(v, 1e-9)) continue;
+    const Vec expected = turn * embedded(a.tangent_basis(), a(v));
+    CHECK((embedded(b.tangent_basis(), b(v)) - expected).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("how far vector heat's log map is from the exact one") {
+  for (const int level : {4, 5}) {
+    auto mesh = icosphere<double>(level);
+    for (auto& p : mesh.positions) p[2] *= 0.6;
+    const ExactLogMapSolver exact(mesh);
+    const VectorHeatSolver heat(mesh);
+    const auto map = exact.solve(7);
+    const auto found = heat.log_map(7);
+    CHECK((heat.tangent_basis(7)[0] - map.tangent_basis()[0]).norm() < 1e-14);
+    double farthest = 0, radius = 0, worst_radius = 0, direction = 0, worst_direction = 0;
+    for (const double d : map.field().distances()) farthest = std::max(farthest, d);
+    int count = 0;
+    for (Index v = 0; v < static_cast<Index>(found.size()); ++v) {
+      const double d = map.field().distance(v);
+      if (v == 7 || d > 0.8 * farthest) continue;
+      const Vec2<double> truth = map(v), at = found[static_cast<std::size_t>(v)];
+      const double off = std::abs(at.norm() / d - 1);
+      const double turn = std::abs(std::atan2(truth[0] * at[1] - truth[1] * at[0], truth.dot(at)));
+      radius += off;
+      direction += turn;
+      worst_radius = std::max(worst_radius, off);
+      worst_direction = std::max(worst_direction, turn);
+      ++count;
+    }
+    MESSAGE("level " << level << ": radius " << 100 * radius / count << " % mean, "
+                     << 100 * worst_radius << " % largest; direction "
+                     << direction / count * 180 / pi << ", " << worst_direction * 180 / pi
+                     << " degrees");
+    CHECK(radius / count < 0.01);
+    CHECK(worst_radius < 0.05);
+    CHECK(direction / count < 2 * pi / 180);
+  }
+}
+
+TEST_CASE("out of reach is infinite, the source is zero, bad input is refused") {
+  const std::vector<Mesh<double>> parts{icosphere<double>(1), grid<double>(2, 2)};
+  auto mesh = joined<double>(parts);
+  mesh.positions.push_back({9, 9, 9});
+  const ExactLogMapSolver solver(mesh);
+  const auto map = solver.log_map(0);
+  CHECK(map[0].norm() == 0);
+  for (std::size_t v = 0; v < map.size(); ++v) CHECK(std::isfinite(map[v].norm()) == (v < 42));
+  CHECK_THROWS_AS((void)solver.log_map(static_cast<Index>(mesh.positions.size()) - 1),
+                  InvalidInput);
+  CHECK_THROWS_AS((void)solver.log_map(-1), InvalidInput);
+  CHECK_THROWS_AS((void)solver.solve(0)(1000), InvalidInput);
+  std::swap(mesh.faces[3][0], mesh.faces[3][1]);
+  CHECK_THROWS_AS(ExactLogMapSolver{mesh}, InvalidInput);
+}
