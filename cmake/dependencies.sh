@@ -16,6 +16,7 @@ describe() {
     fonts-dejavu-core) echo "a sans-serif font" ;;
     doctest-dev) echo "doctest 2.4" ;;
     libstb-dev) echo "stb (stb_image.h, stb_image_write.h)" ;;
+    libbullet-dev) echo "Bullet 3" ;;
     libbenchmark-dev) echo "Google Benchmark 1.7" ;;
     *) echo "$1" ;;
   esac

@@ -33,13 +33,17 @@ concept MeshByMembers = requires(const M& mesh, Index i) {
 
 }  // namespace detail
 
+/// A mesh type that has the members itself.
 template <detail::MeshByMembers M>
 struct MeshTraits<M> {
+  /// The member of the same name.
+  ///@{
   using Scalar = typename M::Scalar;
   static auto vertex_count(const M& mesh) { return mesh.vertex_count(); }
   static auto face_count(const M& mesh) { return mesh.face_count(); }
   static decltype(auto) position(const M& mesh, Index vertex) { return mesh.position(vertex); }
   static decltype(auto) face(const M& mesh, Index face) { return mesh.face(face); }
+  ///@}
 };
 
 /// A type for which MeshTraits is specialised.

@@ -108,8 +108,8 @@ template <std::floating_point T>
 /// A point of the outline that `revolve` turns about the z axis: distance from the axis, height.
 template <std::floating_point T>
 struct ProfilePoint {
-  T radius = 0;
-  T z = 0;
+  T radius = 0;  ///< distance from the axis
+  T z = 0;       ///< height
 };
 
 /// The surface that an outline sweeps when it turns about the z axis, with triangles as equilateral

@@ -25,7 +25,7 @@ namespace gelight {
 template <std::floating_point T>
 class Surface {
  public:
-  using Scalar = T;
+  using Scalar = T;  ///< what coordinates are made of
 
   /// Copies what it needs of any mesh, in O(vertices + faces log valence).
   /// Throws InvalidInput for a mesh without faces, a coordinate that is not finite, a face with an
@@ -41,6 +41,8 @@ class Surface {
     data_ = std::move(data);
   }
 
+  /// The parts of the mesh, numbered as they were in the mesh that it is a snapshot of.
+  ///@{
   [[nodiscard]] Index vertex_count() const { return static_cast<Index>(data_->positions.size()); }
   [[nodiscard]] Index face_count() const { return halfedge_count() / 3; }
   [[nodiscard]] Index halfedge_count() const { return static_cast<Index>(data_->vertices.size()); }
@@ -49,15 +51,21 @@ class Surface {
     const Index* v = data_->vertices.data() + 3 * std::ptrdiff_t{f};
     return {v[0], v[1], v[2]};
   }
+  ///@}
 
+  /// The face of a half-edge, and the half-edges after and before it round that face.
+  ///@{
   [[nodiscard]] static Index face_of(Index h) { return h / 3; }
   [[nodiscard]] static Index next(Index h) { return h % 3 == 2 ? h - 2 : h + 1; }
   [[nodiscard]] static Index previous(Index h) { return h % 3 == 0 ? h + 2 : h - 1; }
+  ///@}
 
   /// The vertex where h starts, where it ends, and the one across the face.
+  ///@{
   [[nodiscard]] Index origin(Index h) const { return data_->vertices[h]; }
   [[nodiscard]] Index tip(Index h) const { return data_->vertices[next(h)]; }
   [[nodiscard]] Index apex(Index h) const { return data_->vertices[previous(h)]; }
+  ///@}
 
   /// Length of h's edge, in the unit of the positions.
   [[nodiscard]] T length(Index h) const { return data_->lengths[h]; }
@@ -65,8 +73,12 @@ class Surface {
   /// The next half-edge on the same edge: h itself on a border, the other one where two faces meet,
   /// a cycle where more do. It runs the same way as h where the two faces disagree in orientation.
   [[nodiscard]] Index twin(Index h) const { return data_->twins[h]; }
+
+  /// Whether h is on a border (in one face), and whether it is in at most two faces.
+  ///@{
   [[nodiscard]] bool is_border(Index h) const { return twin(h) == h; }
   [[nodiscard]] bool is_manifold(Index h) const { return twin(twin(h)) == h; }
+  ///@}
 
   /// The half-edges that start at a vertex, one in each of its faces, in no particular order.
   [[nodiscard]] detail::Slice<const Index> corners(Index vertex) const {

@@ -12,14 +12,16 @@ namespace gelight {
 /// and face_point; a solver that is given one checks it against its mesh.
 template <std::floating_point T>
 struct SurfacePoint {
+  /// What the point lies on.
   enum class Kind : std::uint8_t { vertex, edge, face };
 
-  Kind kind = Kind::vertex;
+  Kind kind = Kind::vertex;  ///< what the point lies on
   /// The vertex, the edge's two vertices, or the face; the rest is -1.
   std::array<Index, 2> element{-1, -1};
   /// Shares of the vertex, of the edge's vertices, or of the face's; they sum to 1.
   std::array<T, 3> weights{1, 0, 0};
 
+  /// Whether element and weights are equal; a vertex has many names as a point of faces.
   friend bool operator==(const SurfacePoint&, const SurfacePoint&) = default;
 
   /// The same point in another precision, its weights summing to 1 again.
@@ -34,6 +36,7 @@ struct SurfacePoint {
   }
 };
 
+/// A vertex as a point.
 template <std::floating_point T>
 [[nodiscard]] SurfacePoint<T> vertex_point(Index vertex) {
   return {SurfacePoint<T>::Kind::vertex, {vertex, -1}, {1, 0, 0}};
@@ -54,8 +57,8 @@ template <std::floating_point T>
 /// Where a distance starts, and the distance it starts with (in the unit of the positions).
 template <std::floating_point T>
 struct Source {
-  SurfacePoint<T> point;
-  T distance = 0;
+  SurfacePoint<T> point;  ///< where
+  T distance = 0;         ///< with how much
 };
 
 }  // namespace gelight

@@ -15,6 +15,8 @@ namespace gelight {
 /// removed elements or a face that is not a triangle throws InvalidInput.
 template <class Point>
 struct MeshTraits<CGAL::Surface_mesh<Point>> {
+  /// See MeshTraits.
+  ///@{
   using M = CGAL::Surface_mesh<Point>;
   using Scalar = double;
   static auto vertex_count(const M& mesh) {
@@ -34,6 +36,7 @@ struct MeshTraits<CGAL::Surface_mesh<Point>> {
     detail::require(mesh.next(c) == a, "face ", f, " is not a triangle");
     return {vertex(mesh, a), vertex(mesh, b), vertex(mesh, c)};
   }
+  ///@}
 
  private:
   static Index vertex(const M& mesh, typename M::Halfedge_index h) {

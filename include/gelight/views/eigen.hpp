@@ -16,14 +16,16 @@ namespace gelight {
 template <class V, class F>
 class EigenMesh {
  public:
-  using Scalar = typename V::Scalar;
-
+  /// See `eigen_mesh`.
   EigenMesh(const V& positions, const F& faces) : positions_(positions), faces_(faces) {
     detail::require(positions.cols() == 3, "the matrix of positions has ", positions.cols(),
                     " columns, not 3");
     detail::require(faces.cols() == 3, "the matrix of faces has ", faces.cols(), " columns, not 3");
   }
 
+  /// What makes it a TriangleMesh.
+  ///@{
+  using Scalar = typename V::Scalar;
   [[nodiscard]] Eigen::Index vertex_count() const { return positions_.rows(); }
   [[nodiscard]] Eigen::Index face_count() const { return faces_.rows(); }
   [[nodiscard]] std::array<Scalar, 3> position(Index v) const {
@@ -32,6 +34,7 @@ class EigenMesh {
   [[nodiscard]] std::array<Index, 3> face(Index f) const {
     return {vertex(f, 0), vertex(f, 1), vertex(f, 2)};
   }
+  ///@}
 
  private:
   [[nodiscard]] Index vertex(Index f, Index k) const {

@@ -63,23 +63,30 @@ class ImageView {
     return view;
   }
 
+  /// Size in pixels, where pixel (0, 0) is, and the bytes from a row or a pixel to the next.
+  ///@{
   [[nodiscard]] Index width() const { return width_; }
   [[nodiscard]] Index height() const { return height_; }
   [[nodiscard]] P* data() const { return data_; }
   [[nodiscard]] std::ptrdiff_t row_bytes() const { return row_bytes_; }
   [[nodiscard]] std::ptrdiff_t pixel_bytes() const { return pixel_bytes_; }
+  ///@}
 
   /// Whether the pixels of a row lie side by side, so that `row(y)[x]` is pixel (x, y).
   [[nodiscard]] bool rows_are_packed() const { return pixel_bytes_ == pixel_size || width_ <= 1; }
+
+  /// Pixel (0, y).
   [[nodiscard]] P* row(Index y) const { return address(0, y); }
 
   /// Pixel (x, y); not checked.
   [[nodiscard]] P& operator()(Index x, Index y) const { return *address(x, y); }
 
+  /// The same pixels with x and y exchanged.
   [[nodiscard]] ImageView transposed() const {
     return from_bytes(data_, height_, width_, pixel_bytes_, row_bytes_);
   }
 
+  /// The same pixels, to be read only.
   operator ImageView<const P>() const requires(!std::is_const_v<P>) {
     return ImageView<const P>::from_bytes(data_, width_, height_, row_bytes_, pixel_bytes_);
   }
@@ -138,27 +145,42 @@ class Image {
   Image(Index width, Index height, const P& fill = detail::zero_pixel<P>())
       : width_(width), height_(height), pixels_(count(width, height), fill) {}
 
+  /// Size in pixels.
+  ///@{
   [[nodiscard]] Index width() const { return width_; }
   [[nodiscard]] Index height() const { return height_; }
+  ///@}
+
+  /// Pixel (0, 0), and pixel (0, y).
+  ///@{
   [[nodiscard]] P* data() { return pixels_.data(); }
   [[nodiscard]] const P* data() const { return pixels_.data(); }
   [[nodiscard]] P* row(Index y) { return data() + std::ptrdiff_t{y} * width_; }
   [[nodiscard]] const P* row(Index y) const { return data() + std::ptrdiff_t{y} * width_; }
+  ///@}
 
   /// Pixel (x, y); not checked.
+  ///@{
   [[nodiscard]] P& operator()(Index x, Index y) { return row(y)[x]; }
   [[nodiscard]] const P& operator()(Index x, Index y) const { return row(y)[x]; }
+  ///@}
 
   /// All pixels, row after row.
+  ///@{
   [[nodiscard]] std::vector<P>& pixels() & { return pixels_; }
   [[nodiscard]] const std::vector<P>& pixels() const& { return pixels_; }
   [[nodiscard]] std::vector<P> pixels() && { return std::move(pixels_); }
+  ///@}
 
+  /// A view of all pixels.
+  ///@{
   [[nodiscard]] ImageView<P> view() { return {data(), width_, height_}; }
   [[nodiscard]] ImageView<const P> view() const { return {data(), width_, height_}; }
   operator ImageView<P>() { return view(); }
   operator ImageView<const P>() const { return view(); }
+  ///@}
 
+  /// Whether size and all pixels are equal.
   friend bool operator==(const Image&, const Image&) = default;
 
  private:

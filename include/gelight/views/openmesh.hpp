@@ -14,6 +14,8 @@ namespace gelight {
 /// InvalidInput: collect garbage first.
 template <std::derived_from<OpenMesh::TriConnectivity> M>
 struct MeshTraits<M> {
+  /// See MeshTraits.
+  ///@{
   using Scalar = typename M::Scalar;
   static auto vertex_count(const M& mesh) { return mesh.n_vertices(); }
   static auto face_count(const M& mesh) { return mesh.n_faces(); }
@@ -27,6 +29,7 @@ struct MeshTraits<M> {
     return {mesh.from_vertex_handle(a).idx(), mesh.to_vertex_handle(a).idx(),
             mesh.to_vertex_handle(b).idx()};
   }
+  ///@}
 };
 
 }  // namespace gelight
