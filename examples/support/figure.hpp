@@ -134,6 +134,10 @@ class Figure {
     cairo_restore(cairo_.get());
   }
 
+  void text(const std::string& words, const gelight::Vec2<double>& at, double size) {
+    text(words, at[0], at[1], size);
+  }
+
   /// Words that begin at x.
   void text_from(const std::string& words, double x, double y, double size) {
     cairo_set_font_size(cairo_.get(), size);

@@ -1,0 +1,111 @@
+// A path and its straightness: the spider and the fly (H. E. Dudeney, 1903).
+//
+//       .-----------------------------.      A room of 30 x 12 x 12 feet. The spider s sits on one
+//      / s                           /|      end wall, a foot below the ceiling, the fly f on the
+//     +-----------------------------+ |      other, a foot above the floor. Over the ceiling the
+//     |                           f | /      way is 1 + 30 + 11 = 42 feet. The shortest way takes
+//     +-----------------------------+        five of the six walls. Laid flat one beside the other
+//                                            they fit along a straight line, 40 feet long.
+
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/path.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "support/lesson.hpp"
+#include "support/view.hpp"
+
+using gelight::Index;
+using gelight::Vec2;
+using gelight::Vec3;
+using Point = gelight::SurfacePoint<double>;
+
+// Whether a point lies in a face or on its border.
+bool is_on(const gelight::Surface<double>& surface, Index face, const Point& point) {
+  if (point.kind == Point::Kind::face) return point.element[0] == face;
+  const auto corners = surface.face(face);
+  return std::all_of(point.element.begin(), point.element.end(), [&](Index v) {
+    return v < 0 || std::find(corners.begin(), corners.end(), v) != corners.end();
+  });
+}
+
+int main(int count, char** arguments) {
+  Lesson lesson(count, arguments, "path_straightness");
+
+  // Each wall is two triangles. The spider is in the upper one of its wall, the fly in the lower.
+  const auto room = gelight::box<double>(30, 12, 12);
+  const auto spider = gelight::face_point<double>(8, {1. / 12, 5. / 12, 6. / 12});
+  const auto fly = gelight::face_point<double>(10, {6. / 12, 5. / 12, 1. / 12});
+  const gelight::ExactSolver solver(room);
+  const auto field = solver.solve(spider);
+  const gelight::Surface<double>& surface = solver.surface();
+  const gelight::Path<double> path = field.path(fly);
+  const auto points = gelight::positions(surface, path);
+  lesson.expect(std::abs(field.distance(fly) - 40) < 1e-12, "the fly is 40 feet away");
+  lesson.expect(std::abs(gelight::length(surface, path) - 40) < 1e-12, "and the path is as long");
+
+  // Lay each triangle that the path crosses so that its piece of the path continues along the x
+  // axis. The path is straight if every triangle then fits the one before: no turn at the edge.
+  std::vector<std::map<Index, Vec2<double>>> flat;  // of each triangle: where its vertices lie
+  std::vector<Colour> inks;
+  double so_far = 0, misfit = 0;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    Index face = 0;
+    while (!is_on(surface, face, path[i]) || !is_on(surface, face, path[i + 1])) ++face;
+    inks.push_back(
+        std::array{green, blue, orange, orange, red, red}[static_cast<std::size_t>(face / 2)]);
+    const auto [a, b, c] = surface.face(face);
+    const Vec3<double> normal = gelight::cross<double>(surface.position(b) - surface.position(a),
+                                                       surface.position(c) - surface.position(a));
+    const Vec3<double> along = (points[i + 1] - points[i]).normalized();
+    const Vec3<double> across = gelight::cross<double>(normal.normalized(), along);
+    std::map<Index, Vec2<double>> corners;
+    for (const Index v : {a, b, c}) {
+      const Vec3<double> from_piece = surface.position(v) - points[i];
+      corners[v] = {so_far + from_piece.dot(along), from_piece.dot(across)};
+      if (i > 0 && flat.back().contains(v)) {
+        misfit = std::max(misfit, (corners[v] - flat.back()[v]).norm());
+      }
+    }
+    flat.push_back(corners);
+    so_far += (points[i + 1] - points[i]).norm();
+  }
+  lesson.expect(misfit < 1e-12, "laid flat along the path the walls fit: it is straight");
+
+  Figure figure(1000, 500);
+  const View view(room, {20, 100, 410, 310}, -0.45, 1.15);
+  figure.pen(grey, 1);
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    const auto &from = surface.position(surface.origin(h)), &to = surface.position(surface.tip(h));
+    if (((to - from).array() != 0).count() > 1) continue;  // a diagonal of a wall
+    figure.polyline(std::array{view.on_page(from), view.on_page(to)});
+  }
+  double x = 0;
+  const auto on_flat = [](double along, double across) {
+    return Vec2<double>(568 + 9.5 * along, 285 - 9.5 * across);
+  };
+  for (std::size_t i = 0; i < flat.size(); ++i) {
+    std::vector<Vec2<double>> corners;
+    for (const auto& [v, p] : flat[i]) corners.push_back(on_flat(p[0], p[1]));
+    figure.area(corners, inks[i], 0.25);
+    const double end = x + (points[i + 1] - points[i]).norm();
+    figure.pen(inks[i], 4);
+    figure.polyline(std::array{on_flat(x, 0), on_flat(end, 0)});
+    figure.polyline(std::array{view.on_page(points[i]), view.on_page(points[i + 1])});
+    x = end;
+  }
+  figure.pen(black, 1);
+  const Vec2<double> aside(14, 0);
+  figure.text("s", view.on_page(points.front()) - aside, 18);
+  figure.text("f", view.on_page(points.back()) + aside, 18);
+  figure.text("s", on_flat(0, 0) - aside, 18);
+  figure.text("f", on_flat(40, 0) + aside, 18);
+  figure.text("The shortest way from s to f in the room", 225, 30, 16);
+  figure.text("The triangles that it crosses, laid flat", 765, 30, 16);
+  figure.text("Red: end walls. Blue: ceiling. Orange: a side wall. Green: floor. 40 feet in all.",
+              500, 470, 14);
+  figure.save(lesson.picture());
+  return lesson.result();
+}
