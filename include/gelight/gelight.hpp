@@ -18,6 +18,7 @@
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
 #include "gelight/geodesic/path.hpp"
+#include "gelight/geodesic/plan.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/fast_gaussian.hpp"

@@ -24,14 +24,15 @@ namespace gelight {
 
 /// How far distances can be from the exact ones, as a share of these, where those are not zero.
 struct RelativeError {
-  double mean = 0;
-  double max = 0;
+  double mean = 0;  ///< Over the vertices that are reached and no sources.
+  double max = 0;   ///< The largest of all.
 };
 
 /// Two numbers between which the exact polyhedral distance of each vertex lies.
 template <std::floating_point T>
 struct DistanceBounds {
-  std::vector<T> lower, upper;
+  std::vector<T> lower;  ///< Of each vertex; +infinity where no path leads.
+  std::vector<T> upper;  ///< Of each vertex; +infinity where no path leads.
 
   /// The largest error that distances can have, given the bounds: infinite where a lower bound is
   /// zero, where a distance is not finite but the bounds are, and the other way round. Throws
@@ -80,6 +81,7 @@ class Certifier {
   /// start distances, given distances from there: one for each vertex. Any number may be wrong.
   /// Throws InvalidInput for sources as a solver does, another number of distances than vertices,
   /// and NaN.
+  ///@{
   [[nodiscard]] DistanceBounds<T> bounds(Index vertex, std::span<const T> distances) const {
     return bounds(std::span<const Index>(&vertex, 1), distances);
   }
@@ -91,6 +93,7 @@ class Certifier {
                                          std::span<const T> distances) const {
     return bounds_of(detail::checked_sources(surface_, sources), distances);
   }
+  ///@}
 
  private:
   using Values = detail::Array<double>;

@@ -1,0 +1,521 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gelight/concepts/mesh.hpp"
+#include "gelight/core/array.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/late.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/certify.hpp"
+#include "gelight/geodesic/detail/mesh_statistics.hpp"
+#include "gelight/geodesic/detail/window_propagation.hpp"
+#include "gelight/geodesic/dijkstra.hpp"
+#include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/fast_marching.hpp"
+#include "gelight/geodesic/virtual_source.hpp"
+#include "gelight/mesh/surface.hpp"
+
+namespace gelight {
+
+/// Which error is meant: the mean or the largest over the vertices, as a share of the distance.
+enum class ErrorNorm {
+  mean,  ///< The mean.
+  max    ///< The largest.
+};
+
+/// What the distances are compared with: the mesh as it is, or the smooth surface it stands for.
+enum class DistanceTruth {
+  polyhedral,  ///< The mesh.
+  smooth       ///< The surface that it approximates.
+};
+
+/// How an error is known: from experience with such meshes; from targets whose exact distance was
+/// computed; by bounds that were proved at every vertex.
+enum class Assurance {
+  expected,  ///< Experience; nothing was checked.
+  sampled,   ///< Checked exactly at some targets.
+  certified  ///< Proved at every vertex, or target.
+};
+
+struct PlanRequest {
+  double tolerance = 0.01;  ///< Largest relative error allowed, in the norm below.
+  ErrorNorm norm = ErrorNorm::mean;
+  DistanceTruth truth = DistanceTruth::polyhedral;
+  Assurance assurance = Assurance::certified;  ///< How the error shall be known, at least.
+  Index sources = 1;                           ///< How many queries will share the set-up.
+  Index samples = 4;                           ///< Targets to check where the assurance is sampled.
+  /// Where not empty, only these vertices' distances matter; others may be reported as +infinity.
+  std::vector<Index> targets{};
+  double time_limit = unreachable<double>;    ///< Seconds for all queries, as estimated.
+  double memory_limit = unreachable<double>;  ///< Bytes beyond the mesh, as estimated.
+  /// By how much the machine is slower than the one of the estimates (benchmarks/results).
+  double slowness = 1;
+};
+
+/// What was chosen, and why.
+struct DistancePlan {
+  std::string method;  ///< The solver: dijkstra, fast_marching, virtual_source or exact.
+  bool expected_to_satisfy = true;  ///< Whether tolerance, assurance and limits can all be met.
+  double expected_error = 0;        ///< In the norm and against the truth asked for.
+  double seconds = 0;               ///< Estimate for all queries, with checks.
+  double bytes = 0;                 ///< Estimate beyond the mesh.
+  /// Where the smooth surface is meant and the mesh is too coarse for the tolerance: the mean edge
+  /// length that would do, in the unit of the positions. 0 otherwise.
+  double refine_to = 0;
+  std::string reason;  ///< The choice in words.
+};
+
+/// Distances with what is known about them.
+template <std::floating_point T>
+struct PlannedDistances {
+  std::vector<T> distances;  ///< Of each vertex, +infinity where no path leads.
+  std::string method;        ///< The one whose distances these are, after any escalation.
+  Assurance achieved = Assurance::expected;  ///< How the error is known.
+  double error = 0;   ///< In the norm asked for; certified: a bound; sampled: the largest seen.
+  Index checked = 0;  ///< Targets whose exact distance was computed.
+  bool satisfies = false;  ///< Whether the error meets the tolerance, with the assurance asked for.
+  std::string reason;      ///< What was done and found, in words.
+};
+
+namespace detail {
+
+using DistanceFunction = std::function<std::vector<double>(const Sources&)>;
+
+/// What is known beforehand about a method: nanoseconds a vertex of set-up and of a query at 10,000
+/// vertices, the power of the number of vertices (beyond linear) by which a query grows, bytes a
+/// vertex, the error expected on a mesh, and how to make it.
+struct MethodModel {
+  const char* name;
+  double setup_ns, query_ns, growth, bytes;
+  RelativeError (*error)(const MeshStatistics&);
+  DistanceFunction (*make)(const Surface<double>&, const std::vector<Index>& targets);
+};
+
+template <class Solver>
+DistanceFunction distances_by(const Surface<double>& surface, const std::vector<Index>&) {
+  auto solver = std::make_shared<const Solver>(surface);
+  return [solver](const Sources& sources) {
+    return solver->distance(std::span<const Source<double>>(sources));
+  };
+}
+
+inline DistanceFunction exact_distances(const Surface<double>& surface,
+                                        const std::vector<Index>& targets) {
+  ExactOptions<double> options;
+  for (const Index v : targets) options.targets.push_back(vertex_point<double>(v));
+  auto solver = std::make_shared<const ExactSolver<double>>(surface, std::move(options));
+  return [solver](const Sources& sources) {
+    return solver->distance(std::span<const Source<double>>(sources));
+  };
+}
+
+/// From the cheapest to the exact one. Times on one core of an AMD EPYC; errors are such that the
+/// meshes of benchmarks/pareto stay below them.
+inline constexpr std::array<MethodModel, 4> distance_methods{{
+    {"dijkstra", 90, 55, 0.1, 120,
+     [](const MeshStatistics& s) {
+       return RelativeError{0.12 * s.aspect, 0.45 * s.aspect};
+     },
+     distances_by<DijkstraSolver<double>>},
+    {"virtual_source", 60, 310, 0.05, 160,
+     [](const MeshStatistics& s) {
+       if (s.is_flat) return RelativeError{1e-9, 1e-8};
+       if (s.is_convex && s.aspect < 3) {
+         return RelativeError{0.2 * s.turn * s.turn, 0.06 * s.turn};
+       }
+       return RelativeError{0.01, 0.1};
+     },
+     distances_by<VirtualSourceSolver<double>>},
+    {"fast_marching", 260, 170, 0.1, 450,
+     [](const MeshStatistics& s) {
+       return RelativeError{std::min(0.01, 2e-5 + 0.06 * s.turn),
+                            std::min(0.04, 5e-4 + 0.4 * s.turn)};
+     },
+     distances_by<FastMarchingSolver<double>>},
+    {"exact", 180, 1500, 0.35, 1500,
+     [](const MeshStatistics& s) {
+       return RelativeError{1e-14 * s.aspect, 1e-14 * s.aspect * s.aspect};
+     },
+     exact_distances},
+}};
+
+/// The certificate, as such a model; its error is the gap between the bounds.
+inline constexpr MethodModel certificate_model{
+    "certificate",
+    140,
+    900,
+    0.05,
+    700,
+    [](const MeshStatistics& s) {
+      if (s.is_flat) return RelativeError{1e-6, 1e-5};
+      const double gap = 1e-3 + 0.35 * s.turn;
+      return s.aspect < 3 ? RelativeError{gap, 0.01 + 2 * gap} : RelativeError{0.2, 1};
+    },
+    nullptr};
+
+/// What checking one target exactly costs, as a share of an exact query.
+inline constexpr double sample_share = 0.1;
+
+}  // namespace detail
+
+/// Distances to a given error rather than by a given method: chooses the cheapest method expected
+/// to satisfy a request, runs it, checks what it was asked to check, and escalates to the exact
+/// solver where that fails. What it reports as certified was proved for every vertex (or target) of
+/// that very answer, by Certifier; as sampled, computed exactly for so many targets; all else is
+/// expected, which is no more than experience.
+///
+/// Against the smooth surface nothing can be checked: the error of the mesh itself is taken for 0.3
+/// times the mean squared angle between faces, which is 0.10 (kappa h)^2 on a sphere of curvature
+/// kappa and edges h, and the assurance is never more than expected. Where it exceeds the tolerance
+/// the plan says to what edge length to refine.
+///
+/// Construction is linear in the mesh; solvers are made when first needed. Queries are const and
+/// safe from several threads.
+template <std::floating_point T>
+class DistancePlanner {
+ public:
+  /// Throws InvalidInput as Surface does, for a tolerance that is not positive, fewer than one
+  /// source or sample, a limit or slowness that is not positive, a target out of range.
+  template <TriangleMesh M>
+  explicit DistancePlanner(const M& mesh, PlanRequest request = {})
+      : surface_(mesh),
+        request_(std::move(request)),
+        statistics_(surface_),
+        solvers_(std::make_shared<Solvers>()) {
+    require_request();
+    choose();
+  }
+
+  /// What was chosen for the request, and why.
+  [[nodiscard]] const DistancePlan& plan() const { return plan_; }
+
+  /// Distances of all vertices from a vertex, several, or points with start distances. Throws
+  /// InvalidInput as a solver does.
+  ///@{
+  [[nodiscard]] PlannedDistances<T> distance(Index vertex) const {
+    return distance(std::span<const Index>(&vertex, 1));
+  }
+  [[nodiscard]] PlannedDistances<T> distance(std::span<const Index> vertices) const {
+    return run(detail::checked_sources(surface_, vertices));
+  }
+  [[nodiscard]] PlannedDistances<T> distance(std::span<const Source<T>> sources) const {
+    return run(detail::checked_sources(surface_, sources));
+  }
+  ///@}
+
+ private:
+  using Model = detail::MethodModel;
+  static constexpr std::size_t exact_index = detail::distance_methods.size() - 1;
+  static constexpr double rounding = 1e-12;  // by which a search is wider than the bounds
+
+  struct Solvers {
+    std::array<detail::Late<detail::DistanceFunction>, detail::distance_methods.size()> methods;
+    detail::Late<Certifier<double>> certifier;
+    detail::Late<detail::PlanarFaces> faces;
+  };
+
+  void require_request() const {
+    const PlanRequest& r = request_;
+    detail::require(r.tolerance > 0, "the tolerance is ", r.tolerance, ", not positive");
+    detail::require(r.sources > 0, "the number of sources is ", r.sources, ", less than 1");
+    detail::require(r.samples > 0, "the number of samples is ", r.samples, ", less than 1");
+    detail::require(r.time_limit > 0 && r.memory_limit > 0 && r.slowness > 0, "the limits ",
+                    r.time_limit, " s, ", r.memory_limit, " bytes and the slowness ", r.slowness,
+                    " are not all positive");
+    for (const Index v : r.targets) surface_.require_vertex(v);
+  }
+
+  // --- choosing ----------------------------------------------------------------------------------
+
+  [[nodiscard]] double in_norm(const RelativeError& error) const {
+    return request_.norm == ErrorNorm::mean ? error.mean : error.max;
+  }
+  // Of the mesh against the smooth surface; its largest error is some three times the mean.
+  [[nodiscard]] double floor() const {
+    if (request_.truth == DistanceTruth::polyhedral) return 0;
+    const double mean = 0.3 * statistics_.turn * statistics_.turn;
+    return request_.norm == ErrorNorm::mean ? mean : 3 * mean;
+  }
+  // What is left of the tolerance for the method. A mesh too coarse leaves none; then an error as
+  // small as its own is enough.
+  [[nodiscard]] double share_of_method() const {
+    return floor() < request_.tolerance ? request_.tolerance - floor() : floor();
+  }
+  [[nodiscard]] Assurance asked() const {
+    return request_.truth == DistanceTruth::smooth ? Assurance::expected : request_.assurance;
+  }
+
+  [[nodiscard]] double seconds(const Model& model) const {
+    const double n = surface_.vertex_count();
+    const double query = model.query_ns * std::pow(n / 1e4, model.growth);
+    return 1e-9 * request_.slowness * n * (model.setup_ns + request_.sources * query);
+  }
+  [[nodiscard]] bool needs_certificate(const Model&) const {
+    return asked() != Assurance::expected;
+  }
+  [[nodiscard]] bool needs_samples(const Model& model) const {
+    const double gap =
+        in_norm(model.error(statistics_)) + in_norm(detail::certificate_model.error(statistics_));
+    return asked() == Assurance::sampled && gap > share_of_method();
+  }
+  [[nodiscard]] double seconds_with_checks(const Model& model) const {
+    double sum = seconds(model);
+    if (needs_certificate(model)) sum += seconds(detail::certificate_model);
+    if (needs_samples(model)) {
+      sum +=
+          request_.samples * detail::sample_share * seconds(detail::distance_methods[exact_index]);
+    }
+    return sum;
+  }
+  [[nodiscard]] double bytes(const Model& model) const {
+    return surface_.vertex_count() *
+           std::max(model.bytes, needs_certificate(model) ? detail::certificate_model.bytes : 0.0);
+  }
+
+  [[nodiscard]] bool satisfies(const Model& model) const {
+    double error = in_norm(model.error(statistics_));
+    if (asked() == Assurance::certified) {
+      error += in_norm(detail::certificate_model.error(statistics_));
+    }
+    return error <= share_of_method();
+  }
+  [[nodiscard]] bool within_limits(const Model& model) const {
+    return seconds_with_checks(model) <= request_.time_limit &&
+           bytes(model) <= request_.memory_limit;
+  }
+
+  // The cheapest of the methods that satisfy and keep the limits; else, of those that keep the
+  // limits, the most accurate; else the one that takes least memory.
+  void choose() {
+    const auto& methods = detail::distance_methods;
+    std::optional<std::size_t> cheapest, best;
+    std::size_t smallest = 0;
+    for (std::size_t i = 0; i < methods.size(); ++i) {
+      if (bytes(methods[i]) < bytes(methods[smallest])) smallest = i;
+      if (!within_limits(methods[i])) continue;
+      const bool satisfied = satisfies(methods[i]);
+      if (satisfied && (!cheapest || seconds_with_checks(methods[i]) <
+                                         seconds_with_checks(methods[*cheapest]))) {
+        cheapest = i;
+      }
+      if (!best ||
+          in_norm(methods[i].error(statistics_)) < in_norm(methods[*best].error(statistics_))) {
+        best = i;
+      }
+    }
+    chosen_ = cheapest ? *cheapest : best ? *best : smallest;
+    const Model& model = methods[chosen_];
+    plan_.method = model.name;
+    plan_.expected_to_satisfy = cheapest.has_value() && floor() < request_.tolerance;
+    plan_.expected_error = in_norm(model.error(statistics_)) + floor();
+    plan_.seconds = seconds_with_checks(model);
+    plan_.bytes = bytes(model);
+    if (floor() >= request_.tolerance) {
+      plan_.refine_to = statistics_.mean_edge * std::sqrt(request_.tolerance / (2 * floor()));
+    }
+    plan_.reason = reason(cheapest.has_value(), best.has_value());
+  }
+
+  [[nodiscard]] std::string reason(bool has_satisfying, bool within_limits) const {
+    std::ostringstream text;
+    const char* norm = request_.norm == ErrorNorm::mean ? "mean" : "largest";
+    text.precision(2);
+    if (plan_.refine_to > 0) {
+      text << "refine to edges of " << plan_.refine_to << ": the mesh itself is off the smooth "
+           << "surface by about " << floor() << ", more than the tolerance " << request_.tolerance
+           << "; until then finer methods are false precision. ";
+    }
+    text << plan_.method << ": ";
+    if (has_satisfying) {
+      text << "the cheapest whose expected " << norm << " error, " << plan_.expected_error
+           << ", is within " << request_.tolerance;
+    } else if (within_limits) {
+      text << "the most accurate within the limits; its expected " << norm << " error is "
+           << plan_.expected_error;
+    } else {
+      text << "no method keeps the limits; this one needs the least memory";
+    }
+    if (asked() == Assurance::certified) {
+      const double gap = in_norm(detail::certificate_model.error(statistics_));
+      text << "; a certificate is expected to add " << gap;
+      if (gap > request_.tolerance) text << ", so that targets are checked exactly instead";
+    }
+    return text.str();
+  }
+
+  // --- running -----------------------------------------------------------------------------------
+
+  [[nodiscard]] PlannedDistances<T> run(const detail::Sources& sources) const {
+    PlannedDistances<T> result = attempt(chosen_, sources);
+    if (!result.satisfies && chosen_ != exact_index && plan_.expected_to_satisfy &&
+        within_limits(detail::distance_methods[exact_index])) {
+      PlannedDistances<T> exact = attempt(exact_index, sources);
+      exact.reason = result.reason + "; escalated: " + exact.reason;
+      return exact;
+    }
+    return result;
+  }
+
+  [[nodiscard]] PlannedDistances<T> attempt(std::size_t method,
+                                            const detail::Sources& sources) const {
+    const Model& model = detail::distance_methods[method];
+    const auto& solve =
+        solvers_->methods[method].get([&] { return model.make(surface_, request_.targets); });
+    const std::vector<double> distances = solve(sources);
+    PlannedDistances<T> result;
+    result.method = model.name;
+    for (const double d : distances) result.distances.push_back(static_cast<T>(d));
+    result.error = in_norm(model.error(statistics_)) + floor();
+    if (asked() != Assurance::expected) check(sources, distances, result);
+    result.satisfies = result.error <= request_.tolerance && result.achieved >= least(method);
+    result.reason = describe(result);
+    return result;
+  }
+
+  // Exact distances are not known better by a certificate than they are: samples are enough.
+  [[nodiscard]] Assurance least(std::size_t method) const {
+    return method == exact_index ? std::min(asked(), Assurance::sampled) : asked();
+  }
+
+  void check(const detail::Sources& sources, const std::vector<double>& distances,
+             PlannedDistances<T>& result) const {
+    const auto& certifier = solvers_->certifier.get([&] { return Certifier<double>(surface_); });
+    const DistanceBounds<double> bounds =
+        certifier.bounds(std::span<const Source<double>>(sources), distances);
+    const RelativeError proved = at_targets(bounds).error_of(at_targets(distances));
+    if (in_norm(proved) <= request_.tolerance) {
+      result.achieved = Assurance::certified;
+      result.error = in_norm(proved);
+      return;
+    }
+    if (asked() == Assurance::certified && result.method != exact_name()) {
+      result.achieved = Assurance::certified;  // of a larger error: the caller sees it fails
+      result.error = in_norm(proved);
+      return;
+    }
+    sample(sources, distances, bounds, result);
+  }
+
+  static const char* exact_name() { return detail::distance_methods[exact_index].name; }
+
+  template <class Values>
+  [[nodiscard]] std::vector<double> at_targets(const Values& values) const {
+    if (request_.targets.empty()) return {values.begin(), values.end()};
+    std::vector<double> out;
+    for (const Index v : request_.targets) out.push_back(values[static_cast<std::size_t>(v)]);
+    return out;
+  }
+  [[nodiscard]] DistanceBounds<double> at_targets(const DistanceBounds<double>& bounds) const {
+    return {at_targets(bounds.lower), at_targets(bounds.upper)};
+  }
+
+  // Computes some targets' distances exactly, from the target back to the sources through what the
+  // bounds do not show to be a detour.
+  void sample(const detail::Sources& sources, const std::vector<double>& distances,
+              const DistanceBounds<double>& bounds, PlannedDistances<T>& result) const {
+    std::vector<Index> targets = request_.targets;
+    if (targets.empty()) {
+      for (Index v = 0; v < surface_.vertex_count(); ++v) targets.push_back(v);
+    }
+    std::erase_if(targets, [&](Index v) {
+      const auto i = static_cast<std::size_t>(v);
+      return !(bounds.upper[i] > 0) || std::isinf(bounds.upper[i]);
+    });
+    double sum = 0, largest = 0;
+    const auto count = std::min(static_cast<std::size_t>(request_.samples), targets.size());
+    for (std::size_t i = 0; i < count; ++i) {
+      const Index v = targets[(2 * i + 1) * targets.size() / (2 * count)];
+      const double exact = exact_distance(v, sources, bounds);
+      const double error = std::abs(distances[static_cast<std::size_t>(v)] / exact - 1);
+      sum += error;
+      largest = std::max(largest, error);
+    }
+    result.checked = static_cast<Index>(count);
+    result.achieved = Assurance::sampled;
+    result.error = count == 0                        ? 0
+                   : request_.norm == ErrorNorm::max ? largest
+                                                     : sum / static_cast<double>(count);
+  }
+
+  // From vertices the search runs back from the target, where the bounds keep it narrow; from other
+  // points forward, where straight distances do.
+  [[nodiscard]] double exact_distance(Index target, const detail::Sources& sources,
+                                      const DistanceBounds<double>& bounds) const {
+    const auto& faces = solvers_->faces.get([&] { return detail::PlanarFaces(surface_); });
+    double start = unreachable<double>;
+    bool from_vertices = true;
+    for (const auto& source : sources) {
+      start = std::min(start, source.distance);
+      from_vertices &= source.point.kind == SurfacePoint<double>::Kind::vertex;
+    }
+    detail::Sources from{{vertex_point<double>(target), 0}};
+    detail::PropagationLimits limits;
+    limits.distance = (bounds.upper[static_cast<std::size_t>(target)] - start) * (1 + rounding);
+    limits.rest.reserve(bounds.lower.size());
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      const double straight = (surface_.position(v) - surface_.position(target)).stableNorm();
+      const double proved = bounds.lower[static_cast<std::size_t>(v)] - start;
+      limits.rest.push_back((from_vertices ? std::max(0.0, proved) : straight) * (1 - rounding));
+    }
+    if (!from_vertices) {
+      from = sources;
+      for (auto& source : from) source.distance -= start;
+    }
+    detail::WindowPropagation propagation;
+    propagation.run(surface_, faces, from, limits);
+    if (!from_vertices) return start + propagation.distances[target];
+    double distance = unreachable<double>;
+    for (const auto& source : sources) {
+      const double way = propagation.distances[source.point.element[0]];
+      distance = std::min(distance, source.distance + way);
+    }
+    return distance;
+  }
+
+  [[nodiscard]] std::string describe(const PlannedDistances<T>& result) const {
+    std::ostringstream text;
+    text.precision(2);
+    const char* norm = request_.norm == ErrorNorm::mean ? "mean" : "largest";
+    text << result.method << ": ";
+    if (result.achieved == Assurance::certified) {
+      text << "proved to be within " << result.error << " (" << norm << ")";
+    } else if (result.achieved == Assurance::sampled) {
+      text << result.checked << " targets were checked exactly, " << norm << " error "
+           << result.error;
+    } else {
+      text << "expected to be within " << result.error << " (" << norm << "), not checked";
+    }
+    return text.str();
+  }
+
+  Surface<double> surface_;
+  PlanRequest request_;
+  detail::MeshStatistics statistics_;
+  std::size_t chosen_ = 0;
+  DistancePlan plan_;
+  std::shared_ptr<Solvers> solvers_;
+};
+
+template <TriangleMesh M>
+explicit DistancePlanner(const M&) -> DistancePlanner<MeshScalar<M>>;
+template <TriangleMesh M>
+DistancePlanner(const M&, PlanRequest) -> DistancePlanner<MeshScalar<M>>;
+
+}  // namespace gelight

@@ -1,0 +1,213 @@
+#include "gelight/geodesic/plan.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/views/mesh_view.hpp"
+
+using namespace gelight;
+
+namespace {
+
+struct Family {
+  std::string name;
+  Mesh<double> mesh;
+};
+
+Mesh<double> rough_sphere(int level, double noise) {
+  auto mesh = icosphere<double>(level);
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0, noise * std::pow(0.5, level));
+  for (auto& p : mesh.positions) {
+    for (double& x : p) x = x * (1 + 0.15 * std::sin(6 * p[0])) + normal(random);
+  }
+  return mesh;
+}
+
+std::vector<Family> families() {
+  auto saddle = grid<double>(40, 40);
+  for (auto& p : saddle.positions) p[2] = 0.5 * (p[0] - 0.5) * (p[1] - 0.5);
+  auto needles = icosphere<double>(4);
+  for (auto& p : needles.positions) p[2] *= 20;
+  auto graded = grid<double>(40, 40);
+  for (auto& p : graded.positions) {
+    p = {std::pow(1e3, p[0] - 1), std::pow(1e3, p[1] - 1), 0.1 * std::sin(4 * p[0])};
+  }
+  return {{"sphere", icosphere<double>(4)},
+          {"membrane", membrane<double>(0.01146, 0.0455, 0.0014)},
+          {"saddle", saddle},
+          {"noisy", rough_sphere(4, 0.1)},
+          {"needles", needles},
+          {"graded", graded},
+          {"sheet", grid<double>(40, 40)},
+          {"torus", torus<double>(2, 0.7, 60, 30)}};
+}
+
+RelativeError error_of(const std::vector<double>& distances, const std::vector<double>& truth) {
+  RelativeError error;
+  double count = 0;
+  for (std::size_t v = 0; v < truth.size(); ++v) {
+    if (!(truth[v] > 0)) continue;
+    const double off = std::abs(distances[v] / truth[v] - 1);
+    error.mean += off;
+    error.max = std::max(error.max, off);
+    ++count;
+  }
+  error.mean /= count;
+  return error;
+}
+
+constexpr Index source = 130;
+
+}  // namespace
+
+TEST_CASE("what is promised holds, on every family and from 10 % to 1e-6") {
+  for (const Family& family : families()) {
+    CAPTURE(family.name);
+    const auto& mesh = family.mesh;
+    const auto exact = ExactSolver(mesh).distance(source);
+    for (const double tolerance : {0.1, 0.01, 1e-3, 1e-4, 1e-6}) {
+      for (const ErrorNorm norm : {ErrorNorm::mean, ErrorNorm::max}) {
+        for (const Assurance asked :
+             {Assurance::expected, Assurance::sampled, Assurance::certified}) {
+          CAPTURE(tolerance);
+          CAPTURE(static_cast<int>(norm));
+          CAPTURE(static_cast<int>(asked));
+          const DistancePlanner planner(mesh,
+                                        {.tolerance = tolerance, .norm = norm, .assurance = asked});
+          const auto result = planner.distance(source);
+          CAPTURE(result.reason);
+          const RelativeError error = error_of(result.distances, exact);
+          const double in_norm = norm == ErrorNorm::mean ? error.mean : error.max;
+          CHECK(in_norm <= tolerance);
+          if (result.achieved == Assurance::certified) CHECK(in_norm <= result.error);
+          if (result.achieved == Assurance::sampled) CHECK(result.checked > 0);
+          CHECK(result.satisfies);
+          CHECK(result.error <= tolerance);
+          if (asked != Assurance::expected) CHECK(result.achieved != Assurance::expected);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("samples are exact distances, from vertices and from other points") {
+  const auto mesh = rough_sphere(4, 0.1);
+  const std::vector<Index> targets{5, 700, 1500};
+  for (const bool at_vertices : {true, false}) {
+    std::vector<Source<double>> sources{{vertex_point<double>(3), 0.1},
+                                        {vertex_point<double>(900), 0}};
+    if (!at_vertices) sources.push_back({face_point<double>(2000, {0.2, 0.3, 0.5}), -0.2});
+    const DistancePlanner planner(mesh, {.tolerance = 1e-9,
+                                         .norm = ErrorNorm::max,
+                                         .assurance = Assurance::sampled,
+                                         .targets = targets});
+    const auto result = planner.distance(std::span<const Source<double>>(sources));
+    CHECK(result.method == "exact");
+    CHECK(result.achieved == Assurance::sampled);
+    CHECK(result.checked == 3);
+    CHECK(result.error < 1e-13);
+    CHECK(result.satisfies);
+  }
+}
+
+TEST_CASE("cheap for a loose tolerance, exact for a tight one; a certificate where it suffices") {
+  const auto mesh = membrane<double>(0.01146, 0.0455, 0.001);
+  const auto plan = [&](double tolerance, Assurance assurance, Index sources) {
+    return DistancePlanner(mesh,
+                           {.tolerance = tolerance, .assurance = assurance, .sources = sources})
+        .plan();
+  };
+  CHECK(plan(0.2, Assurance::expected, 100).method == "dijkstra");
+  CHECK(plan(1e-6, Assurance::expected, 100).method == "exact");
+  CHECK(plan(0.2, Assurance::expected, 100).seconds < plan(1e-6, Assurance::expected, 100).seconds);
+  const auto result =
+      DistancePlanner(mesh, {.tolerance = 0.05, .assurance = Assurance::certified}).distance(7);
+  CHECK(result.achieved == Assurance::certified);
+  CHECK(result.error <= 0.05);
+}
+
+TEST_CASE("a mesh too coarse for the smooth surface: refine, and to what edges") {
+  for (const double tolerance : {1e-3, 1e-4}) {
+    const DistancePlanner coarse(icosphere<double>(3),
+                                 {.tolerance = tolerance, .truth = DistanceTruth::smooth});
+    const DistancePlan plan = coarse.plan();
+    CAPTURE(plan.reason);
+    if (tolerance == 1e-3) {
+      // The mesh is off by 0.10 (kappa h)^2 = 0.0021.
+      CHECK(plan.refine_to > 0.05);
+      CHECK(plan.refine_to < 0.12);
+    }
+    REQUIRE(plan.refine_to > 0);
+    CHECK_FALSE(plan.expected_to_satisfy);
+    CHECK(plan.reason.find("refine to edges of") == 0);
+    CHECK_FALSE(coarse.distance(0).satisfies);
+    // Refined as told, it satisfies, and it does against great circles.
+    int level = 3;
+    for (double h = 0.15; h > plan.refine_to; h /= 2) ++level;
+    const auto fine = icosphere<double>(level);
+    const auto result =
+        DistancePlanner(fine, {.tolerance = tolerance, .truth = DistanceTruth::smooth}).distance(0);
+    CHECK(result.satisfies);
+    CHECK(result.achieved == Assurance::expected);
+    std::vector<double> truth;
+    const Vec3<double> s(fine.positions[0][0], fine.positions[0][1], fine.positions[0][2]);
+    for (const auto& [x, y, z] : fine.positions) {
+      const Vec3<double> p(x, y, z);
+      truth.push_back(std::atan2(s.cross(p).norm(), s.dot(p)));
+    }
+    truth[0] = 0;
+    CHECK(error_of(result.distances, truth).mean <= tolerance);
+  }
+}
+
+TEST_CASE("limits of time and memory are kept, and said to be in the way") {
+  const auto mesh = icosphere<double>(4);
+  const DistancePlanner hurried(
+      mesh, {.tolerance = 1e-6, .assurance = Assurance::expected, .time_limit = 1e-3});
+  CHECK(hurried.plan().method != "exact");
+  CHECK(hurried.plan().seconds <= 1e-3);
+  CHECK_FALSE(hurried.plan().expected_to_satisfy);
+  CHECK_FALSE(hurried.distance(3).satisfies);
+  const DistancePlanner cramped(mesh, {.tolerance = 1e-6, .memory_limit = 1000});
+  CHECK(cramped.plan().reason.find("no method keeps the limits") != std::string::npos);
+}
+
+TEST_CASE("only the targets matter") {
+  const auto mesh = icosphere<double>(4);
+  const DistancePlanner planner(mesh,
+                                {.tolerance = 0.05, .norm = ErrorNorm::max, .targets = {12, 30}});
+  const auto result = planner.distance(3);
+  const auto exact = ExactSolver(mesh).distance(3);
+  CHECK(result.satisfies);
+  for (const std::size_t v : {12u, 30u}) {
+    CHECK(std::abs(result.distances[v] / exact[v] - 1) <= result.error);
+  }
+}
+
+TEST_CASE("in single precision, with parts out of reach") {
+  const std::vector<Mesh<float>> parts{icosphere<float>(2), grid<float>(4, 4)};
+  const auto mesh = joined<float>(parts);
+  const auto result = DistancePlanner(mesh, {.tolerance = 0.1}).distance(7);
+  CHECK(result.satisfies);
+  for (std::size_t v = 0; v < result.distances.size(); ++v) {
+    CHECK(std::isfinite(result.distances[v]) == (v < 162));
+  }
+}
+
+TEST_CASE("what cannot be used is refused") {
+  const auto mesh = grid<double>(2, 2);
+  CHECK_THROWS_AS(DistancePlanner(mesh, {.tolerance = 0}), InvalidInput);
+  CHECK_THROWS_AS(DistancePlanner(mesh, {.sources = 0}), InvalidInput);
+  CHECK_THROWS_AS(DistancePlanner(mesh, {.samples = 0}), InvalidInput);
+  CHECK_THROWS_AS(DistancePlanner(mesh, {.targets = {9}}), InvalidInput);
+  CHECK_THROWS_AS(DistancePlanner(mesh, {.time_limit = -1}), InvalidInput);
+  CHECK_THROWS_AS((void)DistancePlanner(mesh).distance(Index{9}), InvalidInput);
+}
