@@ -2,12 +2,20 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <map>
+#include <span>
+#include <utility>
 #include <vector>
 
+#include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
+#include "support/hard_meshes.hpp"
 
 using namespace gelight;
 
@@ -31,6 +39,54 @@ std::vector<double> bellman_ford(const Mesh<double>& mesh, Index source) {
     }
   }
   return d;
+}
+
+// Distance along the graph of vertices and Steiner points, built in space from its definition: all
+// pairs of points of a face are joined. By Bellman-Ford.
+std::vector<double> steiner_bellman_ford(const Mesh<double>& mesh, Index source, int per_edge) {
+  std::vector<Vec3<double>> points;
+  for (const auto& p : mesh.positions) points.emplace_back(p[0], p[1], p[2]);
+  std::map<std::pair<Index, Index>, std::vector<std::size_t>> on_edge;
+  std::vector<std::vector<std::size_t>> groups;
+  for (const auto& face : mesh.faces) {
+    groups.emplace_back(face.begin(), face.end());
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [a, b] = std::minmax(face[k], face[(k + 1) % 3]);
+      auto& numbers = on_edge[{a, b}];
+      for (int i = 1; i <= per_edge && static_cast<int>(numbers.size()) < per_edge; ++i) {
+        const double t = i / (per_edge + 1.0);
+        numbers.push_back(points.size());
+        points.push_back((1 - t) * points[static_cast<std::size_t>(a)] +
+                         t * points[static_cast<std::size_t>(b)]);
+      }
+      groups.back().insert(groups.back().end(), numbers.begin(), numbers.end());
+    }
+  }
+  std::vector<double> d(points.size(), unreachable<double>);
+  d[static_cast<std::size_t>(source)] = 0;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const auto& group : groups) {
+      for (const auto a : group) {
+        for (const auto b : group) {
+          const double reach = d[a] + (points[a] - points[b]).norm();
+          if (!(reach < d[b] * (1 - 1e-14))) continue;
+          d[b] = reach;
+          changed = true;
+        }
+      }
+    }
+  }
+  d.resize(mesh.positions.size());
+  return d;
+}
+
+double mean_excess(const std::vector<double>& d, const std::vector<double>& exact) {
+  double sum = 0;
+  for (std::size_t v = 0; v < d.size(); ++v) {
+    if (exact[v] > 0) sum += (d[v] / exact[v] - 1) / static_cast<double>(d.size() - 1);
+  }
+  return sum;
 }
 
 Mesh<double> two_squares_and_a_stray() {
@@ -125,8 +181,62 @@ TEST_CASE("mean error on icospheres stays at 8 %: edges alone do not converge") 
   }
 }
 
+TEST_CASE("Steiner points: equals Bellman-Ford on the graph built from its definition") {
+  for (int kind = 0; kind < 40; ++kind) {
+    test::Random random(static_cast<std::uint64_t>(kind));
+    const auto mesh = test::small_random_mesh(kind, random);
+    for (const int per_edge : {1, 2, 5}) {
+      const auto d = DijkstraSolver(mesh, {.steiner_points = per_edge}).distance(mesh.faces[0][0]);
+      const auto expected = steiner_bellman_ford(mesh, mesh.faces[0][0], per_edge);
+      for (std::size_t v = 0; v < d.size(); ++v) {
+        CHECK((d[v] == expected[v] || std::abs(d[v] - expected[v]) <= 1e-12 * expected[v]));
+      }
+    }
+  }
+}
+
+TEST_CASE(
+    "Steiner points: never shorter than exact; finer graphs that hold coarser ones are no worse") {
+  for (int kind = 0; kind < 60; ++kind) {
+    test::Random random(static_cast<std::uint64_t>(kind));
+    const auto mesh = test::small_random_mesh(kind, random);
+    const std::vector<Source<double>> sources{{test::random_point(mesh, random), 0},
+                                              {test::random_point(mesh, random), -0.2}};
+    const std::span<const Source<double>> span(sources);
+    const auto exact = ExactSolver(mesh).distance(span);
+    auto coarser = DijkstraSolver(mesh).distance(span);
+    for (const Index per_edge : {1, 3, 7}) {
+      const auto d = DijkstraSolver(mesh, {.steiner_points = per_edge}).distance(span);
+      for (std::size_t v = 0; v < d.size(); ++v) {
+        if (d[v] == exact[v]) continue;
+        const double size = 1 + std::abs(exact[v]);
+        CHECK(d[v] >= exact[v] - 1e-12 * size);
+        CHECK(d[v] <= coarser[v] + 1e-12 * size);
+      }
+      coarser = d;
+    }
+  }
+}
+
+TEST_CASE("Steiner points: the error falls with their number, with order 1.3 at least") {
+  for (const auto& mesh : {icosphere<double>(3), membrane<double>(1, 3, 0.2)}) {
+    const auto exact = ExactSolver(mesh).distance(0);
+    double before = mean_excess(DijkstraSolver(mesh).distance(0), exact);
+    for (const Index per_edge : {1, 3, 7}) {
+      const auto d = DijkstraSolver(mesh, {.steiner_points = per_edge}).distance(0);
+      const double error = mean_excess(d, exact);
+      MESSAGE(per_edge << " on an edge: mean " << error);
+      CHECK(std::log2(before / error) > 1.3);
+      before = error;
+    }
+    CHECK(before < 3e-3);
+  }
+}
+
 TEST_CASE("bad queries are refused before anything is written") {
   const DijkstraSolver solver(two_squares_and_a_stray());
+  CHECK_THROWS_AS(DijkstraSolver(icosphere<double>(0), {.steiner_points = -1}), InvalidInput);
+  CHECK_THROWS_AS(DijkstraSolver(icosphere<double>(2), {.steiner_points = 1 << 24}), InvalidInput);
   CHECK_THROWS_AS((void)solver.distance(8), InvalidInput);
   CHECK_THROWS_AS((void)solver.distance(-1), InvalidInput);
   CHECK_THROWS_AS((void)solver.distance(std::vector<Index>{}), InvalidInput);

@@ -2,20 +2,32 @@
 
 #include <algorithm>
 #include <concepts>
+#include <memory>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/bucket_queue.hpp"
 #include "gelight/geodesic/detail/near.hpp"
+#include "gelight/geodesic/detail/pool.hpp"
+#include "gelight/geodesic/detail/steiner_graph.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
 
+struct DijkstraOptions {
+  /// Points on each edge, evenly spaced, by which paths may cross it; straight lines join those of
+  /// one face. With 0, 1, 2, 3, 5 and 8 of them distances are 7.1, 1.6, 1.3, 0.6, 0.23 and 0.17 %
+  /// too long on average on icospheres, 21, 4.8, 2.7, 1.4, 0.6 and 0.4 % at most, at about 1, 20,
+  /// 40, 70, 150 and 300 times the cost.
+  Index steiner_points = 0;
+};
+
 /// Length of the shortest path along edges (Dijkstra 1959, doi:10.1007/BF01386390): an upper bound
-/// of the geodesic distance that does not converge to it as the mesh is refined.
+/// of the geodesic distance that does not converge to it as the mesh is refined, but for more and
+/// more Steiner points.
 ///
 /// A source on an edge or in a face reaches the vertices of its faces by straight lines. Start
 /// distances may be negative. On icospheres of any level the mean error is 7 to 9 %, the largest 21
@@ -23,37 +35,26 @@ namespace gelight {
 template <std::floating_point T>
 class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
  public:
-  /// Throws InvalidInput as Surface does.
+  /// Throws InvalidInput as Surface does, and for a number of Steiner points that is negative or
+  /// makes more nodes than an Index counts.
   template <TriangleMesh M>
-  explicit DijkstraSolver(const M& mesh) : surface_(mesh) {
-    link();
+  explicit DijkstraSolver(const M& mesh, const DijkstraOptions& options = {}) : surface_(mesh) {
+    detail::require(options.steiner_points >= 0, "the number of Steiner points is ",
+                    options.steiner_points, ", less than 0");
+    if (options.steiner_points > 0) {
+      graph_ = std::make_shared<const detail::SteinerGraph>(surface_, options.steiner_points);
+    } else {
+      link();
+    }
   }
 
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
-  [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
-    detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()),
-                                   unreachable<double>);
-    detail::BucketQueue queue(mean_edge_);
-    const auto relax = [&](Index v, double d) {
-      if (d >= distance[v]) return;
-      distance[v] = d;
-      queue.push(v, d);
-    };
+  [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
     double start = unreachable<double>;
     for (const auto& source : sources) start = std::min(start, source.distance);
-    for (const auto& source : sources) {
-      const auto point = detail::simplified(surface_, source.point);
-      detail::for_each_vertex_near(
-          surface_, point, [&](Index v, double d) { relax(v, source.distance - start + d); });
-    }
-    while (!queue.empty()) {
-      const auto [v, d] = queue.pop();
-      if (d > distance[v]) continue;  // reached on a shorter way since it was queued
-      for (Index e = begin_[v]; e < begin_[v + 1]; ++e) {
-        relax(edges_[e].tip, d + edges_[e].length);
-      }
-    }
+    for (auto& source : sources) source.distance -= start;
+    auto distance = graph_ ? graph_->distance(sources) : along_edges(sources);
     for (double& d : distance) d += start;
     return distance;
   }
@@ -63,6 +64,32 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
     double length;
     Index tip;
   };
+
+  [[nodiscard]] detail::Array<double> along_edges(const detail::Sources& sources) const {
+    detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()),
+                                   unreachable<double>);
+    const detail::Pool<detail::BucketQueue>::Borrowed borrowed(*queues_);
+    detail::BucketQueue& queue = *borrowed;
+    queue.reset(mean_edge_);
+    const auto relax = [&](Index v, double d) {
+      if (d >= distance[v]) return;
+      distance[v] = d;
+      queue.push(v, d);
+    };
+    for (const auto& source : sources) {
+      const auto point = detail::simplified(surface_, source.point);
+      detail::for_each_vertex_near(surface_, point,
+                                   [&](Index v, double d) { relax(v, source.distance + d); });
+    }
+    while (!queue.empty()) {
+      const auto [v, d] = queue.pop();
+      if (d > distance[v]) continue;  // reached on a shorter way since it was queued
+      for (Index e = begin_[v]; e < begin_[v + 1]; ++e) {
+        relax(edges_[e].tip, d + edges_[e].length);
+      }
+    }
+    return distance;
+  }
 
   // Each edge once at either end, whatever number of faces it has.
   void link() {
@@ -89,10 +116,15 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   double mean_edge_ = 0;
   detail::Array<Index> begin_;  // of each vertex, and one more: where its edges begin
   detail::Array<Edge> edges_;
+  std::shared_ptr<detail::Pool<detail::BucketQueue>> queues_ =
+      std::make_shared<detail::Pool<detail::BucketQueue>>();
+  std::shared_ptr<const detail::SteinerGraph> graph_;  // where there are Steiner points
 };
 
 template <TriangleMesh M>
 explicit DijkstraSolver(const M&) -> DijkstraSolver<MeshScalar<M>>;
+template <TriangleMesh M>
+DijkstraSolver(const M&, const DijkstraOptions&) -> DijkstraSolver<MeshScalar<M>>;
 
 static_assert(DistanceSolver<DijkstraSolver<double>, double>);
 

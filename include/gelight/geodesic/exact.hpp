@@ -7,7 +7,6 @@
 #include <functional>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -18,6 +17,7 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/planar_faces.hpp"
+#include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/detail/trace.hpp"
 #include "gelight/geodesic/detail/window_propagation.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
@@ -562,35 +562,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   using Workspace = detail::WindowPropagation;
   using Point = SurfacePoint<double>;
 
-  // Memory of earlier solves, one piece for each that ever ran at the same time.
-  struct Pool {
-    std::mutex mutex;
-    std::vector<std::unique_ptr<Workspace>> idle;
-  };
-
-  class Borrowed {
-   public:
-    explicit Borrowed(Pool& pool) : pool_(pool) {
-      const std::lock_guard lock(pool_.mutex);
-      if (pool_.idle.empty()) {
-        workspace_ = std::make_unique<Workspace>();
-      } else {
-        workspace_ = std::move(pool_.idle.back());
-        pool_.idle.pop_back();
-      }
-    }
-    ~Borrowed() {
-      const std::lock_guard lock(pool_.mutex);
-      pool_.idle.push_back(std::move(workspace_));
-    }
-    Borrowed(const Borrowed&) = delete;
-    Borrowed& operator=(const Borrowed&) = delete;
-    Workspace& operator*() const { return *workspace_; }
-
-   private:
-    Pool& pool_;
-    std::unique_ptr<Workspace> workspace_;
-  };
+  using Pool = detail::Pool<Workspace>;
+  using Borrowed = typename Pool::Borrowed;
 
   void require_options(const ExactOptions<T>& options) const {
     detail::require(!std::isnan(options.max_distance), "the greatest distance is not a number");

@@ -5,12 +5,15 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <memory>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/bucket_queue.hpp"
 #include "gelight/geodesic/detail/near.hpp"
+#include "gelight/geodesic/detail/pool.hpp"
+#include "gelight/geodesic/detail/spokes.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -37,105 +40,153 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   explicit FastMarchingSolver(const M& mesh) : surface_(mesh) {
     mean_edge_ = detail::mean_edge_length(surface_);
     const auto faces = planar_faces(intrinsic_triangulation(surface_));
-    begin_.push_back(0);
+    detail::Spokes spokes(surface_);
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      for (const Index h : surface_.corners(v)) corners_.push_back(corner_at(h, faces));
-      begin_.push_back(static_cast<Index>(corners_.size()));
+      begin_.push_back(static_cast<Index>(spokes_.size()));
+      spokes.visit(v, [&](Index edge, Index corner) {
+        const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
+        spokes_.push_back({end, surface_.length(edge), no_face, 0});
+        if (corner >= 0) measure(corner, faces, spokes_.back());
+      });
     }
+    begin_.push_back(static_cast<Index>(spokes_.size()));
   }
 
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
   [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
-    detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()),
-                                   unreachable<double>);
-    detail::Array<char> settled(distance.size(), 0);  // not in the queue, having been there
-    detail::BucketQueue queue(mean_edge_);
-    const auto relax = [&](Index v, double d) {
-      if (!(d < distance[v] * (1 - least_gain))) return;
-      distance[v] = d;
-      settled[v] = 0;
-      queue.push(v, d);
-    };
-    // Waves are circles about distance 0, so that is where the earliest source starts.
-    double start = unreachable<double>;
-    for (const auto& source : sources) start = std::min(start, source.distance);
+    const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
+    Front& front = *borrowed;
+    front.vertices.assign(static_cast<std::size_t>(surface_.vertex_count()), {});
+    front.queue.reset(mean_edge_);
+    front.starts.clear();
+    double earliest = unreachable<double>;
+    for (const auto& source : sources) earliest = std::min(earliest, source.distance);
     for (const auto& source : sources) {
-      const auto point = detail::simplified(surface_, source.point);
-      detail::for_each_vertex_near(
-          surface_, point, [&](Index v, double d) { relax(v, source.distance - start + d); });
+      const auto wave = static_cast<Index>(front.starts.size());
+      const double start = source.distance - earliest;
+      front.starts.push_back(start);
+      detail::for_each_vertex_near(surface_, detail::simplified(surface_, source.point),
+                                   [&](Index v, double d) { front.reach(v, start + d, wave); });
     }
-    while (!queue.empty()) {
-      const auto [v, d] = queue.pop();
-      if (d > distance[v]) continue;  // reached on a shorter way since it was queued
-      settled[v] = 1;
-      for (Index c = begin_[v]; c < begin_[v + 1]; ++c) {
-        const Corner& corner = corners_[c];
-        relax(corner.tip, d + corner.to_tip);
-        relax(corner.apex, d + corner.to_apex);
-        // An edge is crossed when the second of its ends comes out of the queue.
-        const double at_tip = distance[corner.tip], at_apex = distance[corner.apex];
-        if (settled[corner.tip]) {
-          relax(corner.apex, across(corner.to_tip, corner.apex_across, d, at_tip, at_apex));
-        }
-        if (settled[corner.apex]) {
-          relax(corner.tip, across(corner.to_apex, corner.tip_across, d, at_apex, at_tip));
-        }
-      }
+    while (!front.queue.empty()) {
+      const auto [v, d] = front.queue.pop();
+      if (d > front.vertices[v].distance) continue;  // reached on a shorter way since
+      front.settle(v);
+      advance(v, front);
     }
-    for (double& d : distance) d += start;
+    detail::Array<double> distance(front.vertices.size());
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      distance[v] = earliest + front.vertices[v].distance;
+    }
     return distance;
   }
 
  private:
-  /// What a vertex sees in one of its faces: the other two vertices, how far they are, and where
-  /// each lies when the edge to the other runs along x.
-  struct Corner {
-    Index tip, apex;
-    double to_tip, to_apex;
-    Vec2<double> apex_across, tip_across;
+  /// An edge as its vertex sees it, and the face between it and the edge before.
+  struct Spoke {
+    Index end;
+    double length;
+    double dot;          // of the two edges, or no_face
+    double double_area;  // of the face
+  };
+  static constexpr double no_face = unreachable<double>;
+
+  // A vertex is reached again only by a way that is shorter by a share: circles in thin triangles
+  // go on improving each other by ever less, since a wave that runs along an edge turns by the root
+  // of what its ends are off. So the share doubles whenever a vertex leaves the queue, up to about
+  // the error that the method has anyway.
+  static constexpr double least_gain = 1e-5, largest_gain = 3e-4;
+
+  struct Vertex {
+    double distance = unreachable<double>;
+    double to_beat = unreachable<double>;  // what a distance must be less than to be taken
+    double gain = least_gain;
+    Index wave = -1;       // the source it was reached from
+    bool settled = false;  // not in the queue, having been there
   };
 
-  // A vertex is reached again only by a way that is shorter by this share. Without it, circles in
-  // thin triangles go on improving each other by ever less.
-  static constexpr double least_gain = 1e-5;
+  struct Front {
+    detail::Array<Vertex> vertices;
+    detail::Array<double> starts;  // of each wave
+    detail::BucketQueue queue;
 
-  [[nodiscard]] Corner corner_at(Index h, const detail::Array<PlanarFace>& faces) const {
-    const auto& [x1, x2, y2] = faces[Surface<double>::face_of(h)];
-    const std::array<Vec2<double>, 3> at{Vec2<double>(0, 0), Vec2<double>(x1, 0),
-                                         Vec2<double>(x2, y2)};
-    const auto k = static_cast<std::size_t>(h % 3);
-    const Vec2<double> tip = at[(k + 1) % 3] - at[k], apex = at[(k + 2) % 3] - at[k];
-    const double along = tip.dot(apex), area = x1 * y2;
-    const double to_tip = tip.norm(), to_apex = apex.norm();
-    return {surface_.tip(h),
-            surface_.apex(h),
-            to_tip,
-            to_apex,
-            {along / to_tip, area / to_tip},
-            {along / to_apex, area / to_apex}};
+    void reach(Index v, double d, Index wave) {
+      Vertex& vertex = vertices[v];
+      if (!(d < vertex.to_beat)) return;
+      vertex.distance = d;
+      vertex.to_beat = d * (1 - vertex.gain);
+      vertex.wave = wave;
+      vertex.settled = false;
+      queue.push(v, d);
+    }
+    void settle(Index v) {
+      vertices[v].settled = true;
+      vertices[v].gain = std::min(2 * vertices[v].gain, largest_gain);
+    }
+  };
+
+  // Reaches the neighbours of a vertex: along the edges, and across the edge to a neighbour that
+  // has left the queue too. Of waves from different sources no circle has both distances.
+  void advance(Index v, Front& front) const {
+    const double d = front.vertices[v].distance;
+    const Index wave = front.vertices[v].wave;
+    const double start = front.starts[wave];
+    const auto crosses = [wave](const Vertex& end) { return end.settled && end.wave == wave; };
+    for (Index s = begin_[v]; s < begin_[v + 1]; ++s) {
+      const Spoke& spoke = spokes_[s];
+      const Vertex& end = front.vertices[spoke.end];
+      double nearest = d + spoke.length;
+      if (spoke.dot != no_face) {
+        const Spoke& before = spokes_[s - 1];
+        const Vertex& other = front.vertices[before.end];
+        const auto over = [&](double length, const Vertex& second, double known) {
+          return start + across(length, spoke, d - start, second.distance - start, known - start);
+        };
+        if (crosses(other)) {
+          nearest = std::min(nearest, over(before.length, other, std::min(nearest, end.to_beat)));
+        }
+        if (crosses(end)) front.reach(before.end, over(spoke.length, end, other.to_beat), wave);
+      }
+      front.reach(spoke.end, nearest, wave);
+    }
   }
 
-  // Distance of a point from an edge's two ends at distances `a` and `b`, the first of which is at
-  // (0, 0) and the other at (length, 0): by the straight line through the edge from the place that
-  // has those distances. `known` where there is none, or none that is shorter.
-  [[nodiscard]] static double across(double length, const Vec2<double>& point, double a, double b,
+  static void measure(Index corner, const detail::Array<PlanarFace>& faces, Spoke& spoke) {
+    const auto& [x1, x2, y2] = faces[Surface<double>::face_of(corner)];
+    const std::array<Vec2<double>, 3> at{Vec2<double>(0, 0), Vec2<double>(x1, 0),
+                                         Vec2<double>(x2, y2)};
+    const auto k = static_cast<std::size_t>(corner % 3);
+    spoke.dot = (at[(k + 1) % 3] - at[k]).dot(at[(k + 2) % 3] - at[k]);
+    spoke.double_area = x1 * y2;
+  }
+
+  // Distance of the third vertex of a face from an edge at whose ends it is `a` and `b`, the first
+  // of them where the face's dot product was taken: by the straight line through the edge from the
+  // place that has those distances. Infinite where there is none, or none shorter than `known`.
+  [[nodiscard]] static double across(double length, const Spoke& face, double a, double b,
                                      double known) {
-    const double x = (length + (a - b) * (a + b) / length) / 2;
-    const double squared_y = (a - x) * (a + x);
-    const double room = known - point[1];
-    if (!(squared_y > 0 && room > 0 && squared_y < room * room)) return known;
-    const double y = std::sqrt(squared_y);
-    const double height = y + point[1];
-    const double crossing = x * point[1] + point[0] * y;
-    if (!(crossing >= 0 && crossing <= length * height)) return known;
-    return std::sqrt((point[0] - x) * (point[0] - x) + height * height);
+    // In the plane, with the edge from (0, 0) to (length, 0).
+    const double inverse = 1 / length;
+    const double x = (length + (a - b) * (a + b) * inverse) / 2;
+    const double squared_depth = (a - x) * (a + x);
+    const double foot = face.dot * inverse, height = face.double_area * inverse;
+    const double room = known - height;
+    if (!(squared_depth > 0 && room > 0 && squared_depth < room * room)) return unreachable<double>;
+    const double depth = std::sqrt(squared_depth);
+    const double total = depth + height;
+    const double crossing = x * height + foot * depth;
+    const double squared = (foot - x) * (foot - x) + total * total;
+    if (!(crossing >= 0 && crossing <= length * total && squared < known * known))
+      return unreachable<double>;
+    return std::sqrt(squared);
   }
 
   Surface<double> surface_;
   double mean_edge_ = 0;
-  detail::Array<Index> begin_;  // of each vertex, and one more: where its corners begin
-  detail::Array<Corner> corners_;
+  detail::Array<Index> begin_;  // of each vertex, and one more: where its spokes begin
+  detail::Array<Spoke> spokes_;
+  std::shared_ptr<detail::Pool<Front>> pool_ = std::make_shared<detail::Pool<Front>>();
 };
 
 template <TriangleMesh M>

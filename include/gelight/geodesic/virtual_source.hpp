@@ -4,12 +4,14 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <memory>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/bucket_queue.hpp"
 #include "gelight/geodesic/detail/near.hpp"
+#include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -47,7 +49,11 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
   [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
-    Front front(surface_.vertex_count(), mean_edge_);
+    const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
+    Front& front = *borrowed;
+    front.images.assign(static_cast<std::size_t>(surface_.vertex_count()), {});
+    front.settled.assign(front.images.size(), 0);
+    front.queue.reset(mean_edge_);
     // Shares are of distances from 0 on, so that is where the earliest source starts.
     double start = unreachable<double>;
     for (const auto& source : sources) start = std::min(start, source.distance);
@@ -90,9 +96,6 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     detail::Array<Image> images;  // of each vertex
     detail::Array<char> settled;  // of each vertex: not in the queue, having been there
     detail::BucketQueue queue;
-
-    Front(Index count, double mean_edge)
-        : images(static_cast<std::size_t>(count)), settled(images.size(), 0), queue(mean_edge) {}
 
     // How long a new line may be at most to serve a vertex, given what precedes it.
     [[nodiscard]] double room(Index v, double offset) const {
@@ -183,6 +186,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   double mean_edge_ = 0;
   detail::Array<Index> corner_begin_;  // of each vertex, and one more
   detail::Array<Corner> corners_;
+  std::shared_ptr<detail::Pool<Front>> pool_ = std::make_shared<detail::Pool<Front>>();
 };
 
 template <TriangleMesh M>

@@ -15,9 +15,14 @@ namespace gelight::detail {
 /// correct what they did too early that is enough, and a push costs no more than an array's.
 class BucketQueue {
  public:
-  /// Keys are not negative; `mean_edge` is about what a vertex adds to the distance of the last.
-  explicit BucketQueue(double mean_edge)
-      : scale_(mean_edge > 0 ? buckets_per_edge / mean_edge : 1), buckets_(bucket_count) {}
+  /// Empties the queue. Keys are not negative; `mean_edge` is about what a vertex adds to the
+  /// distance of the last.
+  void reset(double mean_edge) {
+    scale_ = mean_edge > 0 ? buckets_per_edge / mean_edge : 1;
+    front_ = count_ = 0;
+    buckets_.resize(bucket_count);
+    for (auto& bucket : buckets_) bucket.clear();
+  }
 
   void push(Index vertex, double key) {
     const auto number = static_cast<std::size_t>(std::min(key * scale_, largest_number));
@@ -42,7 +47,7 @@ class BucketQueue {
   static constexpr std::size_t bucket_count = 256;  // the buckets in use form a ring
   static constexpr double largest_number = 1e15;
 
-  double scale_;
+  double scale_ = 1;
   std::size_t front_ = 0;  // number of the bucket in turn, counted without wrapping round
   std::size_t count_ = 0;
   std::vector<std::vector<std::pair<Index, double>>> buckets_;
