@@ -156,8 +156,8 @@ TEST_CASE("dark inside: the visual image, bit for bit; dark outside: it does not
   const auto visual = levels_of_grey();
   CHECK(renderer.render(ball(0.002), visual, LightLevels::visual()) == visual);
   CHECK(of_float.render(ball(0.002), visual, LightLevels::visual()) == visual);
-  CHECK(renderer.render(ball(0.002), visual, LightLevels::tactile()) ==
-        renderer.render(ball(0.002)));
+  CHECK(renderer.render(ball(0.002), visual, {0.5, 0}) == renderer.render(ball(0.002)));
+  CHECK(renderer.options().levels.inner == LightLevels::visuotactile().inner);
   CHECK(renderer.render(rest) == renderer.rest_image());
 }
 
@@ -167,7 +167,7 @@ TEST_CASE("as the LEDs dim, the tactile image fades out of the visuotactile one"
   const Image<double> visual(width, height, 0.2);
   const auto contact = ball(0.003);
   const auto tactile = renderer.render(contact, visual, LightLevels::tactile());
-  Image<Rgb8> before = renderer.render(contact, visual, LightLevels::visuotactile());
+  Image<Rgb8> before = renderer.render(contact, visual, {1, 1});
   for (int step = 19; step >= 0; --step) {
     const double inner = step / 20.0;
     const auto image = renderer.render(contact, visual, {inner, 1});
@@ -189,8 +189,12 @@ TEST_CASE("as the LEDs dim, the tactile image fades out of the visuotactile one"
 TEST_CASE("the coating gives no more light than it gets") {
   const Image<std::array<double, 3>> white(width, height, {1, 1, 1});
   const auto options = [](double r, double t) {
-    return SeeThroughOptions{
-        .ambient = 1, .darkening = 0, .reflectance = r, .transmittance = t, .exposure = 1};
+    return SeeThroughOptions{.ambient = 1,
+                             .darkening = 0,
+                             .reflectance = r,
+                             .transmittance = t,
+                             .exposure = 1,
+                             .levels = {1, 1}};
   };
   for (const auto& [r, t] : {std::pair{0.5, 0.5}, {0.3, 0.6}, {0.0, 1.0}, {1.0, 0.0}, {0.2, 0.1}}) {
     const SeeThroughRenderer renderer(camera, rest, std::vector<Light<double>>{}, white,
@@ -225,15 +229,16 @@ TEST_CASE("the depth is clipped to the gel") {
   // Pressed in evenly to its end the gel is flat, and darker.
   const SeeThroughRenderer plain(camera, rest, edge_lights(camera, 0.2),
                                  std::array<double, 3>{0.5, 0.5, 0.5},
-                                 SeeThroughOptions{.darkening = 0});
+                                 SeeThroughOptions{.darkening = 0, .levels = {1, 1}});
   CHECK(worst(plain.render(Image<double>(width, height, 0.01)), plain.rest_image()) <= 1);
 }
 
 TEST_CASE("pressed gel loses a share of its light, and that only") {
   const std::array<double, 3> grey{0.6, 0.6, 0.6};
   const auto make = [&](double darkening) {
-    return SeeThroughRenderer(camera, rest, std::vector<Light<double>>{}, grey,
-                              SeeThroughOptions{.ambient = 1, .darkening = darkening});
+    return SeeThroughRenderer(
+        camera, rest, std::vector<Light<double>>{}, grey,
+        SeeThroughOptions{.ambient = 1, .darkening = darkening, .levels = {1, 1}});
   };
   const Image<double> visual(width, height, 0.25);
   const auto contact = ball(0.003);
@@ -249,7 +254,7 @@ TEST_CASE("pressed gel loses a share of its light, and that only") {
 }
 
 TEST_CASE("unknown depths show ambient light, and disturb no normals but their neighbours'") {
-  const SeeThroughOptions options{.levels = LightLevels::visuotactile()};
+  const SeeThroughOptions options{.levels = LightLevels::tactile()};
   const std::array<double, 3> grey{0.5, 0.5, 0.5};
   const SeeThroughRenderer renderer(camera, rest, edge_lights(camera, 0.2), grey, options);
   const auto whole = renderer.render(ball(0.003));
@@ -282,7 +287,8 @@ TEST_CASE("outside the membrane there is ambient light; its own depth there does
     }
   }
   const SeeThroughRenderer renderer(camera, masked, edge_lights(camera, 0.2),
-                                    std::array<double, 3>{0.5, 0.5, 0.5});
+                                    std::array<double, 3>{0.5, 0.5, 0.5},
+                                    SeeThroughOptions{.levels = LightLevels::tactile()});
   const auto contact = ball(0.003, 15, 20);
   auto garbage = contact;
   for (std::size_t i = 0; i < garbage.pixels().size(); ++i) {
@@ -333,7 +339,8 @@ TEST_CASE("an image of one pixel, and without lights") {
   const Camera<double> eye{50, 50, 0, 0, 1, 1};
   const Image<double> one(1, 1, 0.03);
   const SeeThroughRenderer renderer(eye, one, edge_lights(eye, 0.2),
-                                    std::array<double, 3>{0.5, 0.5, 0.5});
+                                    std::array<double, 3>{0.5, 0.5, 0.5},
+                                    SeeThroughOptions{.levels = {1, 0}});
   // One point has no plane: ambient light.
   CHECK(renderer.render(Image<double>(1, 1, 0.02))(0, 0)[0] == to_level(0.8 * 0.8 * 0.5));
 }

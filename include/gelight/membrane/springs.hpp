@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <concepts>
@@ -16,6 +15,19 @@
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {
+namespace detail {
+
+/// Solves a x = b for a symmetric, positive definite a, by elimination.
+[[nodiscard]] inline Vec3<double> solve_positive(const Eigen::Matrix3d& a, const Vec3<double>& b) {
+  const double p = a(1, 0) / a(0, 0), q = a(2, 0) / a(0, 0);
+  const double middle = a(1, 1) - p * a(1, 0), side = a(2, 1) - p * a(2, 0), r = side / middle;
+  const double last = a(2, 2) - q * a(2, 0) - r * side;
+  const double y = b[1] - p * b[0], z = (b[2] - q * b[0] - r * y) / last;
+  const double second = (y - side * z) / middle;
+  return {(b[0] - a(1, 0) * second - a(2, 0) * z) / a(0, 0), second, z};
+}
+
+}  // namespace detail
 
 /// What a sensor's gel is made of. Under every pixel stands a spring (a Winkler foundation); with
 /// `tension` the coating couples each to its neighbours, so that the gel bends around a contact.
@@ -30,7 +42,7 @@ struct Gel {
 
 /// How a search for the equilibrium of gel and object ended.
 enum class Equilibrium : std::uint8_t {
-  reached,
+  reached,        ///< also by no force on no object
   untouched,      ///< a force, but no object in the image
   pull,           ///< the force leads away from the gel, which does not hold the object
   too_strong,     ///< the object would go through the gel, which bears less than the force
@@ -41,13 +53,13 @@ enum class Equilibrium : std::uint8_t {
 /// A rigid object in the gel.
 template <std::floating_point T>
 struct SpringContact {
-  Equilibrium equilibrium = Equilibrium::reached;
+  Equilibrium equilibrium = Equilibrium::reached;  ///< whether the rest holds
   /// How far the object moves from where it was seen, towards the camera, where the camera's axis
   /// meets the gel, m; and how much more with every metre along x and y.
   double displacement = 0;
-  Vec2<double> tilt = Vec2<double>::Zero();
-  double force = 0;           ///< what the springs bear, N
-  double residual_force = 0;  ///< what they were asked to bear less what they do, N
+  Vec2<double> tilt = Vec2<double>::Zero();  ///< see displacement
+  double force = 0;                          ///< what the springs bear, N
+  double residual_force = 0;                 ///< what they were asked to bear less what they do, N
   /// The moments of what they bear about the line that the force acts along, sum of x and y times
   /// force, N m; zero where the object may not tilt.
   Vec2<double> residual_moment = Vec2<double>::Zero();
@@ -79,8 +91,11 @@ class SpringBed {
                     " is negative or not finite");
   }
 
+  /// What the bed was made of.
+  ///@{
   [[nodiscard]] const Gel& gel() const { return gel_; }
   [[nodiscard]] T rest_depth() const { return rest_; }
+  ///@}
 
   /// The area of gel that each spring stands for, m^2.
   [[nodiscard]] double spring_area() const { return column() * row(); }
@@ -117,6 +132,7 @@ class SpringBed {
     return contact;
   }
 
+  /// The same into a contact whose images are used again.
   template <ImageOf<T> D>
   void press_tilting_into(SpringContact<T>& contact, const D& depth, double force,
                           const Vec2<double>& centre) const {
@@ -311,7 +327,7 @@ class SpringBed {
     constexpr double share_of_resistance = 1e-12;
     Eigen::Matrix3d rate = r.rate;
     rate.diagonal().array() += share_of_resistance * std::max(1.0, rate.trace());
-    Vec3<double> move = -rate.ldlt().solve(residual);
+    Vec3<double> move = -detail::solve_positive(rate, residual);
     const double longest = move.lpNorm<1>();
     if (longest > gel_.thickness) move *= gel_.thickness / longest;
     return move;

@@ -30,15 +30,16 @@ namespace gelight {
 
 /// How bright it is on the two sides of a half-silvered membrane, as shares of full light.
 struct LightLevels {
-  double inner = 1;  ///< the LEDs
-  double outer = 1;  ///< what lies beyond the membrane
+  double inner = 0.5;  ///< the LEDs
+  double outer = 0.5;  ///< what lies beyond the membrane
 
   /// LEDs on, dark outside: a tactile sensor.
   [[nodiscard]] static LightLevels tactile() { return {1, 0}; }
   /// LEDs off: a camera that looks through the membrane.
   [[nodiscard]] static LightLevels visual() { return {0, 1}; }
-  /// Both at once.
-  [[nodiscard]] static LightLevels visuotactile() { return {1, 1}; }
+  /// The default, both at once: at half of their light, so that their sum is not too bright for the
+  /// camera.
+  [[nodiscard]] static LightLevels visuotactile() { return {0.5, 0.5}; }
 };
 
 /// How a SeeThroughRenderer turns a depth map into an image. The defaults of thickness and ambient
@@ -53,15 +54,15 @@ struct SeeThroughOptions {
   /// The share of its light that gel loses which is pressed in by `darkening_depth` (in the unit of
   /// the depth) or more; less where it is pressed less.
   double darkening = 0.2;
-  double darkening_depth = 0.002;
+  double darkening_depth = 0.002;  ///< see darkening
   /// The shares of light that the membrane's coating throws back and lets through; what is missing
   /// to 1 it swallows.
-  double reflectance = 0.5, transmittance = 0.5;
+  double reflectance = 0.5, transmittance = 0.5;  ///< their sum is at most 1
   /// The camera's gain: with 2, half of the light gives a full image.
   double exposure = 2;
   /// The light of those calls of `render` that do not tell.
-  LightLevels levels = LightLevels::visuotactile();
-  Specular specular = Specular::gated;
+  LightLevels levels = {};
+  Specular specular = Specular::gated;  ///< the form of the specular term
 };
 
 /// Four lights at the image's edges, each shining straight across the gel and `tilt` (radians)
@@ -134,8 +135,11 @@ class SeeThroughRenderer {
     render_into(rest_image_, rest_);
   }
 
+  /// What the renderer was made with.
+  ///@{
   [[nodiscard]] const Camera<T>& camera() const { return camera_; }
   [[nodiscard]] const SeeThroughOptions& options() const { return options_; }
+  ///@}
 
   /// The image of the membrane that nothing touches, in the options' light, with nothing beyond.
   [[nodiscard]] const Image<Rgb8>& rest_image() const { return rest_image_; }
@@ -168,6 +172,7 @@ class SeeThroughRenderer {
 
   /// The same into the caller's pixels. Throws InvalidInput, before anything is written, also for
   /// an output of another size or in the memory of the depth or the visual image.
+  ///@{
   template <ImageOf<T> D>
   void render_into(ImageView<Rgb8> out, const D& depth) const {
     render_checked(out, depth, Dark{}, options_.levels);
@@ -187,6 +192,7 @@ class SeeThroughRenderer {
     require_level(levels.outer, "outer");
     render_checked(out, depth, visual, levels);
   }
+  ///@}
 
  private:
   static constexpr T unknown = std::numeric_limits<T>::quiet_NaN();

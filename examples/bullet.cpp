@@ -1,0 +1,393 @@
+// The half-silvered sensor in a physics engine: things from a drawer fall onto it, are pressed down
+// and pushed across it, in Bullet.
+//
+//    Bullet --- pose, contact force and its centre --.      every step
+//       |                                            |
+//       pose --> z-buffer --> depth --> springs: how deep, how tilted
+//                                            |
+//                                 depth of the gel --> tactile, visual, visuotactile image
+//
+// Checks at every step at which a thing lies still that the springs bear what Bullet says that they
+// do, and that this is the known weight and the hand's pressure.
+
+#include <LinearMath/btConvexHullComputer.h>
+#include <btBulletDynamicsCommon.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gelight/image/raster.hpp"
+#include "gelight/io/image.hpp"
+#include "gelight/membrane/springs.hpp"
+#include "gelight/sensor/see_through.hpp"
+#include "support/figure.hpp"
+#include "support/household.hpp"
+
+using gelight::Camera;
+using gelight::Equilibrium;
+using gelight::Image;
+using gelight::Index;
+using gelight::LightLevels;
+using gelight::Mesh;
+using gelight::Rgb8;
+using gelight::Vec2;
+using gelight::Vec3;
+
+namespace {
+
+// The camera looks up from the origin at the gel, z upwards. Bullet is made for things of about a
+// metre: it gets centimetres, and with them forces in kg cm / s^2.
+constexpr double gel_depth = 0.07, centimetre = 0.01, gravity = 9.81;
+constexpr double time_step = 1 / 480.0;  // of the engine
+constexpr int steps_a_frame = 8;         // of a camera with 60 frames a second
+
+struct Settings {
+  Index width = 640, height = 480;
+  double seconds = 1.5;  // of each thing
+  int every = 3;         // frames from one to the next that is written; 0: none
+  std::string out = "out";
+};
+
+/// How far things were from what they should be, at steps at which they lay still.
+struct Faults {
+  int steps = 0, unsettled = 0;
+  double springs = 0;  // springs against Bullet, largest share of the force
+  double weight = 0;   // Bullet against the known weight and pressure
+  double centre = 0;   // the force's centre against the centre of mass, m
+};
+
+/// Seconds of each part of the work, summed up.
+struct Times {
+  double engine = 0, raster = 0, springs = 0, render = 0;
+  int steps = 0;
+};
+
+class Clock {
+ public:
+  /// Seconds since this was last asked.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const std::chrono::duration<double> passed = now - last_;
+    last_ = now;
+    return passed.count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+struct Contact {
+  double force = 0;                            // N, upwards
+  Vec2<double> centre = Vec2<double>::Zero();  // m
+};
+
+/// A thing in Bullet's world, above a flat, rigid gel.
+class World {
+ public:
+  explicit World(const Thing& thing)
+      : dispatcher_(&configuration_),
+        world_(&dispatcher_, &broadphase_, &solver_, &configuration_),
+        gel_box_(btVector3(30, 30, 1)),
+        centre_(centre_of_area(thing.mesh)),
+        hull_(hull_about(thing.mesh, centre_)) {
+    world_.setGravity(to_bullet({0, 0, -gravity}));
+    world_.getSolverInfo().m_numIterations = 200;
+    const btTransform below(btQuaternion::getIdentity(), to_bullet({0, 0, gel_depth - centimetre}));
+    gel_state_ = std::make_unique<btDefaultMotionState>(below);
+    gel_ = std::make_unique<btRigidBody>(
+        btRigidBody::btRigidBodyConstructionInfo(0, gel_state_.get(), &gel_box_));
+    gel_->setFriction(0.6f);
+    gel_->setRollingFriction(0.01f);
+    world_.addRigidBody(gel_.get());
+
+    btVector3 inertia;
+    const auto mass = static_cast<btScalar>(thing.mass);
+    hull_->calculateLocalInertia(mass, inertia);
+    const double drop = 0.006;
+    const btQuaternion lean(btVector3(1, 0, 0), 0.06f), turn(btVector3(0, 0, 1), -0.5f);
+    const btQuaternion lying = lean * turn;
+    const btTransform start(
+        lying, to_bullet({0, 0, gel_depth + drop}) + btMatrix3x3(lying) * to_bullet(centre_));
+    state_ = std::make_unique<btDefaultMotionState>(start);
+    body_ = std::make_unique<btRigidBody>(
+        btRigidBody::btRigidBodyConstructionInfo(mass, state_.get(), hull_.get(), inertia));
+    body_->setFriction(0.6f);
+    body_->setRollingFriction(0.01f);
+    body_->setDamping(0.1f, 0.5f);
+    body_->setActivationState(DISABLE_DEACTIVATION);
+    world_.addRigidBody(body_.get());
+  }
+
+  ~World() {
+    world_.removeRigidBody(body_.get());
+    world_.removeRigidBody(gel_.get());
+  }
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  /// Until the camera's next frame, under a force (N) at the centre of mass.
+  void step(const Vec3<double>& push) {
+    for (int i = 0; i < steps_a_frame; ++i) {
+      body_->applyCentralForce(to_bullet(push));
+      world_.stepSimulation(static_cast<btScalar>(time_step), 0);
+    }
+  }
+
+  /// What the gel bears in the last step.
+  [[nodiscard]] Contact contact() const {
+    Contact contact;
+    for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
+      const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(i);
+      for (int k = 0; k < manifold.getNumContacts(); ++k) {
+        const btManifoldPoint& point = manifold.getContactPoint(k);
+        const double force = point.getAppliedImpulse() / time_step * centimetre;
+        const btVector3& at = point.getPositionWorldOnB();
+        contact.force += force;
+        contact.centre += force * centimetre * Vec2<double>(at.x(), at.y());
+      }
+    }
+    if (contact.force > 0) contact.centre /= contact.force;
+    return contact;
+  }
+
+  [[nodiscard]] bool is_still() const {
+    return body_->getLinearVelocity().length() < 0.05 &&
+           body_->getAngularVelocity().length() < 0.02;
+  }
+
+  [[nodiscard]] Vec2<double> centre_of_mass() const {
+    const btVector3& at = body_->getCenterOfMassPosition();
+    return centimetre * Vec2<double>(at.x(), at.y());
+  }
+
+  /// The thing where it is now, `sunk` metres lower.
+  [[nodiscard]] Mesh<double> placed(const Mesh<double>& mesh, double sunk) const {
+    const btTransform& pose = body_->getCenterOfMassTransform();
+    Eigen::Matrix3d rotation;
+    Vec3<double> move;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) rotation(i, j) = pose.getBasis()[i][j];
+      move[i] = centimetre * pose.getOrigin()[i];
+    }
+    move -= rotation * centre_ + Vec3<double>(0, 0, sunk);
+    return gelight::placed<double>(mesh, rotation, move);
+  }
+
+ private:
+  [[nodiscard]] static btVector3 to_bullet(const Vec3<double>& v) {
+    return {static_cast<btScalar>(v.x() / centimetre), static_cast<btScalar>(v.y() / centimetre),
+            static_cast<btScalar>(v.z() / centimetre)};
+  }
+
+  /// Of a thing of thin sheet or wire: of its faces.
+  [[nodiscard]] static Vec3<double> centre_of_area(const Mesh<double>& mesh) {
+    Vec3<double> sum = Vec3<double>::Zero();
+    double area = 0;
+    for (const auto& [a, b, c] : mesh.faces) {
+      const auto at = [&](Index v) { return Vec3<double>(mesh.position(v).data()); };
+      const double twice = gelight::cross<double>(at(b) - at(a), at(c) - at(a)).norm();
+      sum += twice / 3 * (at(a) + at(b) + at(c));
+      area += twice;
+    }
+    return sum / area;
+  }
+
+  /// On a flat gel a thing touches where its convex hull does.
+  [[nodiscard]] static std::unique_ptr<btConvexHullShape> hull_about(const Mesh<double>& mesh,
+                                                                     const Vec3<double>& centre) {
+    std::vector<btVector3> points;
+    for (const auto& p : mesh.positions)
+      points.push_back(to_bullet(Vec3<double>(p.data()) - centre));
+    btConvexHullComputer computer;
+    computer.compute(&points[0].m_floats[0], sizeof(btVector3), static_cast<int>(points.size()), 0,
+                     0);
+    auto hull = std::make_unique<btConvexHullShape>();
+    for (int i = 0; i < computer.vertices.size(); ++i) hull->addPoint(computer.vertices[i], false);
+    hull->recalcLocalAabb();
+    hull->setMargin(0.001f);
+    return hull;
+  }
+
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_;
+  btDbvtBroadphase broadphase_;
+  btSequentialImpulseConstraintSolver solver_;
+  mutable btDiscreteDynamicsWorld world_;
+  btBoxShape gel_box_;
+  Vec3<double> centre_;
+  std::unique_ptr<btConvexHullShape> hull_;
+  std::unique_ptr<btDefaultMotionState> gel_state_, state_;
+  std::unique_ptr<btRigidBody> gel_, body_;
+};
+
+/// The sensor and all that a step of it needs.
+struct Sensor {
+  Camera<float> camera;
+  gelight::SpringBed<float> bed;
+  gelight::SeeThroughRenderer<float> renderer;
+  gelight::SpringContact<float> contact;
+  Image<Rgb8> visual, image;
+
+  explicit Sensor(const Settings& settings)
+      : camera(Camera<float>::from_vertical_fov(0.9f, settings.width, settings.height)),
+        bed(camera, static_cast<float>(gel_depth), {.elastic_modulus = 5e4}),
+        renderer(camera, Image<float>(camera.width, camera.height, static_cast<float>(gel_depth)),
+                 gelight::edge_lights(camera, 0.1)),
+        image(camera.width, camera.height) {}
+
+  /// What all springs together bear, added up from what they are pressed in by.
+  [[nodiscard]] double borne() const {
+    double sum = 0;
+    for (const float u : contact.indentation.pixels()) sum += double{u};
+    return sum * bed.gel().stiffness() * bed.spring_area();
+  }
+};
+
+/// The three images of a thing, for the contact sheet.
+struct Views {
+  std::string name;
+  std::vector<Image<Rgb8>> images;
+};
+
+constexpr std::array<const char*, 3> view_names{"tactile", "visual", "visuotactile"};
+
+Views views_of(const std::string& name, const Sensor& sensor, const Image<float>& gel) {
+  Views views{name, {}};
+  for (const LightLevels& levels :
+       {LightLevels::tactile(), LightLevels::visual(), LightLevels::visuotactile()}) {
+    views.images.push_back(sensor.renderer.render(gel, sensor.visual, levels));
+  }
+  return views;
+}
+
+/// Lets a thing fall, presses it down by a hand and pushes it across the gel.
+Views let_fall(const Thing& thing, Sensor& sensor, const Settings& settings, Times& times,
+               Faults& faults) {
+  World world(thing);
+  const double weight = gravity * thing.mass, press = 0.02 + 3 * weight;
+  const int steps = static_cast<int>(settings.seconds / (steps_a_frame * time_step));
+  double sunk = 0;  // in the last step: a good guess for the next
+  int still = 0, settled_steps = 0;
+  Views views;
+  for (int step = 0; step < steps; ++step) {
+    const double share = static_cast<double>(step) / steps;
+    const double down = share > 0.4 ? press : 0, side = share > 0.75 && share < 0.82 ? 0.4 : 0;
+    Clock clock;
+    world.step({0.88 * side * (weight + down), -0.48 * side * (weight + down), -down});
+    times.engine += clock.lap();
+    const Contact reaction = world.contact();
+    const auto mesh = world.placed(thing.mesh, sunk);
+    const auto seen = gelight::rasterize<float>(mesh, sensor.camera);
+    times.raster += clock.lap();
+    sensor.bed.press_tilting_into(sensor.contact, seen.depth, reaction.force, reaction.centre);
+    const Image<float> gel = sensor.bed.depth(sensor.contact);
+    times.springs += clock.lap();
+    sensor.visual = seen_in_daylight(seen, mesh, thing.colour);
+    clock.lap();
+    sensor.renderer.render_into(sensor.image, gel, sensor.visual);
+    times.render += clock.lap();
+    ++times.steps;
+    if (sensor.contact.equilibrium == Equilibrium::reached && reaction.force > 0) {
+      sunk += sensor.contact.displacement + sensor.contact.tilt.dot(reaction.centre);
+    }
+
+    still = world.is_still() ? still + 1 : 0;
+    if (still > 3 && side == 0) {
+      ++settled_steps;
+      const double known = weight + down;
+      faults.springs = std::max(faults.springs, std::abs(sensor.borne() / reaction.force - 1));
+      faults.weight = std::max(faults.weight, std::abs(reaction.force / known - 1));
+      faults.centre = std::max(faults.centre, (reaction.centre - world.centre_of_mass()).norm());
+      if (sensor.contact.equilibrium != Equilibrium::reached) ++faults.unsettled;
+    }
+    if (share < 0.74) views = views_of(thing.name, sensor, gel);
+    if (settings.every > 0 && step % settings.every == 0) {
+      std::string number = std::to_string(step / settings.every);
+      number.insert(0, 3 - std::min<std::size_t>(3, number.size()), '0');
+      std::string name = thing.name;
+      std::replace(name.begin(), name.end(), ' ', '_');
+      gelight::write_png(settings.out + "/bullet_" + name + "_" + number + ".png", sensor.image);
+    }
+  }
+  faults.steps += settled_steps;
+  std::printf("  %-11s %4.0f g  pressed in %4.2f mm  settled in %d of %d steps\n",
+              thing.name.c_str(), 1e3 * thing.mass, 1e3 * sunk, settled_steps, steps);
+  return views;
+}
+
+void draw_sheet(const std::string& path, const std::vector<Views>& things) {
+  const double cell = 256, gap = 6, margin = 34;
+  const auto& first = things[0].images[0];
+  const double scale = cell / first.width(), high = scale * first.height();
+  Figure figure(static_cast<int>(margin + static_cast<double>(things.size()) * (cell + gap)),
+                static_cast<int>(margin + 3 * (high + gap)));
+  for (std::size_t column = 0; column < things.size(); ++column) {
+    const double x = margin + static_cast<double>(column) * (cell + gap);
+    figure.pen({0, 0, 0}, 1);
+    figure.text(things[column].name, x + cell / 2, margin / 2, 16);
+    for (std::size_t row = 0; row < 3; ++row) {
+      const double y = margin + static_cast<double>(row) * (high + gap);
+      figure.image(things[column].images[row], x, y, scale);
+      if (column == 0) figure.text(view_names[row], margin / 2, y + high / 2, 16, true);
+    }
+  }
+  figure.save(path);
+}
+
+int run(const Settings& settings) {
+  std::filesystem::create_directories(settings.out);
+  Sensor sensor(settings);
+  Times times;
+  Faults faults;
+  std::vector<Views> all;
+  for (const Thing& thing : things_from_a_drawer()) {
+    all.push_back(let_fall(thing, sensor, settings, times, faults));
+  }
+  const std::string sheet = settings.out + "/bullet.png";
+  draw_sheet(sheet, all);
+
+  std::printf("\nSteps a second (%d x %d):\n", settings.width, settings.height);
+  for (const auto& [part, seconds] : {std::pair{"Bullet", times.engine},
+                                      {"z-buffer", times.raster},
+                                      {"springs", times.springs},
+                                      {"image", times.render}}) {
+    std::printf("  %-10s %8.0f\n", part, times.steps / seconds);
+  }
+  std::printf("At %d steps at which a thing lay still, at most:\n", faults.steps);
+  std::printf("  springs against Bullet's force     %.1e of it\n", faults.springs);
+  std::printf("  Bullet's force against the weight  %.1e of it\n", faults.weight);
+  std::printf("  its centre beside the mass's       %.2f mm\n", 1e3 * faults.centre);
+  std::printf("  without an equilibrium             %d steps\n", faults.unsettled);
+  std::printf("Picture: %s\n", sheet.c_str());
+
+  const bool right = faults.steps >= 50 && faults.unsettled == 0 && faults.springs < 1e-5 &&
+                     faults.weight < 0.01 && faults.centre < 5e-4;
+  if (!right) std::fprintf(stderr, "The springs are not in equilibrium with the engine.\n");
+  return right ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("A half-silvered sensor under things that Bullet lets fall");
+  Settings settings;
+  app.add_option("--width", settings.width, "pixels")->capture_default_str();
+  app.add_option("--height", settings.height, "pixels")->capture_default_str();
+  app.add_option("--seconds", settings.seconds, "how long each thing moves")->capture_default_str();
+  app.add_option("--every", settings.every, "frames from one to the next that is written; 0: none")
+      ->capture_default_str();
+  app.add_option("--out", settings.out, "folder for the pictures")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return run(settings);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}
