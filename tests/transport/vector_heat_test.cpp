@@ -4,10 +4,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <random>
+#include <string>
 #include <vector>
 
 #include "gelight/mesh/shapes.hpp"
@@ -249,4 +250,91 @@ TEST_CASE("bad input is refused by name") {
   CHECK_THROWS_AS((void)solver.extend(vertex, std::vector<double>{nan}), InvalidInput);
   std::swap(mesh.faces[3][0], mesh.faces[3][1]);
   CHECK_THROWS_AS(VectorHeatSolver{mesh}, InvalidInput);
+}
+
+namespace {
+
+// A flat square whose faces lean: each vertex is joined to one some columns on in the next row.
+Mesh<double> leaning_sheet(Index n, Index lean) {
+  Mesh<double> mesh;
+  mesh.positions = grid<double>(n, n).positions;
+  for (Index j = 0; j < n; ++j) {
+    const Index low = j * (n + 1), high = low + n + 1;
+    for (Index i = 0; i < lean; ++i) {
+      mesh.faces.push_back({low, high + i + 1, high + i});
+      mesh.faces.push_back({low + n - lean + i, low + n - lean + i + 1, high + n});
+    }
+    for (Index i = 0; i < n - lean; ++i) {
+      mesh.faces.push_back({low + i, low + i + 1, high + i + lean + 1});
+      mesh.faces.push_back({low + i, high + i + lean + 1, high + i + lean});
+    }
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("on the intrinsic Delaunay triangulation faces that lean do no harm") {
+  const Index n = 40;
+  const auto mesh = leaning_sheet(n, 6);
+  const Index source = n / 2 * (n + 1) + n / 2;
+  const Vec s = at(mesh, static_cast<std::size_t>(source));
+  std::array<Worst, 2> radial, radius;
+  for (const std::size_t k : {0U, 1U}) {
+    const VectorHeatSolver solver(mesh, {.intrinsic_delaunay = k == 1});
+    const auto away = solver.radial(source);
+    const auto map = solver.log_map(source);
+    for (std::size_t v = 0; v < away.size(); ++v) {
+      const Vec way = at(mesh, v) - s;
+      if (way.norm() == 0) continue;
+      radial[k].add(angle_between(way, away[v]) / degree);
+      radius[k].add(std::abs(map[v].norm() / way.norm() - 1));
+    }
+    MESSAGE(std::string(k == 0 ? "own edges" : "Delaunay")
+            << ": radial " << radial[k].mean << " degrees off (mean), " << radial[k].max
+            << " at most; radius " << 100 * radius[k].mean << " %, " << 100 * radius[k].max
+            << " %");
+  }
+  CHECK(radial[1].mean < 2);
+  CHECK(radial[1].mean < 0.5 * radial[0].mean);
+  CHECK(radius[1].mean < 0.03);
+}
+
+TEST_CASE("on a sound mesh, Delaunay already, the option changes rounding alone") {
+  const auto mesh = icosphere<double>(3);
+  const VectorHeatSolver own(mesh), flipped(mesh, {.intrinsic_delaunay = true});
+  const auto basis = own.tangent_basis(9);
+  const auto a = own.transport(9, basis[0]), b = flipped.transport(9, basis[0]);
+  for (std::size_t v = 0; v < a.size(); ++v) {
+    if ((at(mesh, v) + at(mesh, 9)).norm() > 1e-9) CHECK((a[v] - b[v]).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("in a flat sheet whose edges are all flipped a vector stays what it is") {
+  // Sheared and stretched, so that the intrinsic Delaunay triangulation has other edges.
+  auto mesh = grid<double>(14, 9, 1.0, 1.0);
+  for (auto& p : mesh.positions) p = {p[0] + 2.7 * p[1], 0.3 * p[1], 0};
+  const VectorHeatSolver solver(mesh, {.intrinsic_delaunay = true});
+  for (const Vec& v : {Vec(1, 2, 0), Vec(-1, 2, 0), Vec(-3, -0.1, 0), Vec(0, -5, 0)}) {
+    for (const auto& point : {vertex_point<double>(50), edge_point<double>(50, 51, 0.3),
+                              face_point<double>(77, {0.2, 0.5, 0.3})}) {
+      const std::vector<VectorSource<double>> sources{{point, v}};
+      for (const auto& carried : solver.transport(sources)) CHECK((carried - v).norm() < 1e-10);
+    }
+  }
+}
+
+TEST_CASE("a heat solver's matrices are shared, and the answer is the same to the last bit") {
+  const auto mesh = torus(2.0, 0.7, 30, 14);
+  for (const bool intrinsic : {false, true}) {
+    const HeatSolver heat(mesh, {.time_factor = 2, .intrinsic_delaunay = intrinsic});
+    const VectorHeatSolver shared(heat);
+    const VectorHeatSolver own(mesh, {.time_factor = 2, .intrinsic_delaunay = intrinsic});
+    const auto x = own.tangent_basis(5)[0];
+    CHECK(shared.transport(5, x) == own.transport(5, x));
+    CHECK(shared.log_map(5) == own.log_map(5));
+    const std::vector<Index> at{3, 200};
+    const std::vector<double> values{1, -2};
+    CHECK(shared.extend(at, values) == own.extend(at, values));
+  }
 }

@@ -179,22 +179,22 @@ inline void flip(IntrinsicTriangulation& mesh, Index h, double length) {
   mesh.lengths[left] = mesh.lengths[right] = length;
 }
 
-}  // namespace detail
-
-/// Flips edges, on lengths alone, until the angles opposite each sum to at most pi: the intrinsic
-/// Delaunay triangulation of the same surface (Sharp and Crane 2020, doi:10.1111/cgf.14069).
-///
-/// Where some face has (almost) no area, all edges are first lengthened by the same small amount.
-/// Edges of one face, or of more than two, or of two faces oriented against each other stay. Ends
-/// after at most `flip_limit` flips for each edge, sooner on any mesh met so far.
-[[nodiscard]] inline IntrinsicTriangulation intrinsic_delaunay(const Surface<double>& surface,
-                                                               double unit = 1) {
-  constexpr std::ptrdiff_t flip_limit = 1000;
+/// A surface's own triangulation with lengths in units of `unit`; where some face has (almost) no
+/// area, all edges are longer by the same small amount.
+[[nodiscard]] inline IntrinsicTriangulation mollified_triangulation(const Surface<double>& surface,
+                                                                    double unit) {
   auto mesh = intrinsic_triangulation(surface, unit);
   for (Index h = 0; h < surface.halfedge_count(); ++h) mesh.lengths[h] = surface.length(h) / unit;
-  detail::mollify_together(mesh);
-  detail::Array<Index> pending;
-  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+  mollify_together(mesh);
+  return mesh;
+}
+
+/// Calls `flip_edge(h, new length)`, which is to flip that edge, until the angles opposite each
+/// edge sum to at most pi, at most 1000 times for each.
+inline void flip_to_delaunay(IntrinsicTriangulation& mesh, auto&& flip_edge) {
+  constexpr std::ptrdiff_t flip_limit = 1000;
+  Array<Index> pending;
+  for (Index h = 0; h < static_cast<Index>(mesh.twins.size()); ++h) {
     if (h < mesh.twins[h]) pending.push_back(h);
   }
   auto flips_left = flip_limit * static_cast<std::ptrdiff_t>(pending.size());
@@ -202,13 +202,27 @@ inline void flip(IntrinsicTriangulation& mesh, Index h, double length) {
     const Index h = pending.back();
     pending.pop_back();
     if (mesh.twins[h] < 0 || mesh.twins[h] / 3 == h / 3) continue;
-    const double length = detail::flipped_length(mesh, h);
+    const double length = flipped_length(mesh, h);
     if (length < 0) continue;
     const Index left = h - h % 3, right = mesh.twins[h] - mesh.twins[h] % 3;
-    detail::flip(mesh, h, length);
+    flip_edge(h, length);
     --flips_left;
     pending.insert(pending.end(), {left + 1, left + 2, right + 1, right + 2});
   }
+}
+
+}  // namespace detail
+
+/// Flips edges, on lengths alone, until the angles opposite each sum to at most pi: the intrinsic
+/// Delaunay triangulation of the same surface (Sharp and Crane 2020, doi:10.1111/cgf.14069).
+///
+/// Where some face has (almost) no area, all edges are first lengthened by the same small amount.
+/// Edges of one face, or of more than two, or of two faces oriented against each other stay. Ends
+/// after at most 1000 flips for each edge, sooner on any mesh met so far.
+[[nodiscard]] inline IntrinsicTriangulation intrinsic_delaunay(const Surface<double>& surface,
+                                                               double unit = 1) {
+  auto mesh = detail::mollified_triangulation(surface, unit);
+  detail::flip_to_delaunay(mesh, [&](Index h, double length) { detail::flip(mesh, h, length); });
   return mesh;
 }
 

@@ -50,9 +50,14 @@ inline void require_oriented(const Surface<double>& surface) {
 class TangentFrames {
  public:
   /// Throws InvalidInput as require_oriented does. Linear in the faces.
-  explicit TangentFrames(const Surface<double>& surface) : surface_(surface) {
+  explicit TangentFrames(const Surface<double>& surface)
+      : TangentFrames(surface, intrinsic_triangulation(surface)) {}
+
+  /// With the angles of other edge lengths, the half-edges being the same.
+  TangentFrames(const Surface<double>& surface, const IntrinsicTriangulation& mesh)
+      : surface_(surface) {
     require_oriented(surface);
-    measure_corners();
+    measure_corners(mesh);
     const auto halfedges = static_cast<std::size_t>(surface.halfedge_count());
     bases_.resize(static_cast<std::size_t>(surface.vertex_count()));
     angles_.resize(halfedges);
@@ -76,8 +81,8 @@ class TangentFrames {
   }
 
  private:
-  void measure_corners() {
-    const auto faces = planar_faces(intrinsic_triangulation(surface_));
+  void measure_corners(const IntrinsicTriangulation& mesh) {
+    const auto faces = planar_faces(mesh);
     corners_.resize(static_cast<std::size_t>(surface_.halfedge_count()));
     for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto& [x1, x2, y2] = faces[f];

@@ -15,16 +15,21 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/late.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/heat.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/tangent.hpp"
+#include "gelight/transport/detail/signposts.hpp"
+#include "gelight/transport/detail/tangent_planes.hpp"
 
 namespace gelight {
 
 struct VectorHeatOptions {
   /// Time of the heat flow, in squared mean edge lengths.
   double time_factor = 1;
+  /// Works on the intrinsic Delaunay triangulation: for meshes of needles.
+  bool intrinsic_delaunay = false;
 };
 
 /// A vector to transport, and where it starts.
@@ -48,22 +53,25 @@ template <std::floating_point T>
 class VectorHeatSolver {
  public:
   /// Throws InvalidInput as Surface does, for faces that are not oriented alike, for edges of more
-  /// than two faces, and for a time factor that is not positive.
+  /// than two faces, and for a time factor that is not positive. Each matrix is factored when it is
+  /// first needed: one to transport from a single source, one more for several sources and to
+  /// extend, one more for the log map.
   template <TriangleMesh M>
   explicit VectorHeatSolver(const M& mesh, const VectorHeatOptions& options = {})
-      : surface_(mesh),
-        frames_(surface_),
-        heat_(surface_, HeatOptions{.time_factor = options.time_factor}),
-        connection_(connection_matrix(options.time_factor)),
-        factor_(std::make_shared<SparseFactor<std::complex<double>>>(heat_.system()->dissection,
-                                                                     connection_)) {}
+      : VectorHeatSolver(Surface<double>(mesh), nullptr, options) {}
+
+  /// Shares the matrices of a HeatSolver, and its time factor and triangulation. Throws
+  /// InvalidInput as above for its surface.
+  explicit VectorHeatSolver(const HeatSolver<T>& heat)
+      : VectorHeatSolver(heat.surface(), heat.system(),
+                         {heat.system()->time_factor, heat.system()->is_delaunay}) {}
 
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
   /// Two unit vectors, x and y, that span the tangent plane at a vertex; x cross y is the normal.
   [[nodiscard]] std::array<Vec3<T>, 2> tangent_basis(Index vertex) const {
     surface_.require_vertex(vertex);
-    const auto& basis = frames_.basis(vertex);
+    const auto& basis = planes_.frames().basis(vertex);
     return {basis.x.template cast<T>(), basis.y.template cast<T>()};
   }
 
@@ -114,7 +122,7 @@ class VectorHeatSolver {
     load[vertex] = 1;
     const auto axis = unit_directions(flow(load));
     const auto radial = radial_directions(vertex);
-    const auto distance = heat_.distance(vertex);
+    const auto distance = late_->heat.get([&] { return shared_heat(); }).distance(vertex);
     std::vector<Vec2<T>> result(vertex_count());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const auto i = static_cast<std::size_t>(v);
@@ -125,9 +133,10 @@ class VectorHeatSolver {
                              : Vec2<T>(unreachable<T>, unreachable<T>);
     }
     for (const Index h : surface_.corners(vertex)) {
-      set_neighbour(result, surface_.tip(h), surface_.length(h), frames_.angle(h));
+      set_neighbour(result, surface_.tip(h), surface_.length(h), planes_.frames().angle(h));
       const Index back = surface_.previous(h);
-      set_neighbour(result, surface_.origin(back), surface_.length(back), frames_.angle_back(back));
+      set_neighbour(result, surface_.origin(back), surface_.length(back),
+                    planes_.frames().angle_back(back));
     }
     return result;
   }
@@ -156,6 +165,25 @@ class VectorHeatSolver {
 
  private:
   using Field = detail::Array<std::complex<double>>;
+  using Point = SurfacePoint<double>;
+
+  // Made when first asked for.
+  struct Late {
+    detail::Late<SparseFactor<std::complex<double>>> factor;
+    detail::Late<HeatSolver<double>> heat;
+  };
+
+  VectorHeatSolver(Surface<double> surface, std::shared_ptr<const detail::HeatSystem> system,
+                   const VectorHeatOptions& options)
+      : surface_(std::move(surface)),
+        planes_(surface_, options.intrinsic_delaunay ? detail::mollified_triangulation(surface_, 1)
+                                                     : intrinsic_triangulation(surface_)),
+        system_(system ? std::move(system)
+                       : std::make_shared<detail::HeatSystem>(surface_, options.time_factor,
+                                                              options.intrinsic_delaunay)),
+        signposts_(signposts()),
+        connection_(connection_matrix()),
+        late_(std::make_shared<Late>()) {}
 
   [[nodiscard]] std::size_t vertex_count() const {
     return static_cast<std::size_t>(surface_.vertex_count());
@@ -166,30 +194,55 @@ class VectorHeatSolver {
                     " is in no face, it has no tangent plane");
   }
 
+  [[nodiscard]] detail::Signposts signposts() const {
+    if (!system_->is_delaunay) return {system_->mesh, planes_.frames()};
+    // The same flips as the system's, with the directions kept.
+    detail::Signposts posts(detail::mollified_triangulation(surface_, system_->unit),
+                            planes_.frames());
+    detail::flip_to_delaunay(posts.mesh,
+                             [&](Index h, double length) { posts.flip_edge(h, length); });
+    return posts;
+  }
+
   // Mass and connection Laplacian: the heat matrix with each edge's entry turned by its transport.
-  [[nodiscard]] SymmetricMatrix<std::complex<double>> connection_matrix(double time) const {
-    const auto& system = *heat_.system();
-    const auto& pattern = *system.pattern;
-    SymmetricMatrix<std::complex<double>> matrix{system.pattern, {}};
-    matrix.values.assign(system.heat.values.begin(), system.heat.values.end());
+  [[nodiscard]] SymmetricMatrix<std::complex<double>> connection_matrix() const {
+    const auto& pattern = *system_->pattern;
+    const auto& mesh = system_->mesh;
+    SymmetricMatrix<std::complex<double>> matrix{system_->pattern, {}};
+    matrix.values.assign(system_->heat.values.begin(), system_->heat.values.end());
     for (Index v = 0; v < pattern.size(); ++v) {
       for (Index e = pattern.diagonal(v) + 1; e < pattern.begin(v + 1); ++e) matrix.values[e] = 0;
     }
-    for (Index f = 0; f < surface_.face_count(); ++f) {
-      const auto weights = half_cotangents(system.faces[f]);
+    for (Index f = 0; f < mesh.face_count(); ++f) {
+      const auto weights = half_cotangents(system_->faces[f]);
       for (Index k = 0; k < 3; ++k) {
         const Index h = 3 * f + k;
-        const auto turn = frames_.transport(h);
-        matrix.values[pattern.entry(h)] -=
-            time * weights[static_cast<std::size_t>(k)] *
-            (surface_.origin(h) < surface_.tip(h) ? turn : std::conj(turn));
+        const Index from = mesh.origins[h], to = mesh.origins[detail::Signposts::next(h)];
+        const double weight = system_->time_factor * weights[static_cast<std::size_t>(k)];
+        const auto turn =
+            std::polar(1.0, signposts_.angle_back(h) + std::numbers::pi - signposts_.angle[h]);
+        if (from == to) {
+          // A loop, which the scalar matrix does without, carries its vertex' vector to itself.
+          matrix.values[pattern.diagonal(from)] += 2 * weight * (1 - turn.real());
+        } else {
+          matrix.values[pattern.entry(h)] -= weight * (from < to ? turn : std::conj(turn));
+        }
       }
     }
     return matrix;
   }
 
+  [[nodiscard]] const SparseFactor<std::complex<double>>& factor() const {
+    return late_->factor.get(
+        [&] { return SparseFactor<std::complex<double>>(system_->dissection, connection_); });
+  }
+
+  [[nodiscard]] HeatSolver<double> shared_heat() const {
+    return {surface_, HeatOptions{.time_factor = system_->time_factor}, system_};
+  }
+
   [[nodiscard]] detail::ScaledField<std::complex<double>> flow(const Field& load) const {
-    return detail::heat_flow(connection_, *factor_, load, heat_.system()->reached_from(load));
+    return detail::heat_flow(connection_, factor(), load, system_->reached_from(load));
   }
 
   [[nodiscard]] static Field unit_directions(detail::ScaledField<std::complex<double>> heat) {
@@ -205,7 +258,7 @@ class VectorHeatSolver {
   // Quotient of two heat flows: a mean of value / share, weighted by nearness. NaN where no heat.
   [[nodiscard]] detail::Array<double> ratio(const detail::Array<double>& values,
                                             const detail::Array<double>& shares) const {
-    const auto& system = *heat_.system();
+    const auto& system = *system_;
     const auto reached = system.reached_from(shares);
     const auto above = detail::heat_flow(system.heat, system.heat_factor(), values, reached);
     const auto below = detail::heat_flow(system.heat, system.heat_factor(), shares, reached);
@@ -221,7 +274,8 @@ class VectorHeatSolver {
   [[nodiscard]] std::vector<Vec3<T>> embedded(const Field& field) const {
     std::vector<Vec3<T>> result(field.size());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      result[static_cast<std::size_t>(v)] = frames_.basis(v).embed(field[v]).template cast<T>();
+      result[static_cast<std::size_t>(v)] =
+          planes_.frames().basis(v).embed(field[v]).template cast<T>();
     }
     return result;
   }
@@ -239,7 +293,7 @@ class VectorHeatSolver {
     detail::require(vector.allFinite(), "the vector of source ", number, " is (", vector[0], ", ",
                     vector[1], ", ", vector[2], "), which is not finite");
     if (point.kind == SurfacePoint<double>::Kind::vertex) require_faces(point.element[0]);
-    const auto basis = basis_at(point);
+    const auto basis = planes_.basis(point);
     const auto tangent = basis.project(vector);
     const double length = std::abs(tangent);
     detail::require(length > normal_share * vector.stableNorm(), "the vector of source ", number,
@@ -253,72 +307,40 @@ class VectorHeatSolver {
     for_each_vertex_of(point, add);
   }
 
-  // The tangent plane at a point: of an edge or a face its x runs along (first) half-edge, and the
-  // plane on an edge halves the angle between its faces.
-  [[nodiscard]] TangentBasis basis_at(const SurfacePoint<double>& point) const {
-    using Kind = SurfacePoint<double>::Kind;
-    if (point.kind == Kind::vertex) return frames_.basis(point.element[0]);
-    const Index h = halfedge_of(point);
-    Vec3<double> normal = face_normal(surface_.face_of(h));
-    if (point.kind == Kind::edge && !surface_.is_border(h)) {
-      normal += face_normal(surface_.face_of(surface_.twin(h)));
-    }
-    const Vec3<double> x =
-        (surface_.position(surface_.tip(h)) - surface_.position(surface_.origin(h)))
-            .stableNormalized();
-    Vec3<double> y = normal.cross(x);
-    y.stableNormalize();
-    if (!(y.squaredNorm() > 0)) y = x.unitOrthogonal();
-    return {x, y};
-  }
-
-  [[nodiscard]] Index halfedge_of(const SurfacePoint<double>& point) const {
-    return point.kind == SurfacePoint<double>::Kind::face
-               ? 3 * point.element[0]
-               : surface_.find_halfedge(point.element[0], point.element[1]);
-  }
-
-  [[nodiscard]] Vec3<double> face_normal(Index f) const {
-    const auto [a, b, c] = surface_.face(f);
-    const Vec3<double> ab = surface_.position(b) - surface_.position(a);
-    const Vec3<double> ac = surface_.position(c) - surface_.position(a);
-    return ab.stableNormalized().cross(ac.stableNormalized()).stableNormalized();
-  }
-
   // Calls `visit(vertex, weight, turn)` for the vertices of a point's element: turning a vector
   // from the point's basis by `turn` gives the parallel one in the vertex' basis.
-  void for_each_vertex_of(const SurfacePoint<double>& point, auto&& visit) const {
-    using Kind = SurfacePoint<double>::Kind;
-    if (point.kind == Kind::vertex) return visit(point.element[0], 1.0, 0.0);
-    const Index h = halfedge_of(point);
-    if (point.kind == Kind::edge) {
+  void for_each_vertex_of(const Point& point, auto&& visit) const {
+    if (point.kind == Point::Kind::vertex) return visit(point.element[0], 1.0, 0.0);
+    const Index h = planes_.first_halfedge(point);
+    const auto& frames = planes_.frames();
+    if (point.kind == Point::Kind::edge) {
       const bool same_way = surface_.origin(h) == point.element[0];
-      visit(surface_.origin(h), point.weights[same_way ? 0 : 1], frames_.angle(h));
+      visit(surface_.origin(h), point.weights[same_way ? 0 : 1], frames.angle(h));
       visit(surface_.tip(h), point.weights[same_way ? 1 : 0],
-            frames_.angle_back(h) + std::numbers::pi);
+            frames.angle_back(h) + std::numbers::pi);
       return;
     }
-    double direction = 0;  // of half-edge g in the face, from its first one
     for (Index k = 0; k < 3; ++k) {
-      const Index g = h + k;
       // The middle of the vertex' corner in its own plane lies on the middle of the face's corner.
-      const Index back = surface_.previous(g);
-      const double middle = (frames_.angle(g) + frames_.angle_back(back)) / 2;
-      visit(surface_.origin(g), point.weights[static_cast<std::size_t>(k)],
-            middle - (direction + frames_.corner(g) / 2));
-      direction += std::numbers::pi - frames_.corner(surface_.next(g));
+      const double middle = planes_.side_angle(h + k) + frames.corner(h + k) / 2;
+      const Index v = surface_.origin(h + k);
+      visit(v, point.weights[static_cast<std::size_t>(k)],
+            planes_.angle_at(vertex_point<double>(v), point.element[0], middle) - middle);
     }
   }
 
   [[nodiscard]] Field radial_directions(Index vertex) const {
     Field load(vertex_count(), 0);
-    for (const Index h : surface_.corners(vertex)) add_radial_load(h, load);
+    for (Index h = 0; h < static_cast<Index>(system_->mesh.origins.size()); ++h) {
+      if (system_->mesh.origins[h] == vertex) add_radial_load(h, load);
+    }
     auto field = unit_directions(flow(load));
     field[vertex] = 0;
+    const auto& frames = planes_.frames();
     for (const Index h : surface_.corners(vertex)) {
       const Index back = surface_.previous(h);
-      field[surface_.tip(h)] = std::polar(1.0, frames_.angle_back(h) + std::numbers::pi);
-      field[surface_.origin(back)] = std::polar(1.0, frames_.angle(back) + std::numbers::pi);
+      field[surface_.tip(h)] = std::polar(1.0, frames.angle_back(h) + std::numbers::pi);
+      field[surface_.origin(back)] = std::polar(1.0, frames.angle(back) + std::numbers::pi);
     }
     return field;
   }
@@ -327,35 +349,39 @@ class VectorHeatSolver {
   // the faces at the vertex. Its field is minus the gradient of the heat, so it runs radially on
   // any mesh of a plane, while loads that follow the unit field itself lean with the mesh's edges.
   void add_radial_load(Index h, Field& load) const {
-    const Index back = surface_.previous(h);
-    const double unit = heat_.system()->unit;
-    const double corner = frames_.corner(h);
-    const std::complex<double> to_tip = surface_.length(h) / unit;
-    const std::complex<double> to_apex = std::polar(surface_.length(back) / unit, corner);
+    const auto& mesh = signposts_.mesh;
+    const Index next = detail::Signposts::next(h), back = detail::Signposts::previous(h);
+    const double corner = signposts_.corner(h);
+    const std::complex<double> to_tip = mesh.lengths[h];
+    const std::complex<double> to_apex = std::polar(mesh.lengths[back], corner);
     const std::complex<double> quarter_turn(0, 1);
     // Twice the integrals, in the face with h along x.
     const auto at_tip = -quarter_turn * to_apex;
     const auto at_apex = quarter_turn * to_tip;
-    const double middle = (frames_.angle(h) + frames_.angle_back(back)) / 2;
-    load[surface_.origin(h)] -= (at_tip + at_apex) * std::polar(1.0, middle - corner / 2);
-    load[surface_.tip(h)] += at_tip * std::polar(1.0, frames_.angle_back(h) + std::numbers::pi);
-    load[surface_.origin(back)] +=
-        at_apex * std::polar(1.0, frames_.angle(back) + std::numbers::pi - corner);
+    const double middle = (signposts_.angle[h] + signposts_.far[h]) / 2;
+    load[mesh.origins[h]] -= (at_tip + at_apex) * std::polar(1.0, middle - corner / 2);
+    load[mesh.origins[next]] +=
+        at_tip * std::polar(1.0, signposts_.angle_back(h) + std::numbers::pi);
+    load[mesh.origins[back]] +=
+        at_apex * std::polar(1.0, signposts_.angle[back] + std::numbers::pi - corner);
   }
 
   // A vector whose tangent part is less than this share of it has no direction beyond round-off.
   static constexpr double normal_share = 16.0 * double{std::numeric_limits<T>::epsilon()};
 
   Surface<double> surface_;
-  TangentFrames frames_;
-  HeatSolver<double> heat_;
+  detail::TangentPlanes planes_;
+  std::shared_ptr<const detail::HeatSystem> system_;
+  detail::Signposts signposts_;
   SymmetricMatrix<std::complex<double>> connection_;
-  std::shared_ptr<const SparseFactor<std::complex<double>>> factor_;
+  std::shared_ptr<const Late> late_;
 };
 
 template <TriangleMesh M>
 explicit VectorHeatSolver(const M&) -> VectorHeatSolver<MeshScalar<M>>;
 template <TriangleMesh M>
 VectorHeatSolver(const M&, const VectorHeatOptions&) -> VectorHeatSolver<MeshScalar<M>>;
+template <std::floating_point T>
+explicit VectorHeatSolver(const HeatSolver<T>&) -> VectorHeatSolver<T>;
 
 }  // namespace gelight

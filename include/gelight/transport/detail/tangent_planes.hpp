@@ -8,6 +8,7 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/near.hpp"
+#include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 #include "gelight/mesh/tangent.hpp"
@@ -48,6 +49,10 @@ class TangentPlanes {
  public:
   /// Throws InvalidInput as TangentFrames does.
   explicit TangentPlanes(const Surface<double>& surface) : surface_(surface), frames_(surface) {}
+
+  /// With the angles of other edge lengths, the half-edges being the same.
+  TangentPlanes(const Surface<double>& surface, const IntrinsicTriangulation& mesh)
+      : surface_(surface), frames_(surface, mesh) {}
 
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
   [[nodiscard]] const TangentFrames& frames() const { return frames_; }
