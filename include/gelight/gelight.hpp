@@ -56,7 +56,7 @@
 #include "gelight/transport/log_map.hpp"
 #include "gelight/transport/parallel.hpp"
 #include "gelight/transport/vector_heat.hpp"
+#include "gelight/version.hpp"
 #include "gelight/views/image_view.hpp"
 #include "gelight/views/mdspan.hpp"
 #include "gelight/views/mesh_view.hpp"
-#include "gelight/version.hpp"
