@@ -644,6 +644,47 @@ TEST_CASE("targets: exact there, with less work") {
   CHECK(std::count(d.begin(), d.end(), infinity) > 100);
 }
 
+TEST_CASE("a reset radius: real paths, between Dijkstra and exact") {
+  for (int seed = 0; seed < 150; ++seed) {
+    const RandomCase c(seed);
+    const ExactSolver exact(c.mesh);
+    const auto shortest = exact.distance(c.span());
+    const auto edges = gelight::DijkstraSolver<double>(c.mesh).distance(c.span());
+    for (const double radius : {0.1, 0.7, 1.5, 4.0}) {
+      const ExactSolver solver(c.mesh, {.reset_radius = radius});
+      const auto field = solver.solve(c.span());
+      const auto d = field.distances();
+      for (Index v = 0; v < count(c.mesh); ++v) {
+        if (d[at(v)] == shortest[at(v)]) continue;
+        const double size = std::max(1.0, std::fabs(shortest[at(v)]));
+        CHECK(d[at(v)] >= shortest[at(v)] - 1e-12 * size);
+        CHECK(d[at(v)] <= edges[at(v)] + 1e-12 * size);
+        CHECK(path_error(exact.surface(), field, c.sources, vertex_point<double>(v)) < 1e-12);
+      }
+      CHECK(d == solver.distance(c.span()));
+    }
+    const auto whole = ExactSolver(c.mesh, {.reset_radius = 1e9}).distance(c.span());
+    CHECK(worst_difference(whole, shortest) < 1e-13);
+  }
+}
+
+TEST_CASE("a reset radius: the error falls faster than it grows") {
+  for (const auto& mesh : {gelight::icosphere<double>(4), gelight::membrane<double>(1, 3, 0.1)}) {
+    const auto exact = ExactSolver(mesh).distance(0);
+    double before = 0;
+    for (const double radius : {1.0, 4.0, 16.0}) {
+      const auto d = ExactSolver(mesh, {.reset_radius = radius}).distance(0);
+      double error = 0;
+      for (std::size_t v = 1; v < d.size(); ++v) error += d[v] / exact[v] - 1;
+      error /= static_cast<double>(d.size() - 1);
+      MESSAGE("radius " << radius << ": " << error);
+      if (before > 0) CHECK(std::log(before / error) / std::log(4.0) > 1.1);
+      before = error;
+    }
+    CHECK(before < 3e-4);
+  }
+}
+
 TEST_CASE("bad input is refused") {
   const Mesh<double> mesh = gelight::grid<double>(2, 2);
   const ExactSolver solver(mesh);
@@ -665,6 +706,9 @@ TEST_CASE("bad input is refused") {
   CHECK_THROWS_AS((void)solver.solve(Index{0}, {.max_distance = nan}), InvalidInput);
   CHECK_THROWS_AS((void)solver.solve(Index{0}, {.targets = {vertex_point<double>(9)}}),
                   InvalidInput);
+  for (const double radius : {0.0, -1.0, nan}) {
+    CHECK_THROWS_AS((void)solver.solve(Index{0}, {.reset_radius = radius}), InvalidInput);
+  }
   const auto field = solver.solve(Index{0});
   CHECK_THROWS_AS((void)field.distance(9), InvalidInput);
   CHECK_THROWS_AS((void)field.path(face_point<double>(8, {1, 0, 0})), InvalidInput);

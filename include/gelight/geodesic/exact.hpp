@@ -22,6 +22,7 @@
 #include "gelight/geodesic/detail/window_propagation.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/path.hpp"
+#include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -47,6 +48,14 @@ struct ExactOptions {
   /// that is no vertex looks at its own face only. Without, such a query searches its way back to
   /// the source, in O(vertices) and more; the answer is the same.
   bool keep_windows = false;
+  /// A dial between Dijkstra and exact (after Du, He, Fang, Meng, Xin 2021, hdl:10356/152296): at
+  /// every multiple of so many mean edge lengths from the sources paths go through a vertex, where
+  /// windows begin anew. The distances are lengths of real paths still, so never less than the
+  /// exact ones. With radii of 1, 2, 4, 8, 16 and 32 they are 1, 0.5, 0.12, 0.03, 0.01 and 0.003 %
+  /// too long on average, 3.4, 4.3, 3.1, 1.6, 1.3 and 0.6 % at most, on icospheres and the GelTip
+  /// membrane; work is linear in the vertices, about half of exact at 40,000 of a sphere and an
+  /// eighth at 655,362. Windows are kept.
+  T reset_radius = unreachable<T>;
 };
 
 /// One straight line by which a point is reached.
@@ -520,6 +529,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
       : surface_(mesh),
         faces_(std::make_shared<const detail::PlanarFaces>(surface_)),
         options_(std::move(options)),
+        mean_edge_(detail::mean_edge_length(surface_)),
         pool_(std::make_shared<Pool>()) {
     require_options(options_);
   }
@@ -567,6 +577,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
 
   void require_options(const ExactOptions<T>& options) const {
     detail::require(!std::isnan(options.max_distance), "the greatest distance is not a number");
+    detail::require(options.reset_radius > 0, "the reset radius is ", options.reset_radius,
+                    ", not a positive number");
     for (const auto& target : options.targets) surface_.require_point(target);
   }
 
@@ -623,6 +635,10 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     limits.distance = double{options.max_distance} - offset;
     limits.cancelled = options.cancelled;
     limits.keep_windows = options.keep_windows;
+    if (options.reset_radius < unreachable<T> && mean_edge_ > 0) {
+      limits.ring = double{options.reset_radius} * mean_edge_;
+      limits.keep_windows = true;
+    }
     for (const auto& target : options.targets) {
       add_target(ExactField<T>::snapped(surface_, target.template cast<double>()), limits);
     }
@@ -655,6 +671,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   Surface<double> surface_;
   std::shared_ptr<const detail::PlanarFaces> faces_;
   ExactOptions<T> options_;
+  double mean_edge_;
   std::shared_ptr<Pool> pool_;
 };
 

@@ -58,6 +58,7 @@ struct PropagationLimits {
   bool keep_windows = false;  // of all faces, or
   Array<char> faces_to_keep;  // of those marked, where not empty
   Array<double> rest;         // of each vertex, where not empty: the least way left from there
+  double ring = unreachable<double>;  // at every multiple of it paths go through a vertex
 };
 
 /// What propagation did, for benchmarks.
@@ -239,9 +240,30 @@ class WindowPropagation {
     }
     if (is_at_source(vertex)) {
       emit_everywhere(vertex, {distance, Origin::Kind::source, arrivals[vertex].origin, -1});
+    } else if (is_behind_ring(vertex)) {
+      emit_everywhere(vertex, {distance, Origin::Kind::vertex, vertex, -1});
     } else if (faces_->bend(vertex) != PlanarFaces::Bend::none) {
       bend(vertex, {distance, Origin::Kind::vertex, vertex, -1});
     }
+  }
+
+  // Whether a ring lies between a vertex and the beginning of the last piece of its path.
+  [[nodiscard]] bool is_behind_ring(Index vertex) const {
+    const Arrival& last = arrivals[vertex];
+    if (limits_->ring == unreachable<double> || last.entry == Arrival::none) return false;
+    double start = 0;
+    if (last.entry >= 0) {
+      start = origins[last.origin].start;
+    } else if (last.entry == Arrival::from_vertex) {
+      start = distances[last.origin];
+    } else {
+      start = (*sources_)[static_cast<std::size_t>(last.origin)].distance;
+    }
+    return distances[vertex] >= next_ring(start);
+  }
+
+  [[nodiscard]] double next_ring(double distance) const {
+    return (std::floor(distance / limits_->ring) + 1) * limits_->ring;
   }
 
   void go_along(Index h, Index from, Index to) {
@@ -410,6 +432,7 @@ class WindowPropagation {
     const double length = surface_->length(h);
     drop_useless({length, distances[surface_->origin(h)], distances[surface_->tip(h)]}, list_);
     if (bound_ < unreachable<double>) drop_beyond(bound_, rest_at(h), list_);
+    if (limits_->ring < unreachable<double>) drop_behind_rings(length);
     if (list_.size > 1) {
       sort_windows(list_);
       WindowTrimmer(list_).trim();
@@ -421,6 +444,17 @@ class WindowPropagation {
     cross(h);
   }
 
+  // Windows go on for one edge behind the ring, to reach all vertices there.
+  void drop_behind_rings(double length) {
+    std::ptrdiff_t count = 0;
+    for (std::ptrdiff_t i = 0; i < list_.size; ++i) {
+      const double p = std::clamp(list_.x[i], list_.begin[i], list_.end[i]);
+      const double nearest = list_.start[i] + std::hypot(p - list_.x[i], list_.y[i]);
+      if (nearest <= next_ring(list_.start[i]) + length) list_.move(count++, i);
+    }
+    list_.size = count;
+  }
+
   void reach_apex(Index h, const FaceCrossing::Nearest& nearest) {
     const std::ptrdiff_t n = nearest.window;
     Arrival last{{list_.x[n], list_.y[n]}, h, list_.origin[n], nearest.is_straight};
@@ -429,6 +463,8 @@ class WindowPropagation {
       last = {{0, 0}, Arrival::from_vertex, surface_->origin(h)};
     } else if (!nearest.is_straight && nearest.crossing == surface_->length(h)) {
       last = {{0, 0}, Arrival::from_vertex, surface_->tip(h)};
+    } else if (!nearest.is_straight && limits_->ring < unreachable<double>) {
+      return;  // bent where a neighbour ended behind its ring: no path is traced back so
     }
     arrive(surface_->apex(h), nearest.distance, last);
   }
