@@ -33,7 +33,7 @@ class Trace {
   [[nodiscard]] std::vector<Point> back(const Point& from, const Vec2<double>& at,
                                         const Arrival& last) const {
     std::vector<Point> path{from};
-    const Index vertex = last_piece(at, last, path);
+    const Index vertex = last_piece(at, last, unreachable<double>, path);
     return from_vertex(vertex, std::move(path));
   }
 
@@ -42,8 +42,8 @@ class Trace {
     while (vertex >= 0) {
       append(path, vertex_point<double>(vertex));
       const Arrival& last = arrivals_[vertex];
-      vertex =
-          last_piece(last.entry < 0 ? Vec2<double>(0, 0) : faces_.apex(last.entry), last, path);
+      const Vec2<double> at = last.entry < 0 ? Vec2<double>(0, 0) : faces_.apex(last.entry);
+      vertex = last_piece(at, last, distances_[vertex], path);
     }
     return path;
   }
@@ -57,11 +57,13 @@ class Trace {
     if (!(path.back() == point)) path.push_back(point);
   }
 
-  // Goes back over one straight piece; returns the vertex where it begins, or `arrived`.
-  Index last_piece(const Vec2<double>& at, const Arrival& last, std::vector<Point>& path) const {
+  // Goes back over one straight piece, from a place at a distance; returns the vertex where it
+  // begins, or `arrived`.
+  Index last_piece(const Vec2<double>& at, const Arrival& last, double distance,
+                   std::vector<Point>& path) const {
     if (last.entry == Arrival::from_vertex) return last.origin;
     if (last.entry == Arrival::from_source) return reach_source(last.origin, path);
-    return cross_faces(at, last, path);
+    return cross_faces(at, last, distance, path);
   }
 
   Index reach_source(Index source, std::vector<Point>& path) const {
@@ -69,8 +71,10 @@ class Trace {
     return arrived;
   }
 
-  // Goes back straight through faces; returns the vertex at which the straight line ends.
-  Index cross_faces(Vec2<double> at, const Arrival& last, std::vector<Point>& path) const {
+  // Goes back straight through faces; returns the vertex at which the straight line ends. It is
+  // nearer to the source, or in needles and on edges of no length the way could go in a circle.
+  Index cross_faces(Vec2<double> at, const Arrival& last, double distance,
+                    std::vector<Point>& path) const {
     Index h = last.entry, origin = last.origin;
     Vec2<double> image = last.image;
     const double start = origins_[last.origin].start;
@@ -82,7 +86,7 @@ class Trace {
       const Index beside = near_origin ? surface_.origin(h) : surface_.tip(h);
       const double gap = near_origin ? x : length - x;
       const double rest = start + (Vec2<double>(x, 0) - image).norm();
-      if (distances_[beside] + gap <= rest + tie) return beside;
+      if (distances_[beside] + gap <= rest + tie && distances_[beside] < distance) return beside;
       append(path, edge_point<double>(surface_.origin(h), surface_.tip(h), x / length));
 
       Index across = surface_.twin(h);
@@ -90,7 +94,7 @@ class Trace {
         across = surface_.is_manifold(h) ? across : origins_[origin].index;
         if (!surface_.is_manifold(h)) origin = origins_[origin].previous;
       }
-      if (across == h) return nearest_end(h, x);
+      if (across == h) return nearer_end(h, x, distance);
       if (surface_.origin(across) != surface_.origin(h)) {
         at = {length - x, 0};
         image = {length - image.x(), -image.y()};
@@ -104,7 +108,7 @@ class Trace {
       }
       h = step(across, at, image);
     }
-    return nearest_end(h, at.x());
+    return nearer_end(h, at.x(), distance);
   }
 
   static double crossing(const Vec2<double>& at, const Vec2<double>& image, double length) {
@@ -130,10 +134,14 @@ class Trace {
     return right ? Mesh::next(h) : Mesh::previous(h);
   }
 
-  [[nodiscard]] Index nearest_end(Index h, double x) const {
+  // The end of h by which a point x along it is reached, if it is nearer than `distance`.
+  [[nodiscard]] Index nearer_end(Index h, double x, double distance) const {
     const double by_origin = distances_[surface_.origin(h)] + x;
     const double by_tip = distances_[surface_.tip(h)] + surface_.length(h) - x;
-    return by_origin < by_tip ? surface_.origin(h) : surface_.tip(h);
+    const Index end = by_origin < by_tip ? surface_.origin(h) : surface_.tip(h);
+    const Index other = by_origin < by_tip ? surface_.tip(h) : surface_.origin(h);
+    if (distances_[end] < distance) return end;
+    return distances_[other] < distance ? other : arrived;
   }
 
   [[nodiscard]] bool is_in_face(Index origin, Index h) const {
