@@ -30,21 +30,18 @@ class SparseFactor {
     for (const auto& [entry, is_transposed, slot] : dissection_->placements()) {
       values_[slot] = is_transposed ? conjugate(matrix.values[entry]) : matrix.values[entry];
     }
-    // What children hand to parents waits on a stack, the last child on top.
-    detail::Array<Scalar> stack(static_cast<std::size_t>(dissection_->stack_size()));
-    Scalar* top = stack.data();
+    // What children hand to parents waits here.
+    const auto room = static_cast<std::size_t>(dissection_->stack_size());
+    const std::unique_ptr<Scalar[]> updates(new Scalar[room]);
     for (const auto& node : dissection_->nodes()) {
-      const auto border = std::ptrdiff_t{node.border()};
-      Scalar* const update = top;
-      std::fill(update, update + border * border, Scalar(0));
+      Scalar* const update = updates.get() + node.update;
+      clear_lower_triangle(update, node.border());
       for (const std::size_t c : {1U, 0U}) {
         if (node.children[c] < 0) continue;
         const auto& child = dissection_->nodes()[node.children[c]];
-        top -= std::ptrdiff_t{child.border()} * child.border();
-        add_child(node, child, top, update);
+        add_child(node, child, updates.get() + child.update, update);
       }
       eliminate(node, update);
-      top = std::copy(update, update + border * border, top);
     }
   }
 
@@ -69,6 +66,12 @@ class SparseFactor {
       return x;
     } else {
       return std::conj(x);
+    }
+  }
+
+  static void clear_lower_triangle(Scalar* square, Index size) {
+    for (Index j = 0; j < size; ++j, square += size) {
+      std::fill(square + j, square + size, Scalar(0));
     }
   }
 

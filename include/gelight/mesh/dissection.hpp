@@ -28,7 +28,8 @@ class Dissection {
     std::ptrdiff_t rows_begin = 0, rows_end = 0;
     std::array<Index, 2> children{-1, -1};
     Index parent = -1;
-    std::ptrdiff_t block = 0;  // where its columns begin in the factor's values
+    std::ptrdiff_t block = 0;   // where its columns begin in the factor's values
+    std::ptrdiff_t update = 0;  // where what it changes in its parent waits
 
     [[nodiscard]] Index own() const { return end - begin; }
     [[nodiscard]] Index border() const { return static_cast<Index>(rows_end - rows_begin); }
@@ -55,6 +56,7 @@ class Dissection {
     for (Index p = 0; p < pattern.size(); ++p) position_[order_[p]] = p;
     find_rows();
     place_entries(pattern);
+    place_updates();
     neighbour_begin_ = {};
     neighbour_ = {};
     side_ = {};
@@ -70,7 +72,7 @@ class Dissection {
   [[nodiscard]] const detail::Array<Placement>& placements() const { return placements_; }
   /// The unknown at each position.
   [[nodiscard]] const detail::Array<Index>& order() const { return order_; }
-  /// Number of values of the factor, and the most that wait to be added to parents at a time.
+  /// Number of values of the factor, and room for those that wait to be added to parents.
   [[nodiscard]] std::ptrdiff_t value_count() const { return value_count_; }
   [[nodiscard]] std::ptrdiff_t stack_size() const { return stack_size_; }
   [[nodiscard]] Index largest_height() const { return largest_height_; }
@@ -169,7 +171,6 @@ class Dissection {
   // A node's rows: the later neighbours of its own unknowns, and its children's rows but its own.
   void find_rows() {
     detail::Array<Index> seen(order_.size(), -1);
-    std::ptrdiff_t stack = 0;
     for (Index n = 0; n < static_cast<Index>(nodes_.size()); ++n) {
       Node& node = nodes_[n];
       node.rows_begin = static_cast<std::ptrdiff_t>(rows_.size());
@@ -193,11 +194,6 @@ class Dissection {
       largest_height_ = std::max(largest_height_, node.height());
       node.block = value_count_;
       value_count_ += std::ptrdiff_t{node.height()} * node.own();
-
-      const auto square = [](const Node& b) { return std::ptrdiff_t{b.border()} * b.border(); };
-      stack += square(node);
-      stack_size_ = std::max(stack_size_, stack);
-      for (const Index c : node.children) stack -= c < 0 ? 0 : square(nodes_[c]);
     }
     relate_rows(seen);
   }
@@ -214,6 +210,31 @@ class Dissection {
         }
       }
     }
+  }
+
+  // Updates lie on two stacks, those of children on the other one than their parent's, which is
+  // made while they are read.
+  void place_updates() {
+    detail::Array<std::size_t> stack(nodes_.size(), 0);
+    for (auto n = std::ssize(nodes_) - 1; n >= 0; --n) {
+      if (nodes_[n].parent >= 0) stack[n] = 1 - stack[nodes_[n].parent];
+    }
+    const auto size = [](const Node& node) {
+      return std::ptrdiff_t{node.border()} * node.border();
+    };
+    std::array<std::ptrdiff_t, 2> top{}, room{};
+    for (std::ptrdiff_t n = 0; n < std::ssize(nodes_); ++n) {
+      for (const Index c : nodes_[n].children) {
+        if (c >= 0) top[stack[c]] -= size(nodes_[c]);
+      }
+      nodes_[n].update = top[stack[n]];
+      top[stack[n]] += size(nodes_[n]);
+      room[stack[n]] = std::max(room[stack[n]], top[stack[n]]);
+    }
+    for (std::ptrdiff_t n = 0; n < std::ssize(nodes_); ++n) {
+      if (stack[n] == 1) nodes_[n].update += room[0];
+    }
+    stack_size_ = room[0] + room[1];
   }
 
   void place_entries(const SymmetricPattern& pattern) {
