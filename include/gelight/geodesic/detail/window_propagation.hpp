@@ -110,6 +110,8 @@ class WindowPropagation {
  private:
   using Mesh = Surface<double>;
   static constexpr int pops_between_polls = 256;
+  // What is not clearly shorter is by this share.
+  static constexpr double tie = 0.6 * (1 - clearly_shorter);
 
   void reset(const Mesh& surface, const PlanarFaces& faces, const Sources& sources,
              const PropagationLimits& limits) {
@@ -430,7 +432,8 @@ class WindowPropagation {
     ++counts.lists;
     counts.loaded += list_.size;
     const double length = surface_->length(h);
-    drop_useless({length, distances[surface_->origin(h)], distances[surface_->tip(h)]}, list_);
+    drop_useless(
+        {length, reach_of(surface_->origin(h), length), reach_of(surface_->tip(h), length)}, list_);
     if (bound_ < unreachable<double>) drop_beyond(bound_, rest_at(h), list_);
     if (limits_->ring < unreachable<double>) drop_behind_rings(length);
     if (list_.size > 1) {
@@ -453,6 +456,15 @@ class WindowPropagation {
       if (nearest <= next_ring(list_.start[i]) + length) list_.move(count++, i);
     }
     list_.size = count;
+  }
+
+  // The distance of an edge's end. One from where paths go on in all directions serves all that a
+  // window over the edge does, so that of two that tie the window goes: else it would circle for
+  // ever round a vertex whose angles sum to zero, as where edges have no length.
+  [[nodiscard]] double reach_of(Index vertex, double length) const {
+    const double distance = distances[vertex];
+    return faces_->bend(vertex) == PlanarFaces::Bend::any ? distance - tie * (distance + length)
+                                                          : distance;
   }
 
   void reach_apex(Index h, const FaceCrossing::Nearest& nearest) {
