@@ -202,9 +202,13 @@ class ExactField {
   [[nodiscard]] End nearest(const Point& p) const {
     if (p.kind == Point::Kind::vertex) return at_vertex(p);
     End best{unreachable<double>, p, {}};
-    for_each_end(p, [&](const End& end) {
-      if (end.distance < best.distance) best = end;
-    });
+    for_each_end(p, best.distance,
+                 [&](double distance, const Arrival& last, const Vec2<double>& at) {
+                   if (!(distance < best.distance)) return;
+                   best.distance = distance;
+                   best.last = last;
+                   best.at = at;
+                 });
     if (!has_windows(p)) search_for_shorter(p, best);
     return best.distance <= bound_ ? best : End{unreachable<double>, p, {}};
   }
@@ -218,19 +222,27 @@ class ExactField {
 
   // --- what is known around a point ------------------------------------------------------------
 
-  // Calls visit(end) for the ways from the corners of the point's faces, from sources there, and
-  // through the windows that were kept.
+  // Calls visit(distance, last piece, the point in its frame) for the ways through the windows that
+  // were kept, from the corners of the point's faces and from sources there; but for some that are
+  // longer than a limit, which `visit` may lower.
   template <class Visit>
-  void for_each_end(const Point& p, const Visit& visit) const {
+  void for_each_end(const Point& p, const double& limit, const Visit& visit) const {
+    const Vec3<double> place = surface_.position(p);
+    const auto gap = [&](const Vec3<double>& from) { return (place - from).stableNorm(); };
     for_each_face(p, [&](Index f, const Weights& weights) {
-      for (const Index v : surface_.face(f)) visit(from_vertex(p, v));
-      if (keeps_windows(f)) through_windows(p, f, weights, visit);
+      if (keeps_windows(f)) through_windows(f, weights, limit, visit);
+      for (const Index v : surface_.face(f)) {
+        if (distances_[v] > limit) continue;
+        visit(distances_[v] + gap(surface_.position(v)), Arrival{{0, 0}, Arrival::from_vertex, v},
+              Vec2<double>(0, 0));
+      }
     });
     for (std::size_t s = 0; s < sources_.size(); ++s) {
-      const bool is_corner = sources_[s].point.kind == Point::Kind::vertex;  // visited above
-      if (!is_corner && share_face(p, sources_[s].point)) {
-        visit(from_source(p, static_cast<Index>(s)));
-      }
+      const auto& source = sources_[s];
+      if (source.point.kind == Point::Kind::vertex) continue;  // a corner, visited above
+      if (!share_face(p, source.point)) continue;
+      visit(source.distance + gap(surface_.position(source.point)),
+            Arrival{{0, 0}, Arrival::from_source, static_cast<Index>(s)}, Vec2<double>(0, 0));
     }
   }
 
@@ -258,17 +270,6 @@ class ExactField {
     return weights;
   }
 
-  [[nodiscard]] End from_vertex(const Point& p, Index v) const {
-    const double gap = (surface_.position(p) - surface_.position(v)).stableNorm();
-    return {distances_[v] + gap, p, {{0, 0}, Arrival::from_vertex, v}};
-  }
-
-  [[nodiscard]] End from_source(const Point& p, Index s) const {
-    const auto& source = sources_[static_cast<std::size_t>(s)];
-    const double gap = (surface_.position(p) - surface_.position(source.point)).stableNorm();
-    return {source.distance + gap, p, {{0, 0}, Arrival::from_source, s}};
-  }
-
   [[nodiscard]] bool share_face(const Point& p, const Point& q) const {
     bool shared = false;
     for_each_face(p, [&](Index f, const Weights&) {
@@ -280,7 +281,8 @@ class ExactField {
   // Windows on a side where the point itself lies are left out: such paths arrive in other faces.
   // So are lines that would miss the side: those bend at a corner, as the way from there does.
   template <class Visit>
-  void through_windows(const Point& p, Index f, const Weights& weights, const Visit& visit) const {
+  void through_windows(Index f, const Weights& weights, const double& limit,
+                       const Visit& visit) const {
     for (Index h = 3 * f; h < 3 * f + 3; ++h) {
       const auto k = static_cast<std::size_t>(h % 3);
       if (weights[(k + 2) % 3] == 0) continue;
@@ -288,12 +290,15 @@ class ExactField {
                               weights[(k + 2) % 3] * faces_->apex(h);
       windows_->for_each(h, [&](const detail::WindowColumns& w, std::ptrdiff_t count) {
         for (std::ptrdiff_t i = 0; i < count; ++i) {
+          const double start = origins_[w.origin[i]].start, rest = limit - start;
+          const double dx = at.x() - w.x[i], dy = at.y() - w.y[i];
+          if (rest < 0 || dx * dx + dy * dy > rest * rest) continue;
           const double crossing = detail::straight_crossing(w.x[i], w.y[i], at);
           const double outside = std::max(-crossing, crossing - surface_.length(h));
           if (outside > detail::rounding * surface_.length(h)) continue;
-          const double d = origins_[w.origin[i]].start +
-                           detail::distance_through(w.begin[i], w.end[i], w.x[i], w.y[i], at);
-          visit(End{d, p, {{w.x[i], w.y[i]}, h, w.origin[i]}, at});
+          const double d =
+              start + detail::distance_through(w.begin[i], w.end[i], w.x[i], w.y[i], at);
+          visit(d, Arrival{{w.x[i], w.y[i]}, h, w.origin[i]}, at);
         }
       });
     }
@@ -380,14 +385,14 @@ class ExactField {
     if (p.kind == Point::Kind::vertex && distances_[p.element[0]] <= limit) {
       ends.push_back(at_vertex(p));
     }
-    for_each_end(p, [&](const End& end) {
-      if (!(end.distance <= limit)) return;
-      if (end.last.entry == Arrival::from_vertex && !begins_lines(end.last.origin)) return;
-      if (p.kind == Point::Kind::vertex && end.last.entry == Arrival::from_vertex &&
-          end.last.origin == p.element[0]) {
+    for_each_end(p, limit, [&](double distance, const Arrival& last, const Vec2<double>& at) {
+      if (!(distance <= limit)) return;
+      if (last.entry == Arrival::from_vertex && !begins_lines(last.origin)) return;
+      if (p.kind == Point::Kind::vertex && last.entry == Arrival::from_vertex &&
+          last.origin == p.element[0]) {
         return;
       }
-      ends.push_back(end);
+      ends.push_back({distance, p, last, at});
     });
     return ends;
   }
