@@ -54,7 +54,7 @@ TEST_CASE("a plane's normal, at every pixel and for every window") {
   }
 }
 
-TEST_CASE("sliding sums give what each window gives on its own, also around unknown depths") {
+TEST_CASE("shared sums give what each window gives on its own, also around unknown depths") {
   auto depth = plane(Vec3<double>(0.2, -0.1, -1).normalized(), 3e-4);
   depth(4, 4) = depth(5, 4) = depth(20, 23) = std::numeric_limits<double>::quiet_NaN();
   for (const Index radius : {1, 2, 5}) {
@@ -68,6 +68,37 @@ TEST_CASE("sliding sums give what each window gives on its own, also around unkn
         }
       }
     }
+  }
+}
+
+TEST_CASE("a depth a million times as far leaves nothing behind in windows that do not see it") {
+  const Vec3<double> normal = Vec3<double>(0.3, -0.2, -1).normalized();
+  auto depth = plane(normal);
+  depth(9, 8) = 3e4;
+  for (const Index radius : {1, 2, 4}) {
+    const auto normals = plane_fit_normals(depth, camera, radius);
+    for (Index y = 0; y < 24; ++y) {
+      for (Index x = 0; x < 32; ++x) {
+        const bool sees_it = std::abs(x - 9) <= radius && std::abs(y - 8) <= radius;
+        if (!sees_it) CHECK((normals(x, y) - normal).norm() < 1e-9);
+      }
+    }
+  }
+}
+
+TEST_CASE("float depths: the normals of double, from depths rounded to float") {
+  const auto exact = plane(Vec3<double>(0.2, 0.5, -1).normalized(), 2e-4);
+  Image<float> depth(32, 24);
+  Image<double> rounded(32, 24);
+  for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
+    depth.pixels()[i] = static_cast<float>(exact.pixels()[i]);
+    rounded.pixels()[i] = double{depth.pixels()[i]};
+  }
+  const auto eye = camera.cast<float>();
+  const auto normals = plane_fit_normals(depth, eye, 2);
+  const auto want = plane_fit_normals(rounded, eye.cast<double>(), 2);
+  for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
+    CHECK((normals.pixels()[i].cast<double>() - want.pixels()[i]).norm() < 1e-6);
   }
 }
 
