@@ -88,7 +88,7 @@ struct HeatSystem {
   }
 
   [[nodiscard]] const SparseFactor<double>& heat_factor() const {
-    return late_heat_.get([&] { return SparseFactor<double>(dissection, heat); });
+    return late_heat_.get([&] { return factored(dissection, heat); });
   }
 
   /// Of the Laplacian. A constant per component is free: it is taken out by holding one vertex at
@@ -97,7 +97,7 @@ struct HeatSystem {
     return late_poisson_.get([&] {
       Array<char> held(component.size(), 0);
       for (Index v = 0; v < pattern->size(); ++v) held[v] = component[v] == v;
-      return SparseFactor<double>(dissection, with_held(laplacian, held));
+      return factored(dissection, with_held(laplacian, held));
     });
   }
 
@@ -359,7 +359,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     }
     if (!any) return;
     border_heat_ = detail::HeatSystem::with_held(system_->heat, is_border_);
-    border_factor_ = std::make_shared<SparseFactor<double>>(system_->dissection, border_heat_);
+    border_factor_ =
+        std::make_shared<SparseFactor<double>>(factored(system_->dissection, border_heat_));
   }
 
   Surface<double> surface_;

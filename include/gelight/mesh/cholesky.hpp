@@ -197,4 +197,21 @@ class SparseFactor {
   detail::Array<Scalar> values_;  // column by column, each node's block from its first own row
 };
 
+/// The factor of a matrix that is positive definite but for rounding, as those of needles and of
+/// edges without length are not: where a pivot fails, the diagonal is first enlarged by the least
+/// of 1e-14, 1e-12, ... of itself that helps. Throws std::runtime_error where 1e-4 does not.
+template <class Scalar>
+[[nodiscard]] SparseFactor<Scalar> factored(const std::shared_ptr<const Dissection>& dissection,
+                                            SymmetricMatrix<Scalar> matrix) {
+  for (double share = 1e-14;; share *= 100) {
+    try {
+      return SparseFactor<Scalar>(dissection, matrix);
+    } catch (const std::runtime_error&) {
+      if (share > 1e-4) throw;
+    }
+    const auto& pattern = *matrix.pattern;
+    for (Index v = 0; v < pattern.size(); ++v) matrix.values[pattern.diagonal(v)] *= 1 + share;
+  }
+}
+
 }  // namespace gelight

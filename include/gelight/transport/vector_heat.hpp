@@ -233,8 +233,7 @@ class VectorHeatSolver {
   }
 
   [[nodiscard]] const SparseFactor<std::complex<double>>& factor() const {
-    return late_->factor.get(
-        [&] { return SparseFactor<std::complex<double>>(system_->dissection, connection_); });
+    return late_->factor.get([&] { return factored(system_->dissection, connection_); });
   }
 
   [[nodiscard]] HeatSolver<double> shared_heat() const {
