@@ -12,7 +12,6 @@
 #include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/detail/steiner_graph.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
-#include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
@@ -70,7 +69,7 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
                                    unreachable<double>);
     const detail::Pool<detail::BucketQueue>::Borrowed borrowed(*queues_);
     detail::BucketQueue& queue = *borrowed;
-    queue.reset(mean_edge_);
+    queue.reset(step_);
     const auto relax = [&](Index v, double d) {
       if (d >= distance[v]) return;
       distance[v] = d;
@@ -109,11 +108,11 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
       edges_.insert(edges_.end(), around.begin(), end);
       begin_.push_back(static_cast<Index>(edges_.size()));
     }
-    mean_edge_ = detail::mean_edge_length(surface_);
+    step_ = detail::short_edge_length(surface_);
   }
 
   Surface<double> surface_;
-  double mean_edge_ = 0;
+  double step_ = 0;
   detail::Array<Index> begin_;  // of each vertex, and one more: where its edges begin
   detail::Array<Edge> edges_;
   std::shared_ptr<detail::Pool<detail::BucketQueue>> queues_ =

@@ -38,7 +38,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
   explicit FastMarchingSolver(const M& mesh) : surface_(mesh) {
-    mean_edge_ = detail::mean_edge_length(surface_);
+    step_ = detail::short_edge_length(surface_);
     const auto faces = planar_faces(intrinsic_triangulation(surface_));
     detail::Spokes spokes(surface_);
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
@@ -58,7 +58,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.vertices.assign(static_cast<std::size_t>(surface_.vertex_count()), {});
-    front.queue.reset(mean_edge_);
+    front.queue.reset(step_);
     front.starts.clear();
     double earliest = unreachable<double>;
     for (const auto& source : sources) earliest = std::min(earliest, source.distance);
@@ -183,7 +183,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   }
 
   Surface<double> surface_;
-  double mean_edge_ = 0;
+  double step_ = 0;
   detail::Array<Index> begin_;  // of each vertex, and one more: where its spokes begin
   detail::Array<Spoke> spokes_;
   std::shared_ptr<detail::Pool<Front>> pool_ = std::make_shared<detail::Pool<Front>>();

@@ -13,7 +13,6 @@
 #include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
-#include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
@@ -36,7 +35,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
   explicit VirtualSourceSolver(const M& mesh) : surface_(mesh) {
-    mean_edge_ = detail::mean_edge_length(surface_);
+    step_ = detail::short_edge_length(surface_);
     corner_begin_.push_back(0);
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       for (const Index h : surface_.corners(v)) {
@@ -53,7 +52,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     Front& front = *borrowed;
     front.images.assign(static_cast<std::size_t>(surface_.vertex_count()), {});
     front.settled.assign(front.images.size(), 0);
-    front.queue.reset(mean_edge_);
+    front.queue.reset(step_);
     // Shares are of distances from 0 on, so that is where the earliest source starts.
     double start = unreachable<double>;
     for (const auto& source : sources) start = std::min(start, source.distance);
@@ -183,7 +182,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
 
   Surface<double> surface_;
-  double mean_edge_ = 0;
+  double step_ = 0;
   detail::Array<Index> corner_begin_;  // of each vertex, and one more
   detail::Array<Corner> corners_;
   std::shared_ptr<detail::Pool<Front>> pool_ = std::make_shared<detail::Pool<Front>>();

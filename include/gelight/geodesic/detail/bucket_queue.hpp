@@ -10,31 +10,34 @@
 
 namespace gelight::detail {
 
-/// A queue of vertices in about the order of their distances: those within a third of an edge of
-/// each other come out in any order, and one pushed far ahead may come out early. For solvers that
-/// correct what they did too early that is enough, and a push costs no more than an array's.
+/// A queue of vertices in about the order of their distances: those within a third of a step of
+/// each other come out in any order. For solvers that correct what they did too early that is
+/// enough, and a push costs no more than an array's.
 class BucketQueue {
  public:
-  /// Empties the queue. Keys are not negative; `mean_edge` is about what a vertex adds to the
-  /// distance of the last.
-  void reset(double mean_edge) {
-    scale_ = mean_edge > 0 ? buckets_per_edge / mean_edge : 1;
+  /// Empties the queue. Keys are not negative; `step` is about what a vertex adds to the distance
+  /// of the last.
+  void reset(double step) {
+    scale_ = step > 0 ? buckets_per_step / step : 1;
     front_ = count_ = 0;
+    round_end_ = bucket_count;
+    later_.clear();
     buckets_.resize(bucket_count);
     for (auto& bucket : buckets_) bucket.clear();
   }
 
   void push(Index vertex, double key) {
-    const auto number = static_cast<std::size_t>(std::min(key * scale_, largest_number));
-    buckets_[std::max(number, front_) % bucket_count].emplace_back(vertex, key);
     ++count_;
+    put({vertex, key});
   }
 
   [[nodiscard]] bool empty() const { return count_ == 0; }
 
   /// A vertex and the key it was pushed with, which may have been bettered since.
   std::pair<Index, double> pop() {
-    while (buckets_[front_ % bucket_count].empty()) ++front_;
+    while (buckets_[front_ % bucket_count].empty()) {
+      if (++front_ == round_end_) start_round();
+    }
     auto& bucket = buckets_[front_ % bucket_count];
     const auto entry = bucket.back();
     bucket.pop_back();
@@ -43,14 +46,41 @@ class BucketQueue {
   }
 
  private:
-  static constexpr double buckets_per_edge = 3;
-  static constexpr std::size_t bucket_count = 256;  // the buckets in use form a ring
+  using Entry = std::pair<Index, double>;
+  static constexpr double buckets_per_step = 3;
+  static constexpr std::size_t bucket_count = 256;
   static constexpr double largest_number = 1e15;
 
+  [[nodiscard]] std::size_t number_of(double key) const {
+    return static_cast<std::size_t>(std::min(key * scale_, largest_number));
+  }
+
+  void put(const Entry& entry) {
+    const std::size_t number = std::max(number_of(entry.second), front_);
+    if (number < round_end_) {
+      buckets_[number % bucket_count].push_back(entry);
+    } else {
+      later_.push_back(entry);
+    }
+  }
+
+  // Hands out what was put off, from the nearest on; all buckets are empty.
+  void start_round() {
+    std::size_t least = static_cast<std::size_t>(largest_number);
+    for (const auto& [vertex, key] : later_) least = std::min(least, number_of(key));
+    front_ = std::max(front_, least);
+    round_end_ = front_ + bucket_count;
+    std::vector<Entry> waiting;
+    waiting.swap(later_);
+    for (const Entry& entry : waiting) put(entry);
+  }
+
   double scale_ = 1;
-  std::size_t front_ = 0;  // number of the bucket in turn, counted without wrapping round
+  std::size_t front_ = 0;                 // number of the bucket in turn
+  std::size_t round_end_ = bucket_count;  // those from here on are put off
   std::size_t count_ = 0;
-  std::vector<std::vector<std::pair<Index, double>>> buckets_;
+  std::vector<std::vector<Entry>> buckets_;
+  std::vector<Entry> later_;
 };
 
 }  // namespace gelight::detail

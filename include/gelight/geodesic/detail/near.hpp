@@ -28,6 +28,20 @@ inline SurfacePoint<double> simplified(const Surface<double>& surface, SurfacePo
   return {Kind::edge, {used[0].first, used[1].first}, {used[0].second, used[1].second, 0}};
 }
 
+/// About what a vertex adds to the distance of the last, on a mesh of edges long and short too: the
+/// length that a tenth of the edges fall short of.
+inline double short_edge_length(const Surface<double>& surface) {
+  std::vector<double> lengths;
+  lengths.reserve(static_cast<std::size_t>(surface.halfedge_count()));
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    if (surface.length(h) > 0) lengths.push_back(surface.length(h));
+  }
+  if (lengths.empty()) return 0;
+  const auto tenth = lengths.begin() + std::ssize(lengths) / 10;
+  std::nth_element(lengths.begin(), tenth, lengths.end());
+  return *tenth;
+}
+
 /// Calls `visit(face)` for each face that holds the point.
 inline void for_each_face_at(const Surface<double>& surface, const SurfacePoint<double>& point,
                              auto&& visit) {

@@ -14,7 +14,6 @@
 #include "gelight/geodesic/detail/planar_faces.hpp"
 #include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
-#include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight::detail {
@@ -37,7 +36,7 @@ class SteinerGraph {
             edge_count(), " edges are too many for 32 bits");
     node_count_ = static_cast<Index>(nodes);
     number_points();
-    spacing_ = mean_edge_length(surface) / (per_edge + 1);
+    spacing_ = short_edge_length(surface) / (per_edge + 1);
   }
 
   /// Distance along the graph of every vertex from the sources. Start distances are not negative.
