@@ -85,7 +85,8 @@ std::string text(double x) {
   return out.data();
 }
 
-// The invariants that hold for any answer of a method, whatever the mesh.
+}  // namespace
+
 void check_invariants(const Method& method, const Problem& problem,
                       const std::vector<double>& distance, Precision precision,
                       Findings& findings) {
@@ -138,6 +139,8 @@ void check_invariants(const Method& method, const Problem& problem,
     }
   }
 }
+
+namespace {
 
 void run_problem(const Method& method, const Bound& bound, const Problem& problem,
                  Precision precision, bool verbose, Findings& findings) {

@@ -101,6 +101,10 @@ struct Case {
 [[nodiscard]] std::vector<Case> vector_cases();
 [[nodiscard]] std::vector<Case> image_cases();
 
+/// The invariants that a method's distances keep on any mesh.
+void check_invariants(const Method& method, const Problem& problem,
+                      const std::vector<double>& distance, Precision precision, Findings& findings);
+
 /// Runs a case in both precisions; prints a line per solver and problem, returns the faults.
 [[nodiscard]] std::vector<std::string> run(const Case& one, bool verbose);
 
