@@ -58,14 +58,15 @@ template <std::floating_point T, ImageOf<T> I>
 
   Image<Vec3<T>> normals(width, height, Vec3<T>::Zero());
   const std::vector<T> columns = detail::ray_columns(camera);
-  detail::Array<T> planes(static_cast<std::size_t>(4 * width));
+  detail::Array<T> planes(static_cast<std::size_t>(5 * width));
   T* const p = planes.data();
-  const detail::NormalRow<T> n{p, p + width, p + 2 * width, p + 3 * width};
+  const detail::VectorRow<T> n{p, p + width, p + 2 * width};
   const Index rim = border == BorderNormals::none ? 1 : 0;
   for (Index y = rim; y < height - rim; ++y) {
-    const detail::RayRow<T> ray{columns.data(), camera.ray(0, static_cast<T>(y)).y(), camera.fx,
-                                camera.fy};
-    detail::sobel_normal_row(n, row(y - 1), row(y), row(y + 1), ray, width);
+    const detail::RayRow<T> ray{columns.data(), nullptr, camera.ray(0, static_cast<T>(y)).y()};
+    detail::sobel_product_row(n.x, n.y, n.z, p + 3 * width, p + 4 * width, row(y - 1), row(y),
+                              row(y + 1), camera.fx, camera.fy, width);
+    detail::unit_normal_row(n.x, n.y, n.z, ray, width);
     detail::clear_unknown(n, width);
     for (Index x = rim; x < width - rim; ++x) {
       // The pixel's own depth does not enter its derivatives.

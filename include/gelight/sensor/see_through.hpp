@@ -12,13 +12,16 @@
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
-#include "gelight/image/plane_fit.hpp"
+#include "gelight/image/detail/plane_fit_rows.hpp"
+#include "gelight/image/filter.hpp"
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/detail/light_check.hpp"
+#include "gelight/sensor/detail/lit_rows.hpp"
 #include "gelight/sensor/detail/output.hpp"
 #include "gelight/sensor/detail/row_runs.hpp"
 #include "gelight/sensor/detail/shaded_rows.hpp"
@@ -62,7 +65,6 @@ struct SeeThroughOptions {
   double exposure = 2;
   /// The light of those calls of `render` that do not tell.
   LightLevels levels = {};
-  Specular specular = Specular::gated;  ///< the form of the specular term
 };
 
 /// Four lights at the image's edges, each shining straight across the gel and `tilt` (radians)
@@ -121,8 +123,9 @@ class SeeThroughRenderer {
       : camera_(camera),
         options_(checked(options, camera, rest_depth, lights, background)),
         rest_(camera.width, camera.height),
-        colour_(background),
-        shading_(camera, std::array<T, 3>{1, 1, 1}, options.ambient, lights, options.specular),
+        planes_(camera, options.normal_radius),
+        lights_(camera, static_cast<T>(options.ambient), lights),
+        colour_(3 * pixel_count()),
         rest_light_(3 * pixel_count()),
         rest_image_(camera.width, camera.height) {
     for (Index y = 0; y < camera.height; ++y) {
@@ -131,6 +134,7 @@ class SeeThroughRenderer {
         if (!detail::is_depth(rest_(x, y))) rest_(x, y) = unknown;
       }
     }
+    keep_colour(background);
     light_rest();
     render_into(rest_image_, rest_);
   }
@@ -212,11 +216,12 @@ class SeeThroughRenderer {
   };
 
   struct Workspace {
-    Image<T> gel;            // the depth of the gel's surface
-    Image<Vec3<T>> normals;  // in `fitted`
-    Box fitted, changed;     // where normals were fitted, and where they may not be those at rest
-    typename detail::ShadedRows<T>::Workspace shading;
-    std::array<std::vector<T>, 3> lit, seen;  // a row each
+    Image<T> gel;  // the depth of the gel's surface
+    Box changed;   // where its normals may not be those at rest
+    detail::PlaneFitRows<T> planes;
+    typename detail::LitRows<T>::Workspace lights;
+    std::array<std::vector<T>, 4> normals;    // x, y, z, and the product with the rays: a row each
+    std::array<std::vector<T>, 3> lit, seen;  // red, green, blue: a row each
     std::vector<T> kept;                      // the share of light that is left
     std::vector<std::int32_t> packed;
   };
@@ -249,7 +254,7 @@ class SeeThroughRenderer {
              "positive and finite");
     require_level(options.levels.inner, "inner");
     require_level(options.levels.outer, "outer");
-    detail::require_lights(lights, camera, options.specular);
+    detail::require_lights(lights, camera, Specular::gated);
     return options;
   }
 
@@ -263,16 +268,16 @@ class SeeThroughRenderer {
   }
 
   [[nodiscard]] Workspace make_workspace() const {
-    Workspace work;
-    work.gel = Image<T>(camera_.width, camera_.height);
-    work.shading = shading_.make_workspace();
-    const auto width = static_cast<std::size_t>(camera_.width);
-    for (auto* rows : {&work.lit, &work.seen}) {
-      for (auto& row : *rows) row.resize(width);
-    }
-    work.kept.resize(width);
-    work.packed.resize(width);
-    return work;
+    const std::vector<T> row(static_cast<std::size_t>(camera_.width));
+    return {Image<T>(camera_.width, camera_.height),
+            {},
+            planes_,
+            lights_.make_workspace(),
+            {row, row, row, row},
+            {row, row, row},
+            {row, row, row},
+            row,
+            std::vector<std::int32_t>(row.size())};
   }
 
   template <class D, class V>
@@ -283,8 +288,7 @@ class SeeThroughRenderer {
     detail::require_apart(out, depth, "the depth image");
     workspaces_.lend([this] { return make_workspace(); },
                      [&](Workspace& work) {
-                       const Box touched = press(work, depth);
-                       if (levels.inner > 0 && !touched.is_empty()) fit_normals(work, touched);
+                       press(work, depth);
                        if (detail::has_wide_registers()) {
                          render_rows_wide(out, visual, levels, work);
                        } else {
@@ -293,9 +297,9 @@ class SeeThroughRenderer {
                      });
   }
 
-  // Clips the depth to the gel; tells in which box it is not at rest.
+  // Clips the depth to the gel; tells where that changes its normals.
   template <class D>
-  [[nodiscard]] Box press(Workspace& work, const D& depth) const {
+  void press(Workspace& work, const D& depth) const {
     const T thickness = static_cast<T>(options_.thickness);
     Box touched{camera_.width, camera_.height, 0, 0};
     for (Index y = 0; y < camera_.height; ++y) {
@@ -308,9 +312,7 @@ class SeeThroughRenderer {
       }
       const auto bytes = static_cast<std::size_t>(camera_.width) * sizeof(T);
       if (std::memcmp(gel, rest, bytes) == 0) continue;
-      const auto differs = [&](Index x) {
-        return !(gel[x] >= rest[x]) && detail::is_depth(rest[x]);
-      };
+      const auto differs = [&](Index x) { return !(gel[x] >= rest[x]) && rest[x] > 0; };
       Index first = 0, last = camera_.width;
       while (first < last && !differs(first)) ++first;
       while (last > first && !differs(last - 1)) --last;
@@ -320,83 +322,83 @@ class SeeThroughRenderer {
       touched.top = std::min(touched.top, y);
       touched.bottom = y + 1;
     }
-    work.changed = Box{};
-    return touched;
+    work.changed = touched.is_empty()
+                       ? Box{}
+                       : touched.grown(options_.normal_radius, camera_.width, camera_.height);
   }
 
-  void fit_normals(Workspace& work, const Box& touched) const {
-    const Index radius = options_.normal_radius, width = camera_.width, height = camera_.height;
-    work.changed = touched.grown(radius, width, height);
-    work.fitted = work.changed.grown(radius, width, height);
-    const Box& box = work.fitted;
-    Camera<T> window = camera_;
-    window.cx -= static_cast<T>(box.left);
-    window.cy -= static_cast<T>(box.top);
-    window.width = box.right - box.left;
-    window.height = box.bottom - box.top;
-    const ImageView<const T> gel(work.gel.row(box.top) + box.left, window.width, window.height,
-                                 width);
-    work.normals = plane_fit_normals(gel, window, radius);
+  // The membrane's colours, as shares of 255 of what the camera sees of them in full light.
+  void keep_colour(const Background<T>& background) {
+    const T scale = static_cast<T>(255 * options_.exposure * options_.reflectance);
+    for (Index y = 0; y < camera_.height; ++y) {
+      for (Index x = 0; x < camera_.width; ++x) {
+        const auto& rgb = background.is_image() ? background.image()(x, y) : background.solid();
+        for (std::size_t c = 0; c < 3; ++c) colour_[offset(y, c) + x] = scale * rgb[c];
+      }
+    }
   }
 
-  // What the membrane throws back at rest, in shares of 255 of a camera's full image.
+  // What the membrane throws back at rest.
   void light_rest() {
     Workspace work = make_workspace();
     work.gel = rest_;
-    fit_normals(work, {0, 0, camera_.width, camera_.height});
+    work.changed = {0, 0, camera_.width, camera_.height};
+    start_fit(work);
     for (Index y = 0; y < camera_.height; ++y) {
-      const auto lit = light_row(work, y, {0, camera_.width});
-      for (std::size_t c = 0; c < 3; ++c) std::copy_n(lit[c], camera_.width, rest_light(y, c));
+      light_row(work, y);
+      for (std::size_t c = 0; c < 3; ++c) {
+        std::copy_n(work.lit[c].data(), camera_.width, rest_light_.data() + offset(y, c));
+      }
     }
   }
 
-  [[nodiscard]] T* rest_light(Index y, std::size_t c) {
-    return rest_light_.data() + c * pixel_count() + std::ptrdiff_t{y} * camera_.width;
-  }
-  [[nodiscard]] const T* rest_light(Index y, std::size_t c) const {
-    return rest_light_.data() + c * pixel_count() + std::ptrdiff_t{y} * camera_.width;
+  [[nodiscard]] std::ptrdiff_t offset(Index y, std::size_t c) const {
+    return (static_cast<std::ptrdiff_t>(c) * camera_.height + y) * camera_.width;
   }
 
-  // The light that the membrane throws back in a run of a row, with the fitted normals.
-  [[nodiscard]] std::array<const T*, 3> light_row(Workspace& work, Index y,
-                                                  const detail::Run& run) const {
-    const Index count = run.end - run.begin;
-    const auto n = take_normals(work, y, run);
-    auto lit = shading_.light(work.shading, y, run, n, nullptr);
-    T* const kept = work.kept.data() + run.begin;
-    for (Index i = 0; i < count; ++i) {
-      kept[i] = rest_(run.begin + i, y) - work.gel(run.begin + i, y);
+  // Fitted windows move down from the first row that those of the box's first row see.
+  [[nodiscard]] Index first_seen(const Box& box) const {
+    return std::max(Index{0}, box.top - reach());
+  }
+  [[nodiscard]] Index reach() const { return planes_.radius(); }
+
+  void start_fit(Workspace& work) const {
+    work.planes.start(work.changed.left, work.changed.right);
+    const Index seen = std::min(camera_.height, work.changed.top + reach());
+    for (Index y = first_seen(work.changed); y < work.changed.top + reach(); ++y) {
+      work.planes.enter(y < seen ? work.gel.row(y) : nullptr, y);
     }
+  }
+
+  // The light that the membrane throws back in the changed columns of a row, the next one.
+  void light_row(Workspace& work, Index y) const {
+    const detail::Run run{work.changed.left, work.changed.right};
+    const std::ptrdiff_t begin = run.begin, count = run.end - run.begin;
+    const detail::DirectionRow<T> n{work.normals[0].data(), work.normals[1].data(),
+                                    work.normals[2].data(), work.normals[3].data()};
+    const Index below = y + reach();
+    work.planes.enter(below < camera_.height ? work.gel.row(below) : nullptr, below);
+    work.planes.fit(n, y);
+    const T *const gel = work.gel.row(y) + begin, *const rest = rest_.row(y) + begin;
+    for (T* const coordinate : {n.x, n.y, n.z, n.facing}) clear_unknown(coordinate, gel, count);
+    const auto light = lights_.light(work.lights, y, run, n);
+    T* const kept = work.kept.data();
+    for (std::ptrdiff_t i = 0; i < count; ++i) kept[i] = rest[i] - gel[i];
     detail::keep_row(kept, static_cast<T>(options_.darkening),
                      static_cast<T>(options_.darkening_depth), count);
-    const T scale = static_cast<T>(options_.exposure * options_.reflectance);
     for (std::size_t c = 0; c < 3; ++c) {
-      T* const out = work.lit[c].data() + run.begin;
-      detail::multiply_rows(out, lit[c], kept, count);
-      for (Index i = 0; i < count; ++i) out[i] *= scale * colour(run.begin + i, y)[c];
-      lit[c] = out;
+      T* const out = work.lit[c].data() + begin;
+      detail::multiply_rows(out, light[c], kept, count);
+      scale_row(out, colour_.data() + offset(y, c) + begin, count);
     }
-    return lit;
   }
 
-  [[nodiscard]] const std::array<T, 3>& colour(Index x, Index y) const {
-    return colour_.is_image() ? colour_.image()(x, y) : colour_.solid();
+  static void clear_unknown(T* __restrict row, const T* depth, std::ptrdiff_t count) {
+    for (std::ptrdiff_t i = 0; i < count; ++i) row[i] = depth[i] > 0 ? row[i] : 0;
   }
 
-  [[nodiscard]] detail::NormalRow<T> take_normals(Workspace& work, Index y,
-                                                  const detail::Run& run) const {
-    auto& s = work.shading;
-    const Index x0 = run.begin;
-    const detail::NormalRow<T> n{s.normal_x.data() + x0, s.normal_y.data() + x0,
-                                 s.normal_z.data() + x0, s.facing.data() + x0};
-    const Vec3<T>* const from = work.normals.row(y - work.fitted.top) + (x0 - work.fitted.left);
-    for (Index i = 0; i < run.end - x0; ++i) {
-      n.x[i] = from[i].x();
-      n.y[i] = from[i].y();
-      n.z[i] = from[i].z();
-      n.facing[i] = from[i].dot(camera_.ray(static_cast<T>(x0 + i), static_cast<T>(y)));
-    }
-    return n;
+  static void scale_row(T* __restrict row, const T* scale, std::ptrdiff_t count) {
+    for (std::ptrdiff_t i = 0; i < count; ++i) row[i] *= scale[i];
   }
 
   template <class V>
@@ -411,21 +413,20 @@ class SeeThroughRenderer {
     const T inner = static_cast<T>(levels.inner);
     const T through =
         static_cast<T>(255 * options_.exposure * options_.transmittance * levels.outer);
-    const Box& box = work.changed;
+    const Box box = inner > 0 ? work.changed : Box{};
+    if (!box.is_empty()) start_fit(work);
     for (Index y = 0; y < camera_.height; ++y) {
       const bool changed = y >= box.top && y < box.bottom;
-      if (changed) (void)light_row(work, y, {box.left, box.right});
+      if (changed) light_row(work, y);
       see_row(work, visual, y, through);
-      for (std::size_t c = 0; c < 3; ++c) {
-        const auto blend = [&](const T* lit, Index begin, Index end) {
-          T* const sum = work.seen[c].data();
-          for (Index x = begin; x < end; ++x) sum[x] += inner * lit[x];
-        };
-        if (inner == 0) continue;
-        blend(rest_light(y, c), 0, changed ? box.left : camera_.width);
-        if (!changed) continue;
-        blend(work.lit[c].data(), box.left, box.right);
-        blend(rest_light(y, c), box.right, camera_.width);
+      for (std::size_t c = 0; c < 3 && inner > 0; ++c) {
+        T* const sum = work.seen[c].data();
+        const T *const at_rest = rest_light_.data() + offset(y, c), *const lit = work.lit[c].data();
+        const Index left = changed ? box.left : camera_.width;
+        const Index right = changed ? box.right : camera_.width;
+        detail::add_scaled(sum, at_rest, inner, left);
+        detail::add_scaled(sum + left, lit + left, inner, right - left);
+        detail::add_scaled(sum + right, at_rest + right, inner, camera_.width - right);
       }
       detail::pack_row(work.packed.data(), work.seen[0].data(), work.seen[1].data(),
                        work.seen[2].data(), camera_.width);
@@ -454,10 +455,10 @@ class SeeThroughRenderer {
 
   Camera<T> camera_;
   SeeThroughOptions options_;
-  Image<T> rest_;
-  Background<T> colour_;
-  detail::ShadedRows<T> shading_;
-  std::vector<T> rest_light_;  // three planes
+  Image<T> rest_;  // NaN where it is not known
+  detail::PlaneFitRows<T> planes_;
+  detail::LitRows<T> lights_;
+  detail::Array<T> colour_, rest_light_;  // three planes each
   Image<Rgb8> rest_image_;
   mutable detail::Store<Workspace> workspaces_;
 };

@@ -92,12 +92,8 @@ class TactileRenderer {
         options_(checked(options, camera, rest_depth, lights, background)),
         membrane_(rest_depth, camera.width, camera.height, membrane_weights(options),
                   options.clip_to_rest),
-        shading_(camera, background, options.ambient, lights, options.specular),
+        shading_(shaded_rows(camera, rest_depth, lights, background, options)),
         rest_image_(camera.width, camera.height) {
-    if (options.rectify) {
-      shading_.rectify(
-          sobel_normals(rest_depth, camera.template cast<double>(), options.border_normals));
-    }
     render_all(rest_image_, rest_depth, true);
   }
 
@@ -161,6 +157,20 @@ class TactileRenderer {
     return weights;
   }
 
+  template <class D>
+  [[nodiscard]] static detail::ShadedRows<T> shaded_rows(const Camera<T>& camera,
+                                                         const D& rest_depth,
+                                                         const std::vector<Light<T>>& lights,
+                                                         const Background<T>& background,
+                                                         const TactileOptions& options) {
+    Image<Vec3<double>> normals;
+    if (options.rectify) {
+      normals = sobel_normals(rest_depth, camera.template cast<double>(), options.border_normals);
+    }
+    return {camera, background,       options.ambient,
+            lights, options.specular, options.rectify ? &normals : nullptr};
+  }
+
   [[nodiscard]] Workspace make_workspace() const {
     const auto blocks = static_cast<std::size_t>(detail::block_count(camera_.width));
     Workspace work{membrane_.make_workspace(), shading_.make_workspace(), {}, {}, {}};
@@ -192,44 +202,53 @@ class TactileRenderer {
   // still in cache: press (smooth along) -> bulge (smooth down) -> normals -> shade -> out.
   template <class D>
   void render_rows(ImageView<Rgb8> out, const D& depth, bool everything, Workspace& work) const {
-    const Index last = camera_.height - 1;
-    Index pressed = 0, bulged = 0;
+    const Index height = camera_.height;
+    Index pressed = 0, shaded = 0;
     membrane_.start(work.membrane, everything);
-    for (Index y = 0; y <= last; ++y) {
-      for (; bulged <= std::min(last, y + 1); ++bulged) {
-        for (; pressed <= std::min(last, bulged + membrane_.radius()); ++pressed) {
-          membrane_.press(work.membrane, depth, pressed);
-        }
-        membrane_.bulge(work.membrane, depth, bulged);
-      }
-      if (!everything) copy_rest(out, y);
-      membrane_.mark_changed(work.membrane, y, work.changed);
-      detail::gather_runs(work.runs, work.changed, camera_.width);
-      if (!work.runs.empty()) render_runs(out, depth, work, y);
+    for (Index bulged = 0; bulged < height; bulged += 2) {
+      const Index needed = std::min(height, bulged + 2 + membrane_.radius());
+      for (; pressed < needed; ++pressed) membrane_.press(work.membrane, depth, pressed);
+      membrane_.bulge(work.membrane, depth, bulged);
+      const Index ready = bulged + 2 < height ? bulged + 1 : height;
+      for (; shaded < ready; ++shaded) render_row(out, depth, everything, work, shaded);
     }
   }
 
   template <class D>
-  void render_runs(ImageView<Rgb8> out, const D& depth, Workspace& work, Index y) const {
-    const T *const above = membrane_.row(work.membrane, y - 1),
-                   *const middle = membrane_.row(work.membrane, y),
-                   *const below = membrane_.row(work.membrane, y + 1);
-    const bool masked = masked_near(y), darkens = options_.darkening > 0;
+  void render_row(ImageView<Rgb8> out, const D& depth, bool everything, Workspace& work,
+                  Index y) const {
+    if (!everything) copy_rest(out, y);
+    membrane_.mark_changed(work.membrane, y, work.changed);
+    detail::gather_runs(work.runs, work.changed, camera_.width);
+    if (work.runs.empty()) return;
+    const bool darkens = options_.darkening > 0;
     if (darkens) {
       membrane_.protrusion(work.membrane, depth, y, work.kept.data());
       detail::keep_row(work.kept.data(), static_cast<T>(options_.darkening),
                        static_cast<T>(options_.darkening_depth), camera_.width);
     }
     for (const detail::Run& run : work.runs) {
-      const auto n = shading_.normals(work.shading, y, run, above, middle, below);
-      if (masked) detail::clear_unknown(n, run.end - run.begin);
-      if (options_.border_normals == BorderNormals::none) clear_border(n, y, run);
-      shading_.shade(work.shading, y, run, n, darkens ? work.kept.data() : nullptr);
+      shade_run(work, y, run, darkens ? work.kept.data() : nullptr);
     }
-    if (masked || membrane_.has_holes(work.membrane, y)) show_unknown(depth, work, y);
+    if (membrane_.is_masked(y) || membrane_.has_holes(work.membrane, y)) {
+      show_unknown(depth, work, y);
+    }
     for (const detail::Run& run : work.runs) {
       detail::write_run(out, work.shading.packed.data(), y, run);
     }
+  }
+
+  void shade_run(Workspace& work, Index y, const detail::Run& run, const T* kept) const {
+    const T *const above = membrane_.row(work.membrane, y - 1),
+                   *const middle = membrane_.row(work.membrane, y),
+                   *const below = membrane_.row(work.membrane, y + 1);
+    const bool masked = masked_near(y);
+    detail::for_each_tile(run, [&](const detail::Run& part) {
+      const auto n = shading_.normals(work.shading, y, part, above, middle, below);
+      if (masked) detail::clear_unknown(n, part.end - part.begin);
+      if (options_.border_normals == BorderNormals::none) clear_border(n, y, part);
+      shading_.shade(work.shading, y, part, n, kept);
+    });
   }
 
   [[nodiscard]] bool masked_near(Index y) const {
@@ -238,9 +257,9 @@ class TactileRenderer {
            membrane_.is_masked(std::min(last, y + 1));
   }
 
-  void clear_border(const detail::NormalRow<T>& n, Index y, const detail::Run& run) const {
+  void clear_border(const detail::VectorRow<T>& n, Index y, const detail::Run& run) const {
     const Index count = run.end - run.begin;
-    for (T* const plane : {n.x, n.y, n.z, n.facing}) {
+    for (T* const plane : {n.x, n.y, n.z}) {
       if (y == 0 || y == camera_.height - 1) std::fill_n(plane, count, T(0));
       if (run.begin == 0) plane[0] = 0;
       if (run.end == camera_.width) plane[count - 1] = 0;

@@ -8,87 +8,130 @@
 
 #include "gelight/core/types.hpp"
 
-// Normals of a row of pixels, in plain loops over planar arrays that compilers vectorise.
+// Normals of a row of pixels, in plain loops over planar arrays that compilers vectorise. The rows
+// that are written are restricted, so that compilers know that they do not overlap the others.
 namespace gelight::detail {
 
-/// A row of vectors, one plane per coordinate; `facing` is their product with the pixel's ray.
+/// A row of vectors, one plane per coordinate.
 template <class T>
-struct NormalRow {
-  T *x, *y, *z, *facing;
+struct VectorRow {
+  T *x, *y, *z;
 };
 
-/// The rays (u, v, 1) of a row of pixels, and the focal lengths in pixels.
+/// The rays (u, v, 1) of a row of pixels, and one over their lengths.
 template <class T>
 struct RayRow {
-  const T* u;
-  T v, fx, fy;
+  const T *u, *inverse_length;
+  T v;
 };
 
-/// 1 / sqrt(x) within two units in the last place, by Newton's iteration from a first guess made
-/// of the number's bits. Unlike std::sqrt, which has to set errno, it is vectorised, and unlike
-/// processors' own approximations the same everywhere. (McEniry, The mathematics behind the fast
-/// inverse square root function code, 2007)
+/// 1 / sqrt(x) within 8e-7 of its size in float and 1e-15 in double, by Newton's iteration from a
+/// first guess made of the number's bits, its constants chosen so that two steps serve for float.
+/// Unlike std::sqrt, which has to set errno, it is vectorised, and unlike processors' own
+/// approximations the same everywhere. (Moroz, Walczyk, Hrynchyshyn, Holimath, Cieslinski, Fast
+/// calculation of inverse square root with the use of magic constant, 2018,
+/// doi:10.1016/j.amc.2017.08.025)
 template <class T>
 [[nodiscard]] T inverse_sqrt(T x) {
-  using Bits = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
-  constexpr Bits magic =
-      sizeof(T) == 4 ? static_cast<Bits>(0x5f375a86) : static_cast<Bits>(0x5fe6eb50c7b537a9);
-  T y = std::bit_cast<T>(static_cast<Bits>(magic - (std::bit_cast<Bits>(x) >> 1)));
   const T half = x / 2;
-  constexpr int steps = sizeof(T) == 4 ? 3 : 4;  // each squares the first guess's error of 3 %
-  for (int step = 0; step < steps; ++step) y *= T(1.5) - half * y * y;
-  return y;
+  if constexpr (sizeof(T) == 4) {
+    T y = std::bit_cast<T>(0x5f376908 - (std::bit_cast<std::int32_t>(x) >> 1));
+    y *= T(1.50087896) - half * y * y;
+    return y * (T(1.50000057) - half * y * y);
+  } else {
+    T y = std::bit_cast<T>(0x5fe6eb50c7b537a9 - (std::bit_cast<std::int64_t>(x) >> 1));
+    for (int step = 0; step < 4; ++step) y *= T(1.5) - half * y * y;
+    return y;
+  }
 }
 
 /// Makes the vectors of a row that are not numbers zero.
 template <class T>
-void clear_unknown(const NormalRow<T>& n, std::ptrdiff_t count) {
+void clear_unknown(const VectorRow<T>& n, std::ptrdiff_t count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    if (std::isfinite(n.x[i] + n.y[i] + n.z[i] + n.facing[i])) continue;
-    n.x[i] = n.y[i] = n.z[i] = n.facing[i] = 0;
+    if (std::isfinite(n.x[i] + n.y[i] + n.z[i])) continue;
+    n.x[i] = n.y[i] = n.z[i] = 0;
   }
 }
 
-/// The unit normals of a row of pixels towards the camera, from the depths of the row and its two
-/// neighbours, which reach one pixel further on each side: the cross product of the point cloud's
-/// Sobel derivatives, which is a polynomial in the depths of the 3 x 3 window.
+/// For a row of pixels a multiple of the normal towards the camera, from the depths of the row and
+/// its two neighbours, which reach one pixel further on each side: x, y, and its product with the
+/// pixel's ray. It is the cross product of the point cloud's Sobel derivatives, a polynomial in the
+/// depths of the 3 x 3 window.
 ///
 /// With r = (u, v, 1) the pixel's ray, the two derivatives are D r + (S / fx, A / fy, 0) and
 /// E r + (A / fx, R / fy, 0): D and E are the depth's own derivatives, S and R its sums over the
 /// two outer columns and the two outer rows, A its mixed difference. What is common to both drops
-/// out of the product, so that nothing cancels where the surface is flat. The rows that are written
-/// are restricted, so that compilers know that they do not overlap the others, and vectorise.
+/// out of the product, so that nothing cancels where the surface is flat. `sum` and `difference`
+/// are used on the way: a loop that reads a row at three places in a row is not vectorised by all.
 template <class T>
-void sobel_normals_of(T* __restrict nx, T* __restrict ny, T* __restrict nz, T* __restrict facing,
-                      const T* above, const T* middle, const T* below, const RayRow<T>& ray,
-                      std::ptrdiff_t count) {
-  const T* const u = ray.u;
-  const T v = ray.v, fx = ray.fx, fy = ray.fy;
+void sobel_product_row(T* __restrict x, T* __restrict y, T* __restrict along_ray, T* __restrict sum,
+                       T* __restrict difference, const T* above, const T* middle, const T* below,
+                       T fx, T fy, std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    sum[i] = 2 * (above[i] + below[i]);
+    difference[i] = 2 * (below[i] - above[i]);
+  }
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     const T top_difference = above[i + 1] - above[i - 1], top_sum = above[i + 1] + above[i - 1];
-    const T difference = middle[i + 1] - middle[i - 1], sum = middle[i + 1] + middle[i - 1];
     const T low_difference = below[i + 1] - below[i - 1], low_sum = below[i + 1] + below[i - 1];
-    const T D = top_difference + 2 * difference + low_difference;
-    const T E = (low_sum - top_sum) + 2 * (below[i] - above[i]);
-    const T S = top_sum + 2 * sum + low_sum;
-    const T R = top_sum + low_sum + 2 * (above[i] + below[i]);
+    const T D = top_difference + 2 * (middle[i + 1] - middle[i - 1]) + low_difference;
+    const T S = top_sum + 2 * (middle[i + 1] + middle[i - 1]) + low_sum;
+    const T E = (low_sum - top_sum) + difference[i];
+    const T R = (low_sum + top_sum) + sum[i];
     const T A = low_difference - top_difference;
-    const T x = fx * (D * R - E * A);
-    const T y = fy * (E * S - D * A);
-    const T along_ray = A * A - S * R;
-    const T z = along_ray - u[i] * x - v * y;
-    const T scale = inverse_sqrt(x * x + y * y + z * z);
-    nx[i] = scale * x;
-    ny[i] = scale * y;
-    nz[i] = scale * z;
-    facing[i] = scale * along_ray;
+    x[i] = fx * (D * R - E * A);
+    y[i] = fy * (E * S - D * A);
+    along_ray[i] = A * A - S * R;
   }
 }
 
+/// Unit normals out of what sobel_product_row makes; z holds the products with the rays.
 template <class T>
-void sobel_normal_row(const NormalRow<T>& n, const T* above, const T* middle, const T* below,
-                      const RayRow<T>& ray, std::ptrdiff_t count) {
-  sobel_normals_of(n.x, n.y, n.z, n.facing, above, middle, below, ray, count);
+void unit_normal_row(T* __restrict x, T* __restrict y, T* __restrict z, const RayRow<T>& ray,
+                     std::ptrdiff_t count) {
+  const T* const u = ray.u;
+  const T v = ray.v;
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const T nz = z[i] - u[i] * x[i] - v * y[i];
+    const T scale = inverse_sqrt(x[i] * x[i] + y[i] * y[i] + nz * nz);
+    x[i] *= scale;
+    y[i] *= scale;
+    z[i] = scale * nz;
+  }
+}
+
+/// The same as unit_normal_row, but with z the cosine to the ray, and x and y those of the normal
+/// without its part along the ray: what Phong's equation needs, see phong_row.hpp.
+template <class T>
+void unit_facet_row(T* __restrict x, T* __restrict y, T* __restrict z, const RayRow<T>& ray,
+                    std::ptrdiff_t count) {
+  const T *const u = ray.u, *const inverse_length = ray.inverse_length;
+  const T v = ray.v;
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const T nz = z[i] - u[i] * x[i] - v * y[i];
+    const T scale = inverse_sqrt(x[i] * x[i] + y[i] * y[i] + nz * nz);
+    const T cosine = z[i] * inverse_length[i];
+    const T along = cosine * inverse_length[i];
+    x[i] = scale * (x[i] - u[i] * along);
+    y[i] = scale * (y[i] - v * along);
+    z[i] = scale * cosine;
+  }
+}
+
+/// The same out of unit normals.
+template <class T>
+void facet_row(T* __restrict x, T* __restrict y, T* __restrict z, const RayRow<T>& ray,
+               std::ptrdiff_t count) {
+  const T *const u = ray.u, *const inverse_length = ray.inverse_length;
+  const T v = ray.v;
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const T cosine = inverse_length[i] * (u[i] * x[i] + v * y[i] + z[i]);
+    const T along = cosine * inverse_length[i];
+    x[i] -= u[i] * along;
+    y[i] -= v * along;
+    z[i] = cosine;
+  }
 }
 
 /// Writes the pixels before and after a row of depths, extrapolated linearly.

@@ -4,7 +4,6 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
-#include <cstring>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -18,48 +17,123 @@
 
 namespace gelight::detail {
 
-/// contact[i] = depth[i] where that is known and no deeper than the membrane at rest (or than
+/// The contact's depth where it is known and no deeper than the membrane at rest (or than
 /// `allowed`), the rest depth elsewhere.
 template <class T>
-void contact_row(T* __restrict contact, const T* depth, const T* rest, T allowed,
-                 std::ptrdiff_t count) {
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const T z = depth[i] > 0 ? depth[i] : std::numeric_limits<T>::infinity();
-    const T most = rest[i] > allowed ? rest[i] : allowed;
-    contact[i] = z <= most ? z : rest[i];
-  }
+[[nodiscard]] T contact_depth(T depth, T rest, T allowed) {
+  const T z = depth > 0 ? depth : std::numeric_limits<T>::infinity();
+  const T most = rest > allowed ? rest : allowed;
+  return z <= most ? z : rest;
 }
 
-/// protrusion[i] = rest[i] - contact[i], 0 outside the membrane.
+/// protrusion[i] = how far the contact is pressed in, 0 outside the membrane.
 template <class T>
-void protrusion_row(T* __restrict protrusion, const T* contact, const T* rest,
+void protrusion_row(T* __restrict protrusion, const T* depth, const T* rest, T allowed,
                     std::ptrdiff_t count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const T difference = rest[i] - contact[i];
+    const T difference = rest[i] - contact_depth(depth[i], rest[i], allowed);
     protrusion[i] = difference == difference ? difference : 0;
   }
 }
 
-/// out[i] = the smaller of contact[i] and rest[i] - spread[i].
+/// out[i] = the smaller of the contact's depth and rest[i] - spread[i].
 template <class T>
-void bulge_row(T* __restrict out, const T* contact, const T* rest, const T* spread,
+void bulge_row(T* __restrict out, const T* depth, const T* rest, const T* spread, T allowed,
                std::ptrdiff_t count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const T contact = contact_depth(depth[i], rest[i], allowed);
     const T bulged = rest[i] - spread[i];
-    out[i] = contact[i] < bulged ? contact[i] : bulged;
+    out[i] = contact < bulged ? contact : bulged;
   }
+}
+
+/// Whether a row is known and its protrusion 0, as most rows of a small contact are. `allowed` is
+/// 0 where what lies deeper than the membrane does not touch it, and otherwise without end.
+template <class T>
+[[nodiscard]] bool row_is_at_rest(const T* depth, const T* rest, T allowed, std::ptrdiff_t count) {
+  constexpr T most = std::numeric_limits<T>::max();
+  const int pulls = allowed > 0 ? 1 : 0;
+  int moved = 0;  // without branches, so that compilers vectorise it
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    moved |= (depth[i] < rest[i] ? 1 : 0) | (depth[i] <= most ? 0 : 1);
+    moved |= depth[i] > rest[i] ? pulls : 0;
+  }
+  return moved == 0;
 }
 
 /// Whether a row has a depth that is not known where the membrane is.
 template <class T>
 [[nodiscard]] bool row_has_holes(const T* depth, const T* rest, std::ptrdiff_t count) {
-  int holes = 0;
+  int unknown = 0;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const bool known = (depth[i] > 0) & (depth[i] <= std::numeric_limits<T>::max());
-    holes |= static_cast<int>(!known) & static_cast<int>(rest[i] == rest[i]);
+    unknown |= (depth[i] > 0 ? 0 : 1) | (depth[i] <= std::numeric_limits<T>::max() ? 0 : 1);
   }
-  return holes != 0;
+  if (unknown == 0) return false;
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    if (!is_depth(depth[i]) && is_depth(rest[i])) return true;
+  }
+  return false;
 }
+
+/// Rows of an image that slide along with a window, each of them kept twice: so all rows of the
+/// window lie one after the other in memory, wherever it is.
+template <class T>
+class SlidingRows {
+ public:
+  SlidingRows() = default;
+  /// `count` rows, the first of which is row -before of the image.
+  SlidingRows(Index width, Index count, Index before)
+      : count_(count),
+        before_(before),
+        stride_(row_stride(width)),
+        numbers_(static_cast<std::size_t>(2 * count * stride_)),
+        used_(static_cast<std::size_t>(count)) {}
+
+  /// Room for what symmetric_sums reads beyond the end, and an odd number of cache lines, so that
+  /// the rows' numbers of one column do not compete for a few places in the cache.
+  [[nodiscard]] static std::ptrdiff_t row_stride(Index width) {
+    constexpr Index line = 64 / sizeof(T);
+    const Index lines = (width + column_step + line - 1) / line;
+    return std::ptrdiff_t{line} * (lines + 1 - lines % 2);
+  }
+
+  [[nodiscard]] std::ptrdiff_t stride() const { return stride_; }
+  [[nodiscard]] const T* row(Index y) const { return numbers_.data() + slot(y) * stride_; }
+
+  /// Makes row y what `write(row)` writes into zeros.
+  template <class Write>
+  void set(Index y, const Write& write) {
+    clear(y);
+    T* const first = numbers_.data() + slot(y) * stride_;
+    write(first);
+    std::copy_n(first, stride_, first + count_ * stride_);
+    used_[static_cast<std::size_t>(slot(y))] = 1;
+  }
+
+  void clear(Index y) {
+    char& used = used_[static_cast<std::size_t>(slot(y))];
+    if (used == 0) return;
+    T* const first = numbers_.data() + slot(y) * stride_;
+    std::fill_n(first, stride_, T(0));
+    std::fill_n(first + count_ * stride_, stride_, T(0));
+    used = 0;
+  }
+
+  void copy(Index y, Index from) {
+    clear(y);
+    if (used_[static_cast<std::size_t>(slot(from))] == 0) return;
+    const T* const source = row(from);
+    set(y, [&](T* out) { std::copy_n(source, stride_, out); });
+  }
+
+ private:
+  [[nodiscard]] std::ptrdiff_t slot(Index y) const { return (y + before_) % count_; }
+
+  Index count_ = 1, before_ = 0;
+  std::ptrdiff_t stride_ = 0;
+  std::vector<T> numbers_;
+  std::vector<char> used_;  // of each row: whether it is not all zero
+};
 
 /// The depth of an elastic membrane under contact, row after row: min(contact, rest - G(rest -
 /// contact)), with the Gaussian G along each row as it comes in and then down the columns.
@@ -69,23 +143,25 @@ template <class T>
 template <std::floating_point T>
 class MembraneRows {
  public:
+  /// How many rows of the membrane are made at once.
+  static constexpr Index band = 2;
+
   /// What changes while the rows of one image go through.
   struct Workspace {
-    std::vector<T> depth, contact, spread, lack;  // a row each
-    std::vector<T> padded;                        // a row, `radius` more pixels on each side
-    std::vector<T> across;    // rows of protrusion, smoothed along: row y at y mod window
-    std::vector<T> missing;   // rows of 1 where the depth is not known, smoothed along, likewise
-    std::vector<T> membrane;  // rows of depth, a pixel more on each side: row y at y mod 3
-    std::array<const T*, 3> rows{};  // where those rows are: there, or at rest
-    std::array<std::vector<char>, 3>
-        moved;                  // of each block of those rows: whether it is not at rest
-    std::vector<char> touched;  // of each block of a row
-    std::vector<Index> newest;  // of each block: the last row that spreads into it
-    std::vector<char> used;     // of each row of `across`: whether it is not all zero
-    std::vector<char> holes;    // of each row: whether it has unknown depths
+    std::vector<T> buffer;   // a row of depths
+    std::vector<T> padded;   // a row, `radius` more pixels on each side
+    SlidingRows<T> across;   // protrusion, smoothed along
+    SlidingRows<T> missing;  // 1 where the depth is not known, smoothed along
+    std::array<std::vector<T>, band> spread, lack;  // the same, smoothed down
+    std::vector<T> membrane;  // rows of depth, a pixel more on each side: y at y mod 4
+    std::array<const T*, 2 * band> rows{};   // where those rows are: there, or at rest
+    std::array<std::vector<char>, 2> moved;  // of each block of two bands: whether not at rest
+    std::vector<char> touched;               // of each block of a row
+    std::vector<Index> newest;               // of each block: the last row that spreads into it
+    std::vector<char> holes;                 // of each row: whether it has unknown depths
     std::vector<const T*> taps;
     std::vector<Run> runs;
-    bool everything = false;
+    bool everything = false, any_holes = false;
   };
 
   template <ImageOf<T> D>
@@ -93,7 +169,6 @@ class MembraneRows {
       : width_(width),
         height_(height),
         radius_(static_cast<Index>(weights.size()) - 1),
-        window_(2 * radius_ + 1),
         allowed_(clip ? T(0) : std::numeric_limits<T>::max()),
         weights_(std::move(weights)),
         zeros_(static_cast<std::size_t>(width)),
@@ -113,20 +188,24 @@ class MembraneRows {
   }
 
   [[nodiscard]] Workspace make_workspace() const {
-    const auto width = static_cast<std::size_t>(width_), window = static_cast<std::size_t>(window_);
+    const auto width = static_cast<std::size_t>(width_);
+    const Index window = 2 * radius_ + 1;
     const auto blocks = static_cast<std::size_t>(block_count(width_));
     Workspace work;
-    for (auto* row : {&work.depth, &work.contact, &work.spread, &work.lack}) row->resize(width);
-    work.padded.resize(width + window - 1);
-    work.across.resize(width * window);
-    work.missing.resize(width * window);
-    work.membrane.resize(3 * (width + 2));
+    work.buffer.resize(width);
+    work.padded.resize(width + static_cast<std::size_t>(2 * radius_));
+    work.across = {width_, window + band - 1, radius_};
+    work.missing = work.across;
+    for (std::size_t r = 0; r < band; ++r) {
+      work.spread[r].resize(static_cast<std::size_t>(work.across.stride()));
+      work.lack[r] = work.spread[r];
+    }
+    work.membrane.resize(static_cast<std::size_t>(2 * band * stride()));
     for (auto& marks : work.moved) marks.resize(blocks);
     work.touched.resize(blocks);
     work.newest.resize(blocks);
-    work.used.resize(window);
     work.holes.resize(static_cast<std::size_t>(height_));
-    work.taps.resize(window);
+    work.taps.resize(static_cast<std::size_t>(window));
     work.runs.reserve(blocks);
     return work;
   }
@@ -134,70 +213,57 @@ class MembraneRows {
   /// Forgets the last image; `everything` computes also what is at rest.
   void start(Workspace& work, bool everything) const {
     work.everything = everything;
-    std::fill(work.newest.begin(), work.newest.end(), -1 - window_);
-    std::fill(work.across.begin(), work.across.end(), T(0));
-    std::fill(work.used.begin(), work.used.end(), char{0});
+    work.any_holes = false;
+    std::fill(work.newest.begin(), work.newest.end(), -1 - radius_);
     std::fill(work.holes.begin(), work.holes.end(), char{0});
   }
 
   /// Takes in row y of the contact's depth, after row y - 1.
   template <ImageOf<T> D>
-  void press(Workspace& work, const D& depth, Index y) const {
-    read_contact(work, depth, y);
-    if (row_has_holes(work.depth.data(), rest(y), width_)) press_holes(work, y);
-    T* const out = across(work.across, y);
-    char& used = work.used[static_cast<std::size_t>(y % window_)];
-    if (used != 0) std::fill_n(out, width_, T(0));
-    used = 0;
-    if (!mark_touched(work, y)) return;
-    used = 1;
+  void press(Workspace& work, const D& image, Index y) const {
+    const T* const depth = row_of(image, y, work.buffer.data(), width_);
+    if (!work.everything && row_is_at_rest(depth, rest(y), allowed_, width_)) {
+      work.across.clear(y);
+      work.missing.clear(y);
+      return;
+    }
+    press_holes(work, depth, y);
+    T* const protrusion = work.padded.data() + radius_;
+    protrusion_row(protrusion, depth, rest(y), allowed_, width_);
+    if (!mark_touched(work, protrusion)) return work.across.clear(y);
     for (std::size_t b = 0; b < work.touched.size(); ++b) {
       if (work.touched[b] != 0) work.newest[b] = y;
     }
     if (radius_ == 0) return;
-    protrusion_row(work.padded.data() + radius_, work.contact.data(), rest(y), width_);
     gather_runs(work.runs, work.touched, width_);
-    smooth_along(work, out);
+    work.across.set(y, [&](T* out) { smooth_along(work, out); });
   }
 
-  /// Makes row y of the membrane, once row y + radius (or the last one) is in.
+  /// Makes the band of rows from y on, once row y + band - 1 + radius (or the last one) is in.
   template <ImageOf<T> D>
-  void bulge(Workspace& work, const D& depth, Index y) const {
-    auto& moved = work.moved[static_cast<std::size_t>(y % 3)];
-    bool any = false;
-    for (std::size_t b = 0; b < moved.size(); ++b) {
-      moved[b] = work.newest[b] >= y - radius_;
-      any = any || moved[b] != 0;
-    }
-    const T* const at_rest = rest(y);
-    work.rows[static_cast<std::size_t>(y % 3)] = at_rest;
-    if (!any) return;
-
-    T* const z = work.membrane.data() + stride() * (y % 3) + 1;
-    work.rows[static_cast<std::size_t>(y % 3)] = z;
-    std::copy_n(at_rest, width_, z);
+  void bulge(Workspace& work, const D& image, Index y) const {
+    auto& moved = work.moved[static_cast<std::size_t>(y / band % 2)];
+    for (std::size_t b = 0; b < moved.size(); ++b) moved[b] = work.newest[b] >= y - radius_;
     gather_runs(work.runs, moved, width_);
-    if (radius_ > 0) smooth_down(work, y);
-    read_contact(work, depth, y);
-    for (const Run& run : work.runs) {
-      const std::ptrdiff_t x = run.begin;
-      bulge_row(z + x, work.contact.data() + x, at_rest + x, work.spread.data() + x,
-                run.end - run.begin);
+    if (radius_ > 0) fill_border(work, y);
+    if (radius_ > 0 && !work.runs.empty()) smooth_down(work, y);
+    for (Index r = 0; r < std::min(band, height_ - y); ++r) {
+      const T*& row = work.rows[static_cast<std::size_t>((y + r) % (2 * band))];
+      row = rest(y + r);
+      if (!work.runs.empty()) row = bulged_row(work, image, y + r);
     }
-    extrapolate_ends(z, width_);
   }
 
   /// How far row y of the contact is pressed in, 0 where it does not touch or is not known.
   template <ImageOf<T> D>
-  void protrusion(Workspace& work, const D& depth, Index y, T* out) const {
-    read_contact(work, depth, y);
-    protrusion_row(out, work.contact.data(), rest(y), width_);
+  void protrusion(Workspace& work, const D& image, Index y, T* out) const {
+    protrusion_row(out, row_of(image, y, work.buffer.data(), width_), rest(y), allowed_, width_);
   }
 
-  /// Row y of the membrane, a pixel more on each side, while row y + 2 is not made. The rows before
+  /// Row y of the membrane, a pixel more on each side, while row y + 3 is not made. The rows before
   /// the first and after the last are extrapolated.
   [[nodiscard]] const T* row(Workspace& work, Index y) const {
-    const auto slot = [](Index i) { return static_cast<std::size_t>((i + 3) % 3); };
+    const auto slot = [](Index i) { return static_cast<std::size_t>((i + 2 * band) % (2 * band)); };
     if (y >= 0 && y < height_) return work.rows[slot(y)];
     const Index first = y < 0 ? 0 : height_ - 1;
     const Index second = std::clamp(y < 0 ? 1 : height_ - 2, Index{0}, height_ - 1);
@@ -211,7 +277,7 @@ class MembraneRows {
     const std::size_t blocks = changed.size();
     std::fill(changed.begin(), changed.end(), static_cast<char>(has_holes(work, y)));
     for (Index near = std::max(Index{0}, y - 1); near <= std::min(height_ - 1, y + 1); ++near) {
-      const auto& moved = work.moved[static_cast<std::size_t>(near % 3)];
+      const auto& moved = work.moved[static_cast<std::size_t>(near / band % 2)];
       for (std::size_t b = 0; b < blocks; ++b) {
         if (moved[b] == 0) continue;
         changed[b] = 1;
@@ -223,16 +289,13 @@ class MembraneRows {
 
  private:
   [[nodiscard]] std::ptrdiff_t stride() const { return std::ptrdiff_t{width_} + 2; }
-  [[nodiscard]] T* across(std::vector<T>& rows, Index y) const {
-    return rows.data() + std::ptrdiff_t{y % window_} * width_;
-  }
 
   template <class D>
   void keep_rest(const D& image) {
     const auto row = [&](Index y) { return rest_.data() + stride() * (y + 1) + 1; };
     for (Index y = 0; y < height_; ++y) {
-      read_row(image, y, row(y), width_);
       for (Index x = 0; x < width_; ++x) {
+        row(y)[x] = static_cast<T>(ImageTraits<D>::pixel(image, x, y));
         if (is_depth(row(y)[x])) continue;
         row(y)[x] = std::numeric_limits<T>::quiet_NaN();
         masked_[static_cast<std::size_t>(y)] = 1;
@@ -248,32 +311,25 @@ class MembraneRows {
     }
   }
 
-  template <class D>
-  void read_contact(Workspace& work, const D& depth, Index y) const {
-    read_row(depth, y, work.depth.data(), width_);
-    contact_row(work.contact.data(), work.depth.data(), rest(y), allowed_, width_);
-  }
-
   // Marks the blocks that the row's protrusion is spread into; false where there is none.
-  [[nodiscard]] bool mark_touched(Workspace& work, Index y) const {
+  [[nodiscard]] bool mark_touched(Workspace& work, const T* protrusion) const {
     auto& touched = work.touched;
     if (work.everything) {
       std::fill(touched.begin(), touched.end(), char{1});
       return true;
     }
-    const T *const contact = work.contact.data(), *const at_rest = rest(y);
-    const auto bytes = static_cast<std::size_t>(width_) * sizeof(T);
-    if (std::memcmp(contact, at_rest, bytes) == 0) return false;
     std::fill(touched.begin(), touched.end(), char{0});
+    bool any = false;
     const Index blocks = block_count(width_), reach = (radius_ + block_size - 1) / block_size;
     for (Index b = 0; b < blocks; ++b) {
-      const Index begin = b * block_size, end = std::min(width_, begin + block_size);
-      const auto size = static_cast<std::size_t>(end - begin) * sizeof(T);
-      if (std::memcmp(contact + begin, at_rest + begin, size) == 0) continue;
+      const T* const begin = protrusion + b * block_size;
+      const T* const end = protrusion + std::min(width_, (b + 1) * block_size);
+      if (std::all_of(begin, end, [](T p) { return p == 0; })) continue;
       const Index first = std::max(Index{0}, b - reach), last = std::min(blocks - 1, b + reach);
       std::fill(touched.begin() + first, touched.begin() + last + 1, char{1});
+      any = true;
     }
-    return true;
+    return any;
   }
 
   // Smooths the padded row along itself, over the workspace's runs.
@@ -290,57 +346,76 @@ class MembraneRows {
     }
   }
 
-  void press_holes(Workspace& work, Index y) const {
-    if (std::none_of(work.holes.begin(), work.holes.end(), [](char h) { return h != 0; })) {
-      std::fill(work.missing.begin(), work.missing.end(), T(0));
-    }
+  void press_holes(Workspace& work, const T* depth, Index y) const {
+    if (!row_has_holes(depth, rest(y), width_)) return work.missing.clear(y);
     work.holes[static_cast<std::size_t>(y)] = 1;
+    work.any_holes = true;
     if (radius_ == 0) return;
     T* const row = work.padded.data() + radius_;
-    for (Index x = 0; x < width_; ++x) {
-      row[x] = is_depth(rest(y)[x]) && !is_depth(work.depth[static_cast<std::size_t>(x)]) ? 1 : 0;
-    }
+    for (Index x = 0; x < width_; ++x) row[x] = is_depth(rest(y)[x]) && !is_depth(depth[x]) ? 1 : 0;
     work.runs.assign(1, {0, width_});
-    smooth_along(work, across(work.missing, y));
+    work.missing.set(y, [&](T* out) { smooth_along(work, out); });
+  }
+
+  // Makes the rows beyond the image that the band from row y on is the first to need.
+  void fill_border(Workspace& work, Index y) const {
+    const auto fill = [&](Index first, Index last) {
+      for (Index j = first; j <= last; ++j) {
+        const Index from = inside(j, height_, Border::reflect101);
+        work.across.copy(j, from);
+        work.missing.copy(j, from);
+      }
+    };
+    if (y == 0) fill(-radius_, -1);
+    fill(std::max(height_, y == 0 ? height_ : y + radius_),
+         std::min(height_ - 1, y + band - 1) + radius_);
   }
 
   // Smooths down the columns into `spread`, over the workspace's runs: a mean over the known
   // pixels.
   void smooth_down(Workspace& work, Index y) const {
-    sum_down(work, work.across, y, work.spread, false);
-    const bool holes = has_holes_near(work, y), mask = lack_.width() > 0;
-    if (!holes && !mask) return;
-    if (holes) sum_down(work, work.missing, y, work.lack, true);
-    for (const Run& run : work.runs) {
-      for (Index x = run.begin; x < run.end; ++x) {
-        const auto i = static_cast<std::size_t>(x);
-        const T lack = (holes ? work.lack[i] : 0) + (mask ? lack_(x, y) : 0);
-        if (lack > 0) work.spread[i] = lack < 1 ? work.spread[i] / (1 - lack) : 0;
+    sum_down(work, work.across, y, work.spread);
+    const bool mask = lack_.width() > 0;
+    if (!work.any_holes && !mask) return;
+    if (work.any_holes) sum_down(work, work.missing, y, work.lack);
+    for (Index r = 0; r < std::min(band, height_ - y); ++r) {
+      auto& spread = work.spread[static_cast<std::size_t>(r)];
+      const auto& missing = work.lack[static_cast<std::size_t>(r)];
+      for (const Run& run : work.runs) {
+        for (Index x = run.begin; x < run.end; ++x) {
+          const auto i = static_cast<std::size_t>(x);
+          const T lack = (work.any_holes ? missing[i] : 0) + (mask ? lack_(x, y + r) : 0);
+          if (lack > 0) spread[i] = lack < 1 ? spread[i] / (1 - lack) : 0;
+        }
       }
     }
   }
 
-  [[nodiscard]] bool has_holes_near(const Workspace& work, Index y) const {
-    const auto first = work.holes.begin() + std::max(Index{0}, y - radius_);
-    const auto end = work.holes.begin() + std::min(height_, y + radius_ + 1);
-    return std::any_of(first, end, [](char h) { return h != 0; });
-  }
-
-  // `missing` holds only the rows with holes.
-  void sum_down(Workspace& work, std::vector<T>& rows, Index y, std::vector<T>& out,
-                bool only_holes) const {
-    const T** const taps = work.taps.data() + radius_;
+  void sum_down(const Workspace& work, const SlidingRows<T>& rows, Index y,
+                std::array<std::vector<T>, band>& out) const {
+    const T* const middle = rows.row(y - radius_) + radius_ * rows.stride();
     for (const Run& run : work.runs) {
-      for (Index k = -radius_; k <= radius_; ++k) {
-        const Index from = inside(y + k, height_, Border::reflect101);
-        const bool zero = only_holes && !has_holes(work, from);
-        taps[k] = (zero ? zeros_.data() : across(rows, from)) + run.begin;
-      }
-      symmetric_sum(out.data() + run.begin, taps, weights_.data(), radius_, run.end - run.begin);
+      symmetric_sums(out[0].data() + run.begin, out[1].data() + run.begin, middle + run.begin,
+                     rows.stride(), weights_.data(), radius_, run.end - run.begin);
     }
   }
 
-  Index width_, height_, radius_, window_;
+  // Row y of the membrane: at rest but for the workspace's runs.
+  template <class D>
+  [[nodiscard]] const T* bulged_row(Workspace& work, const D& image, Index y) const {
+    T* const z = work.membrane.data() + stride() * (y % (2 * band)) + 1;
+    if (!work.everything) std::copy_n(rest(y), width_, z);
+    const T* const depth = row_of(image, y, work.buffer.data(), width_);
+    const T* const spread = work.spread[static_cast<std::size_t>(y % band)].data();
+    for (const Run& run : work.runs) {
+      const std::ptrdiff_t x = run.begin;
+      bulge_row(z + x, depth + x, rest(y) + x, spread + x, allowed_, run.end - run.begin);
+    }
+    extrapolate_ends(z, width_);
+    return z;
+  }
+
+  Index width_, height_, radius_;
   T allowed_;
   std::vector<T> weights_, zeros_;
   std::vector<T> rest_;  // NaN outside the membrane; a pixel more on each side

@@ -8,12 +8,16 @@
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/views/image_view.hpp"
 
 namespace gelight::detail {
 
 /// Pixels of a row are marked as changed in blocks of this many, a multiple of what processors
 /// take at once: so a pixel is computed alike in a run of any length.
 inline constexpr Index block_size = 16;
+
+/// Rows are shaded in tiles of so many pixels, whose intermediate results stay in cache.
+inline constexpr Index tile_width = 64;
 
 [[nodiscard]] inline Index block_count(Index width) {
   return (width + block_size - 1) / block_size;
@@ -39,15 +43,31 @@ inline void gather_runs(std::vector<Run>& runs, const std::vector<char>& marks, 
   }
 }
 
+/// Takes a run apart at the edges of the tiles.
+template <class Work>
+void for_each_tile(const Run& run, const Work& work) {
+  for (Index begin = run.begin; begin < run.end;) {
+    const Index end = std::min(run.end, (begin / tile_width + 1) * tile_width);
+    work(Run{begin, end});
+    begin = end;
+  }
+}
+
 template <std::floating_point T>
 [[nodiscard]] bool is_depth(T z) {
   return z > 0 && z <= std::numeric_limits<T>::max();
 }
 
-/// Copies row y of an image, converted.
+/// Row y of an image: where it lies if its pixels are of type T and side by side, otherwise a
+/// converted copy in `buffer`.
 template <std::floating_point T, ImageOf<T> I>
-void read_row(const I& image, Index y, T* __restrict out, Index width) {
-  for (Index x = 0; x < width; ++x) out[x] = static_cast<T>(ImageTraits<I>::pixel(image, x, y));
+[[nodiscard]] const T* row_of(const I& image, Index y, T* __restrict buffer, Index width) {
+  if constexpr (std::convertible_to<const I&, ImageView<const T>>) {
+    const ImageView<const T> view = image;
+    if (view.rows_are_packed()) return view.row(y);
+  }
+  for (Index x = 0; x < width; ++x) buffer[x] = static_cast<T>(ImageTraits<I>::pixel(image, x, y));
+  return buffer;
 }
 
 }  // namespace gelight::detail

@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "gelight/core/types.hpp"
@@ -53,96 +55,92 @@ void multiply_rows(T* __restrict out, const T* a, const T* b, std::ptrdiff_t cou
   for (std::ptrdiff_t i = 0; i < count; ++i) out[i] = a[i] * b[i];
 }
 
-/// The colours of a membrane, a run of a row at a time: background and lights, which do not change
-/// from frame to frame, on normals that do. In shares of 255, so that they need only be truncated.
+/// The colours of a membrane, up to a tile of a row at a time: background and lights, which do not
+/// change from frame to frame, on normals that do. In shares of 255, so that they need only be
+/// truncated.
 template <std::floating_point T>
 class ShadedRows {
  public:
   struct Workspace {
-    std::vector<T> normal_x, normal_y, normal_z, facing;  // a row each
-    std::vector<T> toward, mirrored, shine;
-    std::array<std::vector<T>, 3> rgb;
-    std::vector<std::int32_t> packed;
+    using Row = std::array<T, tile_width>;
+    Row normal_x, normal_y, normal_z, toward, mirrored, shine;
+    std::array<Row, 3> rgb;
+    std::vector<std::int32_t> packed;  // a row of the image
   };
 
+  /// `rectified_to` are the membrane's normals at rest if the lights' directions shall be made
+  /// tangent to it and of unit length, or null.
   ShadedRows(const Camera<T>& camera, const Background<T>& background, double ambient,
-             const std::vector<Light<T>>& lights, Specular form)
-      : camera_(camera), columns_(ray_columns(camera)), planes_(first_light + 3 * lights.size()) {
-    fixed_.resize(planes_ * static_cast<std::size_t>(camera.width) *
-                  static_cast<std::size_t>(camera.height));
+             const std::vector<Light<T>>& lights, Specular form,
+             const Image<Vec3<double>>* rectified_to)
+      : camera_(camera),
+        columns_(ray_columns(camera)),
+        tiles_((camera.width + tile_width - 1) / tile_width),
+        planes_(is_grey(background) ? 2 : 4),
+        coordinates_(3 * static_cast<std::ptrdiff_t>(lights.size())) {
+    const auto tiles = static_cast<std::size_t>(tiles_) * static_cast<std::size_t>(camera.height);
+    const auto coordinates = tiles * static_cast<std::size_t>(coordinates_);
+    fixed_.resize(tiles * static_cast<std::size_t>(planes_ * tile_width));
+    codes_.resize(coordinates * tile_width);
+    ranges_.resize(coordinates);
     keep_rays();
     keep_background(background, static_cast<T>(255 * ambient));
-    for (std::size_t k = 0; k < lights.size(); ++k) keep_light(lights[k], k, form);
-  }
-
-  /// Makes the lights' directions tangent to the surface with these normals, and of unit length.
-  void rectify(const Image<Vec3<double>>& normals) {
-    for (std::size_t k = 0; k < colours_.size(); ++k) {
-      for (Index y = 0; y < camera_.height; ++y) {
-        T *const lx = fixed(y, light_plane(k)), *const ly = fixed(y, light_plane(k) + 1),
-                 *const lz = fixed(y, light_plane(k) + 2);
-        for (Index x = 0; x < camera_.width; ++x) {
-          Vec3<double> to_light(lx[x], ly[x], lz[x]);
-          to_light -= to_light.dot(normals(x, y)) * normals(x, y);
-          to_light.stableNormalize();
-          lx[x] = static_cast<T>(to_light.x());
-          ly[x] = static_cast<T>(to_light.y());
-          lz[x] = static_cast<T>(to_light.z());
-        }
-      }
+    for (std::size_t k = 0; k < lights.size(); ++k) {
+      keep_direction(lights[k].direction, k, rectified_to);
+      keep_colour(lights[k], form);
     }
   }
 
   [[nodiscard]] Workspace make_workspace() const {
-    Workspace work;
-    const auto width = static_cast<std::size_t>(camera_.width);
-    for (auto* row : {&work.normal_x, &work.normal_y, &work.normal_z, &work.facing, &work.toward,
-                      &work.mirrored, &work.shine, &work.rgb[0], &work.rgb[1], &work.rgb[2]}) {
-      row->resize(width);
-    }
-    work.packed.resize(width);
+    Workspace work{};
+    work.packed.resize(static_cast<std::size_t>(camera_.width));
     return work;
   }
 
-  /// The normals of a run of row y, from the depths of that row and its two neighbours.
-  [[nodiscard]] NormalRow<T> normals(Workspace& work, Index y, const Run& run, const T* above,
+  /// The normals of a run of row y within a tile, from the depths of that row and its two
+  /// neighbours, in the coordinates that phong_row wants.
+  [[nodiscard]] VectorRow<T> normals(Workspace& work, Index y, const Run& run, const T* above,
                                      const T* middle, const T* below) const {
-    const std::ptrdiff_t x = run.begin;
-    const NormalRow<T> n{work.normal_x.data() + x, work.normal_y.data() + x,
-                         work.normal_z.data() + x, work.facing.data() + x};
-    const RayRow<T> ray{columns_.data() + x, row_ray(y), camera_.fx, camera_.fy};
-    sobel_normal_row(n, above + x, middle + x, below + x, ray, run.end - run.begin);
+    const std::ptrdiff_t x = run.begin, count = run.end - run.begin;
+    const VectorRow<T> n{work.normal_x.data(), work.normal_y.data(), work.normal_z.data()};
+    sobel_product_row(n.x, n.y, n.z, work.toward.data(), work.mirrored.data(), above + x,
+                      middle + x, below + x, camera_.fx, camera_.fy, count);
+    unit_facet_row(n.x, n.y, n.z, rays(y, run), count);
     return n;
   }
 
-  /// The colours of a run of row y with these normals, into `packed`; `kept` is the share of the
-  /// ambient light that is left at each pixel of the row, or null for all of it.
-  void shade(Workspace& work, Index y, const Run& run, const NormalRow<T>& n, const T* kept) const {
+  /// Turns unit normals of a run of row y within a tile into those coordinates.
+  void turn_to_rays(const VectorRow<T>& n, Index y, const Run& run) const {
+    facet_row(n.x, n.y, n.z, rays(y, run), run.end - run.begin);
+  }
+
+  /// The colours of a run of row y within a tile with these normals, into `packed`; `kept` is the
+  /// share of the ambient light that is left at each pixel of the row, or null for all of it.
+  void shade(Workspace& work, Index y, const Run& run, const VectorRow<T>& n, const T* kept) const {
     const auto rgb = light(work, y, run, n, kept);
     pack_row(work.packed.data() + run.begin, rgb[0], rgb[1], rgb[2], run.end - run.begin);
   }
 
   /// The same before they are clamped and truncated: red, green and blue of the run's pixels.
   [[nodiscard]] std::array<const T*, 3> light(Workspace& work, Index y, const Run& run,
-                                              const NormalRow<T>& n, const T* kept) const {
-    const std::ptrdiff_t x = run.begin, count = run.end - run.begin;
-    std::array<const T*, 3> sum{ambient(y, 0) + x, ambient(y, 1) + x, ambient(y, 2) + x};
-    for (std::size_t c = 0; c < 3 && kept != nullptr; ++c) {
-      T* const out = work.rgb[c].data() + x;
-      multiply_rows(out, sum[c], kept + x, count);
-      sum[c] = out;
+                                              const VectorRow<T>& n, const T* kept) const {
+    const std::ptrdiff_t count = run.end - run.begin;
+    std::array<const T*, 3> sum{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      sum[c] = ambient(run.begin, y, c);
+      if (kept == nullptr) continue;
+      multiply_rows(work.rgb[c].data(), sum[c], kept + run.begin, count);
+      sum[c] = work.rgb[c].data();
     }
-    const EyeRow<T> eye{columns_.data() + x, fixed(y, inverse_ray_plane) + x, row_ray(y)};
-    const PhongScratch<T> scratch{work.toward.data() + x, work.mirrored.data() + x,
-                                  work.shine.data() + x};
+    const PhongScratch<T> scratch{work.toward.data(), work.mirrored.data(), work.shine.data()};
     for (std::size_t k = 0; k < colours_.size(); ++k) {
-      const std::size_t plane = light_plane(k);
-      const LightRow<T> light{fixed(y, plane) + x, fixed(y, plane + 1) + x,
-                              fixed(y, plane + 2) + x};
-      phong_row(scratch, n, light, colours_[k], eye, count);
+      const auto first = static_cast<std::ptrdiff_t>(3 * k);
+      const LightRow<T> light{coded(run.begin, y, first), coded(run.begin, y, first + 1),
+                              coded(run.begin, y, first + 2)};
+      phong_row(scratch, FacetRow<T>{n.x, n.y, n.z}, light, colours_[k], count);
       for (std::size_t c = 0; c < 3; ++c) {
         if (colours_[k].diffuse[c] == 0 && colours_[k].specular[c] == 0) continue;
-        T* const out = work.rgb[c].data() + x;
+        T* const out = work.rgb[c].data();
         add_light_row(out, sum[c], scratch, colours_[k].diffuse[c], colours_[k].specular[c], count);
         sum[c] = out;
       }
@@ -152,31 +150,54 @@ class ShadedRows {
 
   /// The colour of a pixel by ambient light alone, packed.
   [[nodiscard]] std::int32_t ambient_colour(Index x, Index y) const {
-    return to_byte(ambient(y, 0)[x]) | to_byte(ambient(y, 1)[x]) << 8 |
-           to_byte(ambient(y, 2)[x]) << 16;
+    return to_byte(*ambient(x, y, 0)) | to_byte(*ambient(x, y, 1)) << 8 |
+           to_byte(*ambient(x, y, 2)) << 16;
   }
 
  private:
-  // The planes of `fixed_`.
-  static constexpr std::size_t inverse_ray_plane = 0, red_plane = 1, first_light = 4;
+  using Code = typename CodedRow<T>::Code;
+  struct Range {
+    T least, step;
+  };
 
-  [[nodiscard]] static std::size_t light_plane(std::size_t k) { return first_light + 3 * k; }
-  [[nodiscard]] std::ptrdiff_t offset(Index y, std::size_t plane) const {
-    return (static_cast<std::ptrdiff_t>(plane) * camera_.height + y) * camera_.width;
+  // The planes of `fixed_`.
+  static constexpr std::ptrdiff_t inverse_ray_plane = 0, red_plane = 1;
+
+  [[nodiscard]] std::ptrdiff_t tile(Index x, Index y) const {
+    return std::ptrdiff_t{y} * tiles_ + x / tile_width;
   }
-  [[nodiscard]] T* fixed(Index y, std::size_t plane) { return fixed_.data() + offset(y, plane); }
-  [[nodiscard]] const T* fixed(Index y, std::size_t plane) const {
-    return fixed_.data() + offset(y, plane);
+  // Pixel (x, y) of a plane, and the pixels of its tile after it.
+  [[nodiscard]] const T* fixed(Index x, Index y, std::ptrdiff_t plane) const {
+    return fixed_.data() + (tile(x, y) * planes_ + plane) * tile_width + x % tile_width;
   }
-  [[nodiscard]] const T* ambient(Index y, std::size_t c) const {
-    return fixed(y, grey_background_ ? red_plane : red_plane + c);
+  [[nodiscard]] T& fixed(Index x, Index y, std::ptrdiff_t plane) {
+    return const_cast<T&>(*std::as_const(*this).fixed(x, y, plane));
   }
-  [[nodiscard]] T row_ray(Index y) const { return camera_.ray(0, static_cast<T>(y)).y(); }
+  [[nodiscard]] const T* ambient(Index x, Index y, std::size_t c) const {
+    return fixed(x, y, planes_ == 2 ? red_plane : red_plane + static_cast<std::ptrdiff_t>(c));
+  }
+  [[nodiscard]] RayRow<T> rays(Index y, const Run& run) const {
+    return {columns_.data() + run.begin, fixed(run.begin, y, inverse_ray_plane),
+            camera_.ray(0, static_cast<T>(y)).y()};
+  }
+  // The lights' coordinate from pixel (x, y) on: x, y, z of the first light, then of the second.
+  [[nodiscard]] CodedRow<T> coded(Index x, Index y, std::ptrdiff_t coordinate) const {
+    const std::ptrdiff_t at = tile(x, y) * coordinates_ + coordinate;
+    const Range& range = ranges_[static_cast<std::size_t>(at)];
+    return {codes_.data() + at * tile_width + x % tile_width, range.least, range.step};
+  }
+
+  [[nodiscard]] static bool is_grey(const Background<T>& background) {
+    const auto grey = [](const std::array<T, 3>& p) { return p[0] == p[1] && p[1] == p[2]; };
+    const auto& pixels = background.image().pixels();
+    return background.is_image() ? std::all_of(pixels.begin(), pixels.end(), grey)
+                                 : grey(background.solid());
+  }
 
   void keep_rays() {
     for (Index y = 0; y < camera_.height; ++y) {
       for (Index x = 0; x < camera_.width; ++x) {
-        fixed(y, inverse_ray_plane)[x] =
+        fixed(x, y, inverse_ray_plane) =
             1 / camera_.ray(static_cast<T>(x), static_cast<T>(y)).norm();
       }
     }
@@ -186,20 +207,60 @@ class ShadedRows {
     for (Index y = 0; y < camera_.height; ++y) {
       for (Index x = 0; x < camera_.width; ++x) {
         const auto& rgb = background.is_image() ? background.image()(x, y) : background.solid();
-        for (std::size_t c = 0; c < 3; ++c) fixed(y, red_plane + c)[x] = scale * rgb[c];
-        grey_background_ = grey_background_ && rgb[0] == rgb[1] && rgb[1] == rgb[2];
+        for (std::ptrdiff_t plane = red_plane; plane < planes_; ++plane) {
+          fixed(x, y, plane) = scale * rgb[static_cast<std::size_t>(plane - red_plane)];
+        }
       }
     }
   }
 
-  void keep_light(const Light<T>& light, std::size_t k, Specular form) {
+  void keep_direction(const Image<Vec3<T>>& travel, std::size_t k,
+                      const Image<Vec3<double>>* rectified_to) {
+    const auto camera = camera_.template cast<double>();
+    std::array<std::array<double, tile_width>, 3> planes{};
     for (Index y = 0; y < camera_.height; ++y) {
-      for (Index x = 0; x < camera_.width; ++x) {
+      for (Index begin = 0; begin < camera_.width; begin += tile_width) {
+        const Index count = std::min(tile_width, camera_.width - begin);
+        for (Index i = 0; i < count; ++i) {
+          Vec3<double> l = -travel(begin + i, y).template cast<double>();
+          if (rectified_to != nullptr) {
+            const Vec3<double>& normal = (*rectified_to)(begin + i, y);
+            l -= l.dot(normal) * normal;
+            l.stableNormalize();
+          }
+          const Vec3<double> ray = camera.ray(begin + i, y);
+          const auto at = static_cast<std::size_t>(i);
+          planes[0][at] = l.x() - ray.x() * l.z();
+          planes[1][at] = l.y() - ray.y() * l.z();
+          planes[2][at] = l.dot(ray) / ray.norm();
+        }
         for (std::size_t c = 0; c < 3; ++c) {
-          fixed(y, light_plane(k) + c)[x] = -light.direction(x, y)[static_cast<Index>(c)];
+          const auto coordinate = static_cast<std::ptrdiff_t>(3 * k + c);
+          encode({planes[c].data(), static_cast<std::size_t>(count)},
+                 static_cast<std::size_t>(tile(begin, y) * coordinates_ + coordinate));
         }
       }
     }
+  }
+
+  // Keeps a tile of a coordinate of a light.
+  void encode(std::span<const double> values, std::size_t at) {
+    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    const auto low = static_cast<T>(*least);
+    const T step = std::same_as<T, Code> ? 1 : std::max(T(0), static_cast<T>(*most) - low) / 65535;
+    ranges_[at] = {std::same_as<T, Code> ? 0 : low, step};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      Code& code = codes_[at * tile_width + i];
+      if constexpr (std::same_as<T, Code>) {
+        code = static_cast<T>(values[i]);
+      } else {
+        const double steps = step > 0 ? (values[i] - double{low}) / double{step} : 0;
+        code = static_cast<Code>(std::clamp(std::round(steps), 0.0, 65535.0));
+      }
+    }
+  }
+
+  void keep_colour(const Light<T>& light, Specular form) {
     const T least = std::pow(std::numeric_limits<T>::min(), 1 / std::max(T(1), light.shininess));
     LightColour<T> colour{{}, {}, light.shininess, form, least};
     for (std::size_t c = 0; c < 3; ++c) {
@@ -211,9 +272,11 @@ class ShadedRows {
 
   Camera<T> camera_;
   std::vector<T> columns_;
-  std::size_t planes_;
-  std::vector<T> fixed_;  // plane after plane
-  bool grey_background_ = true;
+  std::ptrdiff_t tiles_, planes_, coordinates_;  // tiles in a row; the others in a tile
+  // Tile after tile, and in each plane after plane: read from end to end.
+  std::vector<T> fixed_;
+  std::vector<Code> codes_;
+  std::vector<Range> ranges_;  // of each tile and coordinate
   std::vector<LightColour<T>> colours_;
 };
 

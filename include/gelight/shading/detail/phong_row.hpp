@@ -10,10 +10,8 @@
 #include <limits>
 #include <numbers>
 #include <type_traits>
-#include <utility>
 
 #include "gelight/core/types.hpp"
-#include "gelight/image/detail/normal_rows.hpp"
 #include "gelight/shading/phong.hpp"
 
 // Phong's equation for a row of pixels, in plain loops over planar arrays that compilers vectorise.
@@ -35,24 +33,55 @@ void multiply_power(T* __restrict power, T* __restrict base, std::ptrdiff_t coun
   }
 }
 
+/// The same for a digit that is not a constant.
+template <bool is_first, bool is_last, class T>
+void multiply_power(T* power, T* base, unsigned digit, std::ptrdiff_t count) {
+  switch (digit) {
+    case 0:
+      return multiply_power<0, is_first, is_last>(power, base, count);
+    case 1:
+      return multiply_power<1, is_first, is_last>(power, base, count);
+    case 2:
+      return multiply_power<2, is_first, is_last>(power, base, count);
+    case 3:
+      return multiply_power<3, is_first, is_last>(power, base, count);
+    case 4:
+      return multiply_power<4, is_first, is_last>(power, base, count);
+    case 5:
+      return multiply_power<5, is_first, is_last>(power, base, count);
+    case 6:
+      return multiply_power<6, is_first, is_last>(power, base, count);
+    case 7:
+      return multiply_power<7, is_first, is_last>(power, base, count);
+    case 8:
+      return multiply_power<8, is_first, is_last>(power, base, count);
+    case 9:
+      return multiply_power<9, is_first, is_last>(power, base, count);
+    case 10:
+      return multiply_power<10, is_first, is_last>(power, base, count);
+    case 11:
+      return multiply_power<11, is_first, is_last>(power, base, count);
+    case 12:
+      return multiply_power<12, is_first, is_last>(power, base, count);
+    case 13:
+      return multiply_power<13, is_first, is_last>(power, base, count);
+    case 14:
+      return multiply_power<14, is_first, is_last>(power, base, count);
+    case 15:
+      return multiply_power<15, is_first, is_last>(power, base, count);
+  }
+}
+
 /// power[i] = base[i]^exponent by repeated squaring; overwrites `base`. The exponent's base-16
 /// digits are constants of the loops, so that its squares stay in registers.
 template <class T>
 void integer_power_row(T* power, T* base, unsigned exponent, std::ptrdiff_t count) {
-  const auto multiply = [&]<bool is_first, bool is_last, unsigned... digit>(
-      std::bool_constant<is_first>, std::bool_constant<is_last>,
-      std::integer_sequence<unsigned, digit...>) {
-    ((exponent % 16 == digit ? multiply_power<digit, is_first, is_last>(power, base, count)
-                             : void()),
-     ...);
-  };
-  constexpr auto digits = std::make_integer_sequence<unsigned, 16>();
-  constexpr std::true_type yes;
-  constexpr std::false_type no;
-  if (exponent < 16) return multiply(yes, yes, digits);
-  multiply(yes, no, digits);
-  for (exponent /= 16; exponent >= 16; exponent /= 16) multiply(no, no, digits);
-  multiply(no, yes, digits);
+  if (exponent < 16) return multiply_power<true, true>(power, base, exponent, count);
+  multiply_power<true, false>(power, base, exponent % 16, count);
+  for (exponent /= 16; exponent >= 16; exponent /= 16) {
+    multiply_power<false, false>(power, base, exponent % 16, count);
+  }
+  multiply_power<false, true>(power, base, exponent, count);
 }
 
 /// log2(x) of a positive normal number, within 2e-7 of its size.
@@ -93,18 +122,35 @@ void real_power_row(T* __restrict power, const T* base, T exponent, std::ptrdiff
   }
 }
 
-/// A light along a row: the direction to it, in planes.
+/// A row of unit normals n in coordinates in which the pixel's ray r = (u, v, 1) is an axis:
+///
+///     x = nx - u (n.r) / |r|^2,  y = ny - v (n.r) / |r|^2,  z = n.r / |r|.
+///
+/// With those of a direction l to a light,
+///
+///     x = lx - u lz,  y = ly - v lz,  z = l.r / |r|,
+///
+/// n.l is the sum of the three products; and as the eye is in the direction -r / |r|, Phong's other
+/// two products are the z of either: three numbers of a light are enough.
 template <class T>
-struct LightRow {
+struct FacetRow {
   const T *x, *y, *z;
 };
 
-/// The rays (u, v, 1) to a row of pixels and one over their lengths: the eye is in the direction
-/// -ray / |ray|.
+/// A row of one coordinate of the directions to a light: least + step code[i]. Floats are kept as
+/// codes of 16 bits over the range that they have in the row, as long rows of them take longer to
+/// fetch than to work with.
 template <class T>
-struct EyeRow {
-  const T *u, *inverse_ray;
-  T v;
+struct CodedRow {
+  using Code = std::conditional_t<std::same_as<T, float>, std::uint16_t, T>;
+  const Code* code;
+  T least, step;
+};
+
+/// A row of directions to a light, in the coordinates of FacetRow.
+template <class T>
+struct LightRow {
+  CodedRow<T> x, y, z;
 };
 
 /// What a light adds to the three channels of the image.
@@ -126,21 +172,23 @@ struct PhongScratch {
 };
 
 /// toward[i] = max(0, N.L); mirrored[i] = R.V, or 0 where that is closer to 0 than `least` or, in
-/// the gated form, negative.
+/// the gated form, negative or the light behind the surface.
 template <Specular form, class T>
-void reflect_row(T* __restrict toward, T* __restrict mirrored, const NormalRow<T>& n,
-                 const LightRow<T>& light, const EyeRow<T>& eye, T least, std::ptrdiff_t count) {
-  const T *const nx = n.x, *const ny = n.y, *const nz = n.z, *const facing = n.facing;
-  const T *const lx = light.x, *const ly = light.y, *const lz = light.z;
-  const T *const u = eye.u, *const inverse_ray = eye.inverse_ray, v = eye.v;
+void reflect_row(T* __restrict toward, T* __restrict mirrored, const FacetRow<T>& n,
+                 const LightRow<T>& light, T least, std::ptrdiff_t count) {
+  const T *const nx = n.x, *const ny = n.y, *const nz = n.z;
+  const auto [x, y, z] = light;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const T cosine = nx[i] * lx[i] + ny[i] * ly[i] + nz[i] * lz[i];
+    const T lx = x.least + x.step * static_cast<T>(x.code[i]);
+    const T ly = y.least + y.step * static_cast<T>(y.code[i]);
+    const T lz = z.least + z.step * static_cast<T>(z.code[i]);
+    const T cosine = nx[i] * lx + ny[i] * ly + nz[i] * lz;
     const T lit = (cosine + std::abs(cosine)) / 2;  // exactly max(0, cosine), and vectorised
-    const T along_ray = lx[i] * u[i] + ly[i] * v + lz[i];
-    const T r_dot_v = inverse_ray[i] * (along_ray - 2 * lit * facing[i]);
+    const T r_dot_v = lz - 2 * lit * nz[i];
     toward[i] = lit;
     if constexpr (form == Specular::gated) {
-      mirrored[i] = r_dot_v > least ? r_dot_v : 0;
+      const T in_front = r_dot_v > least ? r_dot_v : 0;
+      mirrored[i] = lit > 0 ? in_front : 0;
     } else {
       mirrored[i] = r_dot_v * r_dot_v > least * least ? r_dot_v : 0;
     }
@@ -155,14 +203,14 @@ void gate_row(T* __restrict shine, const T* toward, std::ptrdiff_t count) {
 
 /// The two factors of a light's diffuse and specular terms along a row.
 template <class T>
-void phong_row(const PhongScratch<T>& out, const NormalRow<T>& n, const LightRow<T>& light,
-               const LightColour<T>& colour, const EyeRow<T>& eye, std::ptrdiff_t count) {
+void phong_row(const PhongScratch<T>& out, const FacetRow<T>& n, const LightRow<T>& light,
+               const LightColour<T>& colour, std::ptrdiff_t count) {
   const auto& [toward, mirrored, shine] = out;
   const bool gated = colour.form == Specular::gated;
   if (gated) {
-    reflect_row<Specular::gated>(toward, mirrored, n, light, eye, colour.least_cosine, count);
+    reflect_row<Specular::gated>(toward, mirrored, n, light, colour.least_cosine, count);
   } else {
-    reflect_row<Specular::unclamped>(toward, mirrored, n, light, eye, colour.least_cosine, count);
+    reflect_row<Specular::unclamped>(toward, mirrored, n, light, colour.least_cosine, count);
   }
   const T exponent = colour.shininess;
   if (exponent == std::floor(exponent) && exponent < T(1u << 31)) {
@@ -170,7 +218,7 @@ void phong_row(const PhongScratch<T>& out, const NormalRow<T>& n, const LightRow
   } else {
     real_power_row(shine, mirrored, exponent, count);
   }
-  if (gated) gate_row(shine, toward, count);
+  if (gated && exponent == 0) gate_row(shine, toward, count);  // 0^0 = 1
 }
 
 /// out[i] = sum[i] and the light, for two rows that do not overlap or are the same.
