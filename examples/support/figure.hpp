@@ -33,6 +33,7 @@ class Figure {
         cairo_(cairo_create(surface_.get()), cairo_destroy) {
     pen(paper, 1);
     cairo_paint(cairo_.get());
+    pen(black, 1);
     cairo_set_line_cap(cairo_.get(), CAIRO_LINE_CAP_ROUND);
     cairo_set_line_join(cairo_.get(), CAIRO_LINE_JOIN_ROUND);
     cairo_select_font_face(cairo_.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL,

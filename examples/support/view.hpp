@@ -10,8 +10,8 @@
 #include "figure.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/raster.hpp"
-#include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/surface.hpp"
+#include "gelight/views/mesh_view.hpp"
 
 // Pictures of what is on a surface: values as bands of colour, paths, arrows.
 
@@ -39,7 +39,8 @@ class View {
   using Vec3 = gelight::Vec3<double>;
   using Index = gelight::Index;
 
-  View(const gelight::Mesh<double>& mesh, const Figure::Box& box, double turn = 0, double tilt = 0)
+  template <gelight::TriangleMesh M>
+  View(const M& mesh, const Figure::Box& box, double turn = 0, double tilt = 0)
       : surface_(mesh), box_(box) {
     const double c = std::cos(turn), s = std::sin(turn), up = std::cos(tilt), in = std::sin(tilt);
     Eigen::Matrix3d spin, look;
@@ -57,7 +58,13 @@ class View {
     const auto width = static_cast<Index>(sharpness * box.width);
     const auto height = static_cast<Index>(sharpness * box.height);
     camera_ = {focus, focus, (width - 1) / 2.0, (height - 1) / 2.0, width, height};
-    raster_ = gelight::rasterize(gelight::placed<double>(mesh, rotation_, translation_), camera_);
+    gelight::Mesh<double> seen;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      const Vec3 p = rotation_ * surface_.position(v) + translation_;
+      seen.positions.push_back({p[0], p[1], p[2]});
+    }
+    for (Index f = 0; f < surface_.face_count(); ++f) seen.faces.push_back(surface_.face(f));
+    raster_ = gelight::rasterize(seen, camera_);
   }
 
   [[nodiscard]] const gelight::Surface<double>& surface() const { return surface_; }
