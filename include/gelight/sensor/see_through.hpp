@@ -129,9 +129,9 @@ class SeeThroughRenderer {
         rest_light_(3 * pixel_count()),
         rest_image_(camera.width, camera.height) {
     for (Index y = 0; y < camera.height; ++y) {
-      detail::read_row(rest_depth, y, rest_.row(y), camera.width);
       for (Index x = 0; x < camera.width; ++x) {
-        if (!detail::is_depth(rest_(x, y))) rest_(x, y) = unknown;
+        const T z = static_cast<T>(ImageTraits<D>::pixel(rest_depth, x, y));
+        rest_(x, y) = detail::is_depth(z) ? z : unknown;
       }
     }
     keep_colour(background);
