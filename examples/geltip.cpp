@@ -29,6 +29,7 @@
 #include "gelight/light/linear.hpp"
 #include "gelight/light/plane.hpp"
 #include "gelight/light/transport.hpp"
+#include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/sensor/bake.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"

@@ -18,6 +18,7 @@
 #include "gelight/light/linear.hpp"
 #include "gelight/light/plane.hpp"
 #include "gelight/light/transport.hpp"
+#include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/lesson.hpp"
 #include "support/view.hpp"

@@ -12,6 +12,7 @@
 #include <numbers>
 #include <vector>
 
+#include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/lesson.hpp"
 #include "support/view.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
-// Everything but the opt-in headers: views/eigen.hpp, views/openmesh.hpp and io/, which need
-// libraries of their own.
+// Everything but the opt-in headers, io/ and the views of CGAL, Eigen, OpenCV and OpenMesh, which
+// need libraries of their own.
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/concepts/mesh.hpp"
@@ -40,6 +40,7 @@
 #include "gelight/mesh/cholesky.hpp"
 #include "gelight/mesh/dissection.hpp"
 #include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/operators.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/sparse.hpp"

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
 
 using gelight::Index;

@@ -22,6 +22,7 @@
 #include "gelight/light/linear.hpp"
 #include "gelight/light/plane.hpp"
 #include "gelight/light/transport.hpp"
+#include "gelight/mesh/nearest.hpp"
 #include "gelight/transport/vector_heat.hpp"
 #include "gelight/views/openmesh.hpp"
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/surface.hpp"
 
 using gelight::Index;

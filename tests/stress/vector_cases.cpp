@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/tangent.hpp"
 #include "gelight/transport/vector_heat.hpp"

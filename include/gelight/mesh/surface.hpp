@@ -257,17 +257,6 @@ class Surface {
 template <TriangleMesh M>
 explicit Surface(const M&) -> Surface<MeshScalar<M>>;
 
-/// The vertex nearest to a position in space, the first of several. Cost: O(vertices).
-template <std::floating_point T>
-[[nodiscard]] Index nearest_vertex(const Surface<T>& surface, const Vec3<T>& position) {
-  Index nearest = 0;
-  for (Index v = 1; v < surface.vertex_count(); ++v) {
-    const T distance = (surface.position(v) - position).squaredNorm();
-    if (distance < (surface.position(nearest) - position).squaredNorm()) nearest = v;
-  }
-  return nearest;
-}
-
 static_assert(TriangleMesh<Surface<double>>);
 
 }  // namespace gelight
