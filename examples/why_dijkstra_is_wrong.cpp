@@ -11,6 +11,7 @@
 
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/mesh/shapes.hpp"
 #include "support/lesson.hpp"
 #include "support/plot.hpp"
 #include "support/view.hpp"
