@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
@@ -21,6 +24,63 @@ namespace gelight {
 
 template <std::floating_point T>
 using LightField = std::vector<Vec3<T>>;
+
+/// How the light of an LED comes to a point: in one direction; by several paths equally short, of
+/// which one is taken (the cut locus); from the LED, which is the point itself; or not at all.
+enum class Lighting : std::uint8_t { lit, ambiguous, at_led, dark };
+
+/// A light field with what else is known of each point.
+template <std::floating_point T>
+struct LightRays {
+  LightField<T> direction;  ///< unit, or zero where `at_led` and where `dark`
+  std::vector<T> distance;  ///< travelled, in the unit of the positions; +infinity where dark
+  std::vector<Lighting> lighting;
+
+  void add(const Vec3<T>& way, T length, Lighting how) {
+    direction.push_back(way);
+    distance.push_back(length);
+    lighting.push_back(how);
+  }
+};
+
+/// How light grows weaker on its way: by spreading, in inverse proportion to the distance beyond
+/// `full_within`, and by absorption in the gel, exponentially. By default it does neither.
+template <std::floating_point T>
+struct Falloff {
+  T full_within = unreachable<T>;  ///< a distance, in the unit of the positions
+  T absorption = 0;                ///< per unit of the positions
+};
+
+/// The share of an LED's light that is left at each distance, from 0 (out of reach) to 1. Throws
+/// InvalidInput for a distance that is negative or not a number, a `full_within` that is not
+/// positive, and an absorption that is negative or not finite.
+template <std::floating_point T>
+[[nodiscard]] std::vector<T> strength(std::span<const T> distance, const Falloff<T>& falloff) {
+  detail::require(falloff.full_within > 0, "light is full within ", falloff.full_within,
+                  ", which is not positive");
+  detail::require(falloff.absorption >= 0 && std::isfinite(falloff.absorption), "absorption ",
+                  falloff.absorption, " is negative or not finite");
+  std::vector<T> shares;
+  shares.reserve(distance.size());
+  for (const T d : distance) {
+    detail::require(d >= 0, "distance ", shares.size(), " is ", d);
+    const bool is_reached = d < unreachable<T>;
+    shares.push_back(is_reached ? std::min(T(1), falloff.full_within / d) *
+                                      std::exp(-falloff.absorption * d)
+                                : T(0));
+  }
+  return shares;
+}
+
+/// Directions shortened to the strength of the light, as `Light::direction` takes them. Throws
+/// InvalidInput for another number of strengths.
+template <std::floating_point T>
+[[nodiscard]] LightField<T> dimmed(LightField<T> field, std::span<const T> strengths) {
+  detail::require(field.size() == strengths.size(), "the field has ", field.size(),
+                  " directions, there are ", strengths.size(), " strengths");
+  for (std::size_t i = 0; i < field.size(); ++i) field[i] *= strengths[i];
+  return field;
+}
 
 /// The surface points of all vertices.
 template <std::floating_point T>
@@ -92,4 +152,25 @@ template <std::floating_point T>
 }
 
 }  // namespace detail
+
+/// The same directions, laid into the planes at right angles to the normals (of the membrane at
+/// rest, say) and of unit length again; zero where a direction runs along its normal. A normal need
+/// not be of unit length. Throws InvalidInput for another number of normals or one that is zero or
+/// not finite.
+template <std::floating_point T>
+[[nodiscard]] LightField<T> rectified(LightField<T> field, std::span<const Vec3<T>> normals) {
+  detail::require(field.size() == normals.size(), "the field has ", field.size(),
+                  " directions, there are ", normals.size(), " normals");
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    detail::require(normals[i].allFinite() && !normals[i].isZero(0), "normal ", i, " is (",
+                    normals[i][0], ", ", normals[i][1], ", ", normals[i][2], ")");
+    const Vec3<T> normal = detail::direction_of(normals[i]);
+    const Vec3<T> tangent = field[i] - field[i].dot(normal) * normal;
+    // What rounding leaves of a direction along the normal has none.
+    const T rounding = 16 * std::numeric_limits<T>::epsilon() * field[i].norm();
+    field[i] = tangent.norm() > rounding ? detail::direction_of(tangent) : Vec3<T>(Vec3<T>::Zero());
+  }
+  return field;
+}
+
 }  // namespace gelight

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <concepts>
+#include <cstddef>
 #include <span>
+#include <type_traits>
 
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/light/field.hpp"
@@ -10,17 +13,38 @@
 
 namespace gelight {
 
+namespace detail {
+
+/// What the solver is to keep for queries at some points. To stop at the farthest takes time for
+/// each of them, so that with more points than faces all windows are had sooner.
+template <std::floating_point T>
+[[nodiscard]] ExactOptions<T> options_for(const ExactSolver<T>& solver,
+                                          std::span<const SurfacePoint<T>> points) {
+  ExactOptions<T> options;
+  if (points.size() > static_cast<std::size_t>(solver.surface().face_count())) {
+    options.keep_windows = true;
+  } else {
+    options.targets.assign(points.begin(), points.end());
+  }
+  return options;
+}
+
+}  // namespace detail
+
 /// Light that follows the shortest path on the surface from the nearest of several points of an
 /// LED: the exact direction in which that path arrives (Gomes, Paoletti, Luo, "Simulation of Curved
 /// GelSight Sensors for Sim2Real Learning").
 ///
-/// Zero at the LED and where no path leads; where two shortest paths meet, one of them. Throws
-/// InvalidInput for a point that is not of the surface. Cost: one solve, and O(1) a point.
+/// Zero at the LED and where no path leads; where two shortest paths meet, one of them
+/// (`geodesic_rays` tells where). Throws InvalidInput for a point that is not of the surface. Cost:
+/// one solve, and O(windows of its face) a point. To take directions at the vertices and
+/// interpolate them inside the faces is 0.8 degrees off (mean) on the GelTip membrane, and wrong in
+/// the faces at the LED and on the cut locus.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> geodesic_field(const ExactSolver<T>& solver,
                                            std::span<const Source<T>> led,
                                            std::span<const SurfacePoint<T>> points) {
-  const ExactField<T> arrivals = solver.solve(led, {.keep_windows = true});
+  const ExactField<T> arrivals = solver.solve(led, detail::options_for(solver, points));
   LightField<T> field;
   field.reserve(points.size());
   for (const auto& point : points) field.push_back(arrivals.direction(point));
@@ -33,6 +57,39 @@ template <std::floating_point T>
                                            std::span<const SurfacePoint<T>> points) {
   const Source<T> source{led, 0};
   return geodesic_field(solver, std::span(&source, 1), points);
+}
+
+/// The same with distances, and with the points told apart where paths of different directions
+/// differ in length by less than a share `tie` of it.
+template <std::floating_point T>
+[[nodiscard]] LightRays<T> geodesic_rays(const ExactSolver<T>& solver,
+                                         std::span<const Source<T>> led,
+                                         std::span<const SurfacePoint<T>> points,
+                                         std::type_identity_t<T> tie = T(1e-6)) {
+  detail::require(tie >= 0, "a tie of ", tie);
+  const ExactField<T> field = solver.solve(led, detail::options_for(solver, points));
+  LightRays<T> rays;
+  for (const auto& point : points) {
+    const auto arrivals = field.arrivals(point, tie);
+    if (arrivals.empty()) {
+      rays.add(Vec3<T>::Zero(), unreachable<T>, Lighting::dark);
+    } else if (arrivals[0].direction.isZero(0)) {
+      rays.add(Vec3<T>::Zero(), arrivals[0].distance, Lighting::at_led);
+    } else {
+      rays.add(arrivals[0].direction, arrivals[0].distance,
+               arrivals.size() > 1 ? Lighting::ambiguous : Lighting::lit);
+    }
+  }
+  return rays;
+}
+
+/// The same for an LED that is one point.
+template <std::floating_point T>
+[[nodiscard]] LightRays<T> geodesic_rays(const ExactSolver<T>& solver, const SurfacePoint<T>& led,
+                                         std::span<const SurfacePoint<T>> points,
+                                         std::type_identity_t<T> tie = T(1e-6)) {
+  const Source<T> source{led, 0};
+  return geodesic_rays(solver, std::span(&source, 1), points, tie);
 }
 
 }  // namespace gelight

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <span>
 
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/light/field.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -20,7 +22,34 @@ template <std::floating_point T>
   return field;
 }
 
-/// The same to points of a surface. Throws InvalidInput for a point that is not of the surface.
+/// The same from an LED of several points, each position lit by the nearest, with distances; the
+/// first of several nearest is taken where they tie. Throws InvalidInput for no LED. Cost:
+/// O(positions x points of the LED).
+template <std::floating_point T>
+[[nodiscard]] LightRays<T> linear_rays(std::span<const Vec3<T>> led,
+                                       std::span<const Vec3<T>> positions) {
+  detail::require(!led.empty(), "the LED has no point");
+  LightRays<T> rays;
+  for (const Vec3<T>& p : positions) {
+    Vec3<T> way = p - led[0];
+    T least = way.stableNorm(), next = unreachable<T>;
+    for (const Vec3<T>& point : led.subspan(1)) {
+      const Vec3<T> other = p - point;
+      const T distance = other.stableNorm();
+      next = std::min(next, std::max(least, distance));
+      if (distance < least) way = other;
+      least = std::min(least, distance);
+    }
+    const Lighting how = least == 0      ? Lighting::at_led
+                         : next == least ? Lighting::ambiguous
+                                         : Lighting::lit;
+    rays.add(detail::direction_of(way), least, how);
+  }
+  return rays;
+}
+
+/// The light of one point to points of a surface. Throws InvalidInput for a point that is not of
+/// the surface.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> linear_field(const Surface<T>& surface, const Vec3<T>& led,
                                          std::span<const SurfacePoint<T>> points) {

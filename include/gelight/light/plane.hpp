@@ -4,6 +4,8 @@
 #include <concepts>
 #include <cstddef>
 #include <span>
+#include <type_traits>
+#include <vector>
 
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
@@ -50,14 +52,61 @@ template <std::floating_point T>
   return field;
 }
 
+namespace detail {
+
+/// The mean normal of the faces at a point, by area.
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> mean_normal(const Surface<T>& surface, const SurfacePoint<T>& point) {
+  surface.require_point(point);
+  Vec3<T> normal = Vec3<T>::Zero();
+  for (const Index f : faces_at(surface, point)) normal += face_normal(surface, f);
+  return normal;
+}
+
+}  // namespace detail
+
 /// The same with the mean normal of the LED's faces, by area.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> plane_field(const Surface<T>& surface, const SurfacePoint<T>& led,
                                         std::span<const SurfacePoint<T>> points) {
-  surface.require_point(led);
-  Vec3<T> normal = Vec3<T>::Zero();
-  for (const Index f : detail::faces_at(surface, led)) normal += detail::face_normal(surface, f);
-  return plane_field(surface, led, normal, points);
+  return plane_field(surface, led, detail::mean_normal(surface, led), points);
+}
+
+/// The same from the nearest of several points of an LED, each with the mean normal of its faces,
+/// with the lengths of the arcs; points whose two shortest differ by less than a share `tie` are
+/// told apart. Cost: one cut a point and point of the LED.
+template <std::floating_point T>
+[[nodiscard]] LightRays<T> plane_rays(const Surface<T>& surface,
+                                      std::span<const SurfacePoint<T>> led,
+                                      std::span<const SurfacePoint<T>> points,
+                                      std::type_identity_t<T> tie = T(1e-6)) {
+  detail::require(!led.empty(), "the LED has no point");
+  detail::require(tie >= 0, "a tie of ", tie);
+  using Cut = detail::PlaneCut<T>;
+  std::vector<Vec3<T>> directions(points.size(), Vec3<T>::Zero());
+  std::vector<T> least(points.size(), unreachable<T>), next = least;
+  for (const auto& source : led) {
+    const Vec3<T> normal = detail::mean_normal(surface, source);
+    detail::require(!normal.isZero(0), "the LED's faces have no normal");
+    Cut cut(surface, source, normal);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      for (const auto& arrival : cut.arrive(points[i], cut.local(surface.position(points[i])))) {
+        next[i] = std::min(next[i], std::max(least[i], arrival.length));
+        if (!(arrival.length < least[i])) continue;
+        least[i] = arrival.length;
+        directions[i] = cut.in_space(arrival.direction);
+      }
+    }
+  }
+  LightRays<T> rays;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Lighting how = !(least[i] < unreachable<T>)      ? Lighting::dark
+                         : least[i] == 0                   ? Lighting::at_led
+                         : next[i] <= (1 + tie) * least[i] ? Lighting::ambiguous
+                                                           : Lighting::lit;
+    rays.add(directions[i], least[i], how);
+  }
+  return rays;
 }
 
 }  // namespace gelight

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/light/field.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -15,30 +16,53 @@
 namespace gelight {
 namespace detail {
 
-/// Directions between vertices: the mean of the face's three by barycentric coordinates, laid into
-/// the face. Zero where they cancel.
+/// What points have of values at the vertices: the mean by barycentric coordinates.
+template <std::floating_point T, class Value>
+[[nodiscard]] Value mean_at(const Surface<double>& surface, std::span<const Value> at_vertices,
+                            const SurfacePoint<T>& point) {
+  using Kind = typename SurfacePoint<T>::Kind;
+  const auto at = [&](Index v) { return at_vertices[static_cast<std::size_t>(v)]; };
+  const auto [a, b] = point.element;
+  const auto& w = point.weights;
+  if (point.kind == Kind::vertex) return at(a);
+  if (point.kind == Kind::edge) return w[0] * at(a) + w[1] * at(b);
+  const auto v = surface.face(a);
+  return w[0] * at(v[0]) + w[1] * at(v[1]) + w[2] * at(v[2]);
+}
+
+/// Directions between vertices: their mean, laid into the face, not of unit length.
+template <std::floating_point T>
+[[nodiscard]] LightField<T> means(const Surface<double>& surface,
+                                  const std::vector<Vec3<T>>& at_vertices,
+                                  std::span<const SurfacePoint<T>> points) {
+  LightField<T> field;
+  field.reserve(points.size());
+  Index face = -1;  // of the last point inside one: pixels in a row often share it
+  Vec3<T> normal = Vec3<T>::Zero();
+  for (const auto& point : points) {
+    surface.require_point(point);
+    Vec3<T> mean = mean_at(surface, std::span<const Vec3<T>>(at_vertices), point);
+    if (point.kind == SurfacePoint<T>::Kind::face) {
+      if (point.element[0] != face) {
+        face = point.element[0];
+        normal = direction_of(face_normal(surface, face)).template cast<T>();
+      }
+      mean -= mean.dot(normal) * normal;
+    }
+    field.push_back(mean);
+  }
+  return field;
+}
+
+/// Those of unit length; zero where they cancel.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> interpolate(const Surface<double>& surface,
                                         const std::vector<Vec3<T>>& at_vertices,
                                         std::span<const SurfacePoint<T>> points) {
-  using Kind = typename SurfacePoint<T>::Kind;
-  LightField<T> field;
-  field.reserve(points.size());
-  for (const auto& point : points) {
-    surface.require_point(point);
-    const auto at = [&](Index v) { return at_vertices[static_cast<std::size_t>(v)]; };
-    const auto [a, b] = point.element;
-    const auto& w = point.weights;
-    Vec3<T> mean = Vec3<T>::Zero();
-    if (point.kind == Kind::vertex) mean = at(a);
-    if (point.kind == Kind::edge) mean = w[0] * at(a) + w[1] * at(b);
-    if (point.kind == Kind::face) {
-      const auto v = surface.face(a);
-      mean = w[0] * at(v[0]) + w[1] * at(v[1]) + w[2] * at(v[2]);
-      const Vec3<T> normal = direction_of(face_normal(surface, a)).template cast<T>();
-      mean -= mean.dot(normal) * normal;
-    }
-    field.push_back(direction_of(mean));
+  LightField<T> field = means(surface, at_vertices, points);
+  for (Vec3<T>& direction : field) {
+    const T length = direction.norm();
+    if (length > 0) direction /= length;
   }
   return field;
 }
@@ -64,6 +88,48 @@ template <std::floating_point T>
 [[nodiscard]] LightField<T> radial_transport_field(const VectorHeatSolver<T>& solver, Index led,
                                                    std::span<const SurfacePoint<T>> points) {
   return detail::interpolate(solver.surface(), solver.radial(led), points);
+}
+
+/// The light of an LED of several points, each with its own direction of emission, blended between
+/// them; otherwise as `transport_field`. Directions alone count, not lengths.
+template <std::floating_point T>
+[[nodiscard]] LightField<T> transport_field(const VectorHeatSolver<T>& solver,
+                                            std::span<const VectorSource<T>> led,
+                                            std::span<const SurfacePoint<T>> points) {
+  return detail::interpolate(solver.surface(), solver.transport(led), points);
+}
+
+/// A field known at the vertices, as `VectorHeatSolver` gives it, at points between them: with the
+/// distances of the vertices (from any solver) interpolated, and the points told apart where the
+/// directions at the corners of their face part so far that their mean is shorter than half: the
+/// cut locus of a field that has one, within an edge. Throws InvalidInput unless there is a
+/// direction and a distance for each vertex.
+template <std::floating_point T>
+[[nodiscard]] LightRays<T> rays_between_vertices(const Surface<double>& surface,
+                                                 const std::vector<Vec3<T>>& at_vertices,
+                                                 std::span<const T> distances,
+                                                 std::span<const SurfacePoint<T>> points) {
+  const auto vertices = static_cast<std::size_t>(surface.vertex_count());
+  detail::require(at_vertices.size() == vertices && distances.size() == vertices, "there are ",
+                  at_vertices.size(), " directions and ", distances.size(), " distances for ",
+                  vertices, " vertices");
+  LightField<T> units;
+  units.reserve(vertices);
+  for (const Vec3<T>& direction : at_vertices) units.push_back(detail::direction_of(direction));
+  const LightField<T> field = detail::means(surface, units, points);
+  LightRays<T> rays;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const T distance = detail::mean_at(surface, distances, points[i]);
+    const T agreement = field[i].norm();
+    const Lighting how = !(distance < unreachable<T>)      ? Lighting::dark
+                         : agreement == 0 && distance == 0 ? Lighting::at_led
+                         : agreement < T(0.5)              ? Lighting::ambiguous
+                                                           : Lighting::lit;
+    const bool is_dark = how == Lighting::dark;
+    rays.add(is_dark ? Vec3<T>(Vec3<T>::Zero()) : detail::direction_of(field[i]),
+             is_dark ? unreachable<T> : distance, how);
+  }
+  return rays;
 }
 
 }  // namespace gelight

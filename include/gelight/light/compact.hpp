@@ -1,0 +1,99 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/light/field.hpp"
+
+namespace gelight {
+
+/// A direction in a tangent plane, or a shorter vector there, in 4 bytes: components of 16 bits
+/// along the basis that `plane_basis` makes of the normal, in steps of 1 / 32767.
+using CompactDirection = std::array<std::int16_t, 2>;
+
+/// Two unit vectors at right angles to a unit normal and to each other, the same ones for the same
+/// normal. They turn little as the normal does, but for one jump where its z changes sign (Duff et
+/// al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017).
+template <std::floating_point T>
+[[nodiscard]] std::array<Vec3<T>, 2> plane_basis(const Vec3<T>& normal) {
+  const T sign = std::copysign(T(1), normal[2]);
+  const T a = -1 / (sign + normal[2]);
+  const T b = normal[0] * normal[1] * a;
+  return {Vec3<T>(1 + sign * normal[0] * normal[0] * a, sign * b, -sign * normal[0]),
+          Vec3<T>(b, sign + normal[1] * normal[1] * a, -normal[1])};
+}
+
+namespace detail {
+
+inline constexpr int compact_steps = std::numeric_limits<std::int16_t>::max();
+
+template <std::floating_point T>
+[[nodiscard]] T require_compact(T x, std::size_t i) {
+  // A unit vector may be longer than 1 by rounding.
+  require(std::abs(x) <= 1 + 16 * std::numeric_limits<T>::epsilon(), "direction ", i,
+          " has a component of ", x, " in its plane, more than 1");
+  return x;
+}
+
+}  // namespace detail
+
+/// A field, of which the parts tangent to the normals count, in 4 bytes a direction. Zero stays
+/// zero. A unit vector comes back within 0.0013 degrees and 2.2e-5 of its length (measured and
+/// derived: half a step in each component).
+///
+/// Throws InvalidInput for another number of normals, a normal that is not of unit length within
+/// 1e-4, and a direction that is not finite or longer than 1.
+template <std::floating_point T>
+[[nodiscard]] std::vector<CompactDirection> packed(std::span<const Vec3<T>> field,
+                                                   std::span<const Vec3<T>> normals) {
+  detail::require(field.size() == normals.size(), "the field has ", field.size(),
+                  " directions, there are ", normals.size(), " normals");
+  std::vector<CompactDirection> compact;
+  compact.reserve(field.size());
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    detail::require(std::abs(normals[i].norm() - 1) < T(1e-4), "normal ", i, " has length ",
+                    normals[i].norm());
+    const auto [x, y] = plane_basis(normals[i]);
+    const auto steps = [&](const Vec3<T>& axis) {
+      const T part = detail::require_compact(field[i].dot(axis), i);
+      return static_cast<std::int16_t>(std::clamp<long>(std::lround(detail::compact_steps * part),
+                                                        -detail::compact_steps,
+                                                        detail::compact_steps));
+    };
+    compact.push_back({steps(x), steps(y)});
+  }
+  return compact;
+}
+
+/// One direction back, with the normal it was packed with.
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> unpacked(const CompactDirection& compact, const Vec3<T>& normal) {
+  const auto [x, y] = plane_basis(normal);
+  return (T(compact[0]) * x + T(compact[1]) * y) / T(detail::compact_steps);
+}
+
+/// A field back, with the normals it was packed with. Throws InvalidInput for another number of
+/// normals.
+template <std::floating_point T>
+[[nodiscard]] LightField<T> unpacked(std::span<const CompactDirection> compact,
+                                     std::span<const Vec3<T>> normals) {
+  detail::require(compact.size() == normals.size(), "there are ", compact.size(),
+                  " directions and ", normals.size(), " normals");
+  LightField<T> field;
+  field.reserve(compact.size());
+  for (std::size_t i = 0; i < compact.size(); ++i) {
+    field.push_back(unpacked<T>(compact[i], normals[i]));
+  }
+  return field;
+}
+
+}  // namespace gelight
