@@ -34,8 +34,6 @@
 #include "gelight/light/field.hpp"
 #include "gelight/light/geodesic.hpp"
 #include "gelight/light/led.hpp"
-#include "gelight/light/compact.hpp"
-#include "gelight/light/led.hpp"
 #include "gelight/light/linear.hpp"
 #include "gelight/light/plane.hpp"
 #include "gelight/light/transport.hpp"
