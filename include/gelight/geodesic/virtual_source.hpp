@@ -22,9 +22,12 @@ namespace gelight {
 /// through, and hands it on to the vertices it shows in the faces around.
 ///
 /// Label-correcting: a vertex hands on its image again when it gets a better one, so obtuse and
-/// thin triangles cost no accuracy. Exact on flat sheets without holes. An image is compared with
-/// the distances at hand but not with all edges it has passed, so behind saddles a distance can be
-/// off, to either side. Where two ways are equally long, rounding chooses.
+/// thin triangles cost no accuracy. Exact on flat sheets without holes, up to rounding times the
+/// aspect ratio of needles. An image is compared with the distances at hand but not with all edges
+/// it has passed, so behind saddles a distance can be off, to either side. Where two ways are
+/// equally long, rounding chooses, and what only the other one shows is reached by a detour: behind
+/// the far side of a regular prism 8 to 15 % at most, 1 % on average. A source in the middle of an
+/// edge of a face without area does not see past that face (4 % on average): weld such meshes.
 ///
 /// Error, mean and largest: icospheres of 642 to 655,362 vertices 0.22 % and 0.37 % to 0.00013 %
 /// and 0.012 %, falling with order 2; against exact distances on the GelTip membrane 0.17 % and 5.4

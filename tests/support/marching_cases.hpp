@@ -1,0 +1,250 @@
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gelight/geodesic/dijkstra.hpp"
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/views/mesh_view.hpp"
+#include "support/hard_meshes.hpp"
+
+// What fast marching and virtual sources must both hold.
+
+namespace gelight::test {
+
+struct Error {
+  double mean = 0, max = 0;
+};
+
+inline Vec3<double> at(const Mesh<double>& mesh, std::size_t v) {
+  return {mesh.positions[v][0], mesh.positions[v][1], mesh.positions[v][2]};
+}
+
+inline Error error_of(const std::vector<double>& d, auto&& truth) {
+  Error error;
+  double count = 0;
+  for (std::size_t v = 0; v < d.size(); ++v) {
+    const double t = truth(v);
+    if (t == 0) continue;
+    const double off = std::abs(d[v] - t) / t;
+    error.mean += off;
+    error.max = std::max(error.max, off);
+    ++count;
+  }
+  error.mean /= count;
+  return error;
+}
+
+template <class Solver>
+Error sphere_error(int level, Index source) {
+  const auto mesh = icosphere<double>(level);
+  const auto d = Solver(mesh).distance(source);
+  const auto s = at(mesh, static_cast<std::size_t>(source));
+  return error_of(d, [&](std::size_t v) {
+    const auto p = at(mesh, v);
+    return v == static_cast<std::size_t>(source) ? 0 : std::atan2(s.cross(p).norm(), s.dot(p));
+  });
+}
+
+// A sheet whose inner vertices are moved and whose diagonals run either way, at random.
+inline Mesh<double> random_sheet(Index n) {
+  auto mesh = grid<double>(n, n);
+  std::mt19937 engine(5);
+  std::uniform_real_distribution<double> jitter(-0.2 / n, 0.2 / n);
+  for (auto& p : mesh.positions) {
+    const bool inner = p[0] > 1e-9 && p[0] < 1 - 1e-9 && p[1] > 1e-9 && p[1] < 1 - 1e-9;
+    if (inner) p = {p[0] + jitter(engine), p[1] + jitter(engine), 0};
+  }
+  for (std::size_t f = 0; f < mesh.faces.size(); f += 2) {
+    const auto [a, b, c] = mesh.faces[f];
+    const Index d = mesh.faces[f + 1][2];
+    if (engine() % 2 == 0) continue;
+    mesh.faces[f] = {a, b, d};
+    mesh.faces[f + 1] = {b, c, d};
+  }
+  return mesh;
+}
+
+// No two ways on it are equally long, which rounding would choose between.
+inline Mesh<double> uneven_sphere() {
+  auto mesh = icosphere<double>(3);
+  std::mt19937 engine(9);
+  std::uniform_real_distribution<double> jitter(0.97, 1.03);
+  for (auto& p : mesh.positions) p[engine() % 3] *= jitter(engine);
+  return mesh;
+}
+
+/// Mean and largest relative difference from the exact polyhedral distance.
+template <class Solver>
+Error polyhedral_error(const Mesh<double>& mesh, std::span<const Source<double>> sources) {
+  const auto exact = ExactSolver(mesh).distance(sources);
+  const auto d = Solver(mesh).distance(sources);
+  return error_of(d, [&](std::size_t v) { return std::isfinite(exact[v]) ? exact[v] : 0; });
+}
+
+// Three quarters of a square; the corner of the border is at (1, 1).
+inline Mesh<double> bent_sheet(Index n) {
+  auto mesh = grid<double>(n, n, 2.0, 2.0);
+  std::erase_if(mesh.faces, [&](const auto& f) {
+    const Vec3<double> middle =
+        (at(mesh, static_cast<std::size_t>(f[0])) + at(mesh, static_cast<std::size_t>(f[1])) +
+         at(mesh, static_cast<std::size_t>(f[2]))) /
+        3;
+    return middle[0] > 1 && middle[1] > 1;
+  });
+  return mesh;
+}
+
+/// Distances of the bent sheet from (2, 0): the error behind the corner by the law of sight.
+template <class Solver>
+Error corner_error(Index n) {
+  const auto mesh = bent_sheet(n);
+  const Vec3<double> from(2, 0, 0), corner(1, 1, 0);
+  const auto d = Solver(mesh).distance(n);
+  CHECK(d.back() == unreachable<double>);
+  return error_of(d, [&](std::size_t v) -> double {
+    const Vec3<double> p = at(mesh, v);
+    if (d[v] == unreachable<double>) return 0;
+    const bool sees = p.x() > 1 || (corner - from).cross(p - from).z() >= 0;
+    return sees ? (p - from).norm() : (corner - from).norm() + (p - corner).norm();
+  });
+}
+
+// Start distances that are all less by a number: distances that are less by it. Repeated sources
+// change nothing.
+template <class Solver>
+void check_equal_sources() {
+  Random random(3);
+  const Solver solver(jittered_grid(16, 0.2, random));
+  std::vector<Source<double>> sources{
+      {vertex_point<double>(3), 5}, {vertex_point<double>(150), 2}, {vertex_point<double>(260), 4}};
+  const auto d = solver.distance(std::span<const Source<double>>(sources));
+  auto twice = sources;
+  twice.insert(twice.end(), sources.begin(), sources.end());
+  CHECK(solver.distance(std::span<const Source<double>>(twice)) == d);
+  for (auto& source : sources) source.distance -= 10;
+  const auto shifted = solver.distance(std::span<const Source<double>>(sources));
+  for (std::size_t v = 0; v < d.size(); ++v) CHECK(std::abs(shifted[v] + 10 - d[v]) < 1e-12);
+}
+
+/// All border vertices, or points of the border too, of a jittered sheet.
+inline std::vector<Source<double>> border_sources(const Mesh<double>& mesh, int per_edge) {
+  const Surface<double> surface(mesh);
+  std::vector<Source<double>> sources;
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    if (!surface.is_border(h)) continue;
+    sources.push_back({vertex_point<double>(surface.origin(h)), 0});
+    for (int i = 1; i < per_edge; ++i) {
+      const double t = i / static_cast<double>(per_edge);
+      sources.push_back({edge_point<double>(surface.origin(h), surface.tip(h), t), 0});
+    }
+  }
+  return sources;
+}
+
+// Flat sheets: straight lines, from any kind of point.
+template <class Solver>
+void check_flat_sheets() {
+  const auto mesh = random_sheet(30);
+  const Solver solver(mesh);
+  for (const auto& point :
+       {vertex_point<double>(0), vertex_point<double>(480), edge_point<double>(480, 481, 0.3),
+        face_point<double>(700, {0.2, 0.3, 0.5})}) {
+    const std::vector<Source<double>> sources{{point, 0}};
+    const auto s = Surface(mesh).position(point);
+    const auto d = solver.distance(sources);
+    for (std::size_t v = 0; v < d.size(); ++v) {
+      CHECK(std::abs(d[v] - (at(mesh, v) - s).norm()) < 2e-4 * d[v] + 1e-14);
+    }
+  }
+}
+
+// Parts, strays, fins, bow-ties, flat faces and flipped ones.
+template <class Solver>
+void check_topology() {
+  const std::vector<Mesh<double>> parts{icosphere<double>(2), grid<double>(4, 4)};
+  auto mesh = joined<double>(parts);
+  mesh.positions.push_back({9, 9, 9});
+  const auto d = Solver(mesh).distance(7);
+  for (std::size_t v = 0; v < d.size(); ++v) CHECK(std::isfinite(d[v]) == (v < 162));
+
+  const Mesh<double> fin{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {1, 0, 0}},
+                         {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}, {1, 5, 2}}};
+  const auto across = Solver(fin).distance(4);
+  CHECK(across[2] == doctest::Approx(2));
+  CHECK(across[3] == doctest::Approx(2));
+  CHECK(across[1] == doctest::Approx(across[5]));
+  const Mesh<double> bow{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}},
+                         {{0, 1, 2}, {0, 3, 4}}};
+  CHECK(Solver(bow).distance(1)[3] == doctest::Approx(2));
+
+  auto flipped = uneven_sphere();
+  const auto expected = Solver(flipped).distance(0);
+  for (std::size_t f = 0; f < flipped.faces.size(); f += 2) {
+    std::swap(flipped.faces[f][0], flipped.faces[f][1]);
+  }
+  const auto same = Solver(flipped).distance(0);
+  for (std::size_t v = 0; v < same.size(); ++v) {
+    CHECK(same[v] == doctest::Approx(expected[v]).epsilon(1e-4));
+  }
+}
+
+// Scales with the mesh, at any distance from the origin.
+template <class Solver>
+void check_scales() {
+  const auto mesh = uneven_sphere();
+  const auto expected = Solver(mesh).distance(0);
+  for (const double s : {1e-20, 1e-6, 1e6}) {
+    auto scaled = mesh;
+    for (auto& p : scaled.positions) p = {s * p[0], s * p[1], s * p[2]};
+    const auto d = Solver(scaled).distance(0);
+    for (std::size_t v = 0; v < d.size(); ++v) {
+      CHECK(std::abs(d[v] / s - expected[v]) <= 1e-13 * expected[v]);
+    }
+  }
+  auto sheet = grid<double>(16, 16, 16.0, 16.0);  // positions that 1e6 leaves exact
+  const auto near = Solver(sheet).distance(5);
+  for (auto& p : sheet.positions) p[1] -= 1e6;
+  const auto far = Solver(sheet).distance(5);
+  for (std::size_t v = 0; v < far.size(); ++v) CHECK(std::abs(far[v] - near[v]) < 1e-8);
+}
+
+// Never longer than along edges; a query leaves no trace.
+template <class Solver>
+void check_bounds_and_traces() {
+  const auto mesh = membrane<double>(1, 3, 0.2);
+  const Solver solver(mesh);
+  const auto d = solver.distance(11), edges = DijkstraSolver(mesh).distance(11);
+  for (std::size_t v = 0; v < d.size(); ++v) CHECK(d[v] <= edges[v] * (1 + 2e-5));
+  (void)solver.distance(3);
+  CHECK(solver.distance(11) == d);
+  CHECK_THROWS_AS((void)solver.distance(-1), InvalidInput);
+}
+
+// A fan of 10,000 spokes.
+template <class Solver>
+void check_fan() {
+  const Index spokes = 10000;
+  Mesh<double> fan{{{0, 0, 0}}, {}};
+  for (Index k = 0; k < spokes; ++k) {
+    const double a = 2 * std::acos(-1.0) * k / spokes;
+    fan.positions.push_back({std::cos(a), std::sin(a), 0});
+    fan.faces.push_back({0, 1 + k, 1 + (k + 1) % spokes});
+  }
+  const auto d = Solver(fan).distance(0);
+  for (std::size_t v = 1; v < d.size(); ++v) CHECK(d[v] == doctest::Approx(1));
+  CHECK(Solver(fan).distance(1)[1 + spokes / 2] == doctest::Approx(2));
+}
+
+}  // namespace gelight::test
