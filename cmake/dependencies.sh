@@ -18,6 +18,8 @@ describe() {
     libstb-dev) echo "stb (stb_image.h, stb_image_write.h)" ;;
     libbullet-dev) echo "Bullet 3" ;;
     libbenchmark-dev) echo "Google Benchmark 1.7" ;;
+    libcgal-dev) echo "CGAL 5.5" ;;
+    python3-matplotlib) echo "Python 3 with matplotlib 3.6" ;;
     *) echo "$1" ;;
   esac
 }

@@ -1,0 +1,354 @@
+#!/usr/bin/env python3
+"""Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene.
+
+charts.py RESULTS: reads RESULTS/*.json, writes SVG and PNG beside them. Needs matplotlib.
+"""
+import glob
+import json
+import os
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.lines import Line2D  # noqa: E402
+
+# One colour and one marker per method, told apart in grey too (Okabe and Ito's colours).
+STYLE = {
+    "Dijkstra": ("#56B4E9", "v"),
+    "fast marching": ("#E69F00", "s"),
+    "virtual source": ("#009E73", "D"),
+    "heat": ("#CC79A7", "^"),
+    "exact": ("#000000", "o"),
+    "capped windows": ("#0072B2", "P"),
+    "CGAL exact": ("#000000", "o"),
+    "CGAL heat": ("#CC79A7", "^"),
+    "planner": ("#D55E00", "*"),
+}
+MESHES = {
+    "sphere": "sphere",
+    "membrane": "fingertip membrane",
+    "saddle": "saddle",
+    "noisy": "noisy sphere",
+    "needles": "sphere of needles",
+    "graded": "edges 1 : 1000",
+}
+EXACT = 1e-8  # where an error of rounding alone is drawn
+
+
+def load(folder):
+    """All benchmarks of a folder's JSON files that succeeded, one context, and what failed."""
+    rows, context, failed = [], {}, []
+    for path in sorted(glob.glob(os.path.join(folder, "*.json"))):
+        with open(path) as file:
+            data = json.load(file)
+        context = data["context"]
+        for row in data["benchmarks"]:
+            row["path"] = row["name"].split("/")
+            if row.get("error_occurred"):
+                failed.append("{}: {}".format(row["name"], row["error_message"]))
+            else:
+                rows.append(row)
+    return rows, context, failed
+
+
+def save(figure, folder, name, context):
+    made = "{}, {}, {} {}".format(
+        context.get("cpu", "?"), "commit " + context.get("commit", "?"),
+        context.get("compiler", "?"), context.get("flags", ""))
+    figure.text(0.995, 0.003, made, ha="right", va="bottom", fontsize=6, color="0.4")
+    for kind in ("svg", "png"):
+        figure.savefig(os.path.join(folder, f"{name}.{kind}"), dpi=110, facecolor="white")
+    plt.close(figure)
+
+
+def front(points):
+    """Those points (time, error) than which none is both quicker and more accurate."""
+    best, kept = float("inf"), []
+    for time, error in sorted(points):
+        if error < best:
+            kept.append((time, error))
+            best = error
+    return kept
+
+
+def marker(axes, method, x, y, size=8):
+    colour, shape = STYLE.get(method, ("0.5", "x"))
+    hollow = method.startswith("CGAL")
+    axes.plot(x, y, linestyle="none", marker=shape, markersize=size, markeredgewidth=1.4,
+              markerfacecolor="none" if hollow else colour,
+              markeredgecolor=colour if hollow else "white", zorder=4)
+
+
+def draw_mesh(axes, rows, error_name, time_of, floor):
+    """Every method's dial on one mesh: time against error, the front, the floor."""
+    groups = {}
+    for row in rows:
+        method = row["path"][2]
+        if error_name not in row or method == "planner":
+            continue
+        groups.setdefault(method, []).append((1e3 * time_of(row), max(row[error_name], EXACT)))
+    for method, points in groups.items():
+        for x, y in points:
+            marker(axes, method, x, y)
+    ours = [p for method, points in groups.items() if not method.startswith("CGAL")
+            for p in points]
+    kept = front(ours)
+    if kept:
+        low, high = axes_time(groups)
+        xs, ys = [kept[0][0]], [1.0]
+        for (x, y), following in zip(kept, kept[1:] + [(high, None)]):
+            xs += [x, following[0]]
+            ys += [y, y]
+        axes.plot(xs, ys, color="0.25", linewidth=1.2, zorder=2)
+        axes.set_xlim(low, high)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_ylim(EXACT / 3, 1)
+    if floor > 0:
+        axes.axhspan(EXACT / 3, floor, color="0.92", zorder=0)
+        axes.axhline(floor, color="0.35", linewidth=1, linestyle=(0, (4, 2)), zorder=1)
+        axes.text(0.985, floor, "finer than this is false precision ", va="bottom", ha="right",
+                  fontsize=7, color="0.25", transform=axes.get_yaxis_transform())
+    axes.grid(True, which="major", color="0.88", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.set_yticks([1, 1e-2, 1e-4, 1e-6, EXACT])
+    axes.set_yticklabels(["100 %", "1 %", "0.01 %", "1e-6", "rounding"])
+    return groups
+
+
+def axes_time(groups):
+    times = [x for points in groups.values() for x, _ in points]
+    return min(times) / 2, max(times) * 4
+
+
+def legend(figure, methods, **options):
+    handles = []
+    for method in STYLE:
+        if method not in methods:
+            continue
+        colour, shape = STYLE[method]
+        hollow = method.startswith("CGAL")
+        handles.append(Line2D([], [], linestyle="none", marker=shape, markersize=8, label=method,
+                              markerfacecolor="none" if hollow else colour, markeredgewidth=1.4,
+                              markeredgecolor=colour if hollow else "white"))
+    handles.append(Line2D([], [], color="0.25", linewidth=1.2, label="best so far"))
+    figure.legend(handles=handles, frameon=False, **options)
+
+
+def chart_distances(rows, folder, context):
+    rows = [r for r in rows if r["path"][0] == "distance"]
+    meshes = [m for m in dict.fromkeys(r["path"][1] for r in rows)]
+    kinds = [("query", "one more source", lambda r: r["median_s"]),
+             ("first", "mesh to first answer", lambda r: r["setup_s"] + r["first_s"])]
+    for kind, words, time_of in kinds:
+        height = (len(meshes) + 2) // 3
+        figure, axes = plt.subplots(height, 3, figsize=(11.5, 3.5 * height + 0.9), squeeze=False,
+                                    sharey=True)
+        seen = set()
+        for place, mesh in zip(axes.flat, meshes):
+            here = [r for r in rows if r["path"][1] == mesh]
+            groups = draw_mesh(place, here, "mean", time_of, here[0].get("floor", 0))
+            seen |= set(groups)
+            place.set_title("{}, {:,.0f} vertices".format(MESHES.get(mesh, mesh),
+                                                          here[0]["vertices"]), fontsize=10)
+        for place in axes.flat[len(meshes):]:
+            place.axis("off")
+        for place in axes[-1]:
+            place.set_xlabel(f"milliseconds, {words}")
+        for place in axes[:, 0]:
+            place.set_ylabel("mean error against the exact distance")
+        figure.suptitle("Geodesic distance: left is faster, down is more accurate", fontsize=14,
+                        fontweight="bold")
+        figure.tight_layout(rect=(0, 0.05, 1, 0.98))
+        legend(figure, seen, loc="lower center", ncol=len(seen) + 1, fontsize=9,
+               bbox_to_anchor=(0.5, 0.012))
+        save(figure, folder, f"distance_{kind}", context)
+
+
+def chart_sphere(rows, folder, context):
+    """One mesh, large, against the great circle: what a tenth of a percent costs."""
+    rows = [r for r in rows if r["path"][:2] == ["distance", "sphere"]]
+    if not rows:
+        return
+    figure, axes = plt.subplots(figsize=(8, 5.6))
+    floor = rows[0]["floor"]
+    groups = draw_mesh(axes, rows, "smooth_mean", lambda r: r["median_s"], floor)
+    axes.set_ylim(floor / 8, 0.3)
+    axes.set_yticks([0.1, 0.01, 1e-3, 1e-4])
+    axes.set_yticklabels(["10 %", "1 %", "0.1 %", "0.01 %"])
+    for method, points in groups.items():
+        x, y = sorted(points)[0]
+        above = method in ("exact", "fast marching")
+        side = -1 if method == "CGAL exact" else 1
+        axes.annotate(method, (x, y), textcoords="offset points", fontsize=10,
+                      xytext=(8 * side, 8 if above else -13), color="0.15",
+                      ha="right" if side < 0 else "left")
+    axes.set_xlabel("milliseconds for one more source")
+    axes.set_ylabel("mean error against the great circle")
+    axes.set_title("What accuracy costs on a sphere of {:,.0f} vertices\n"
+                   "left is faster, down is more accurate".format(rows[0]["vertices"]),
+                   fontsize=12, fontweight="bold")
+    figure.tight_layout(rect=(0, 0.015, 1, 1))
+    save(figure, folder, "sphere", context)
+
+
+def chart_certificate(rows, folder, context):
+    certified = [r for r in rows if r["path"][0] == "certify"]
+    exact = {r["path"][1]: r for r in rows
+             if r["path"][0] == "distance" and r["path"][2] == "exact"}
+    if not certified:
+        return
+    figure, axes = plt.subplots(figsize=(7.5, 4.6))
+    for row in certified:
+        mesh = row["path"][1]
+        share = row["median_s"] / exact[mesh]["median_s"]
+        axes.plot([share, share], [row["mean"], row["p99"]], color="0.6", linewidth=2, zorder=1)
+        axes.plot(share, row["mean"], "o", color="#0072B2", markersize=9, zorder=2)
+        axes.annotate(MESHES.get(mesh, mesh), (share, row["mean"]), textcoords="offset points",
+                      xytext=(9, -4), fontsize=9)
+    axes.set_yscale("log")
+    axes.axvline(1, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
+    axes.text(1, 0.98, " an exact solve", transform=axes.get_xaxis_transform(), va="top",
+              fontsize=8, color="0.25")
+    axes.set_xlim(left=0)
+    axes.set_xlabel("time, as a share of an exact solve")
+    axes.set_ylabel("gap between the bounds (mean; line: to the 99th percentile)")
+    axes.grid(True, color="0.88", linewidth=0.6)
+    axes.set_title("What a proof of the error costs, and how tight it is", fontsize=12,
+                   fontweight="bold")
+    figure.tight_layout(rect=(0, 0.015, 1, 1))
+    save(figure, folder, "certificate", context)
+
+
+def chart_planner(rows, folder, context):
+    rows = [r for r in rows if r["path"][0] == "plan"]
+    if not rows:
+        return
+    figure, panels = plt.subplots(1, 2, figsize=(11, 4.6), sharey=True)
+    shapes = dict(zip(MESHES, "osD^vP"))
+    shades = dict(zip(MESHES, ["#000000", "#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"]))
+    for axes, kind in zip(panels, ("expected", "certified")):
+        axes.axhspan(0.5, 1.5, color="0.93", zorder=0)
+        axes.axhline(1, color="0.35", linewidth=1)
+        for mesh in shapes:
+            here = sorted((r["tolerance"], r["ratio"]) for r in rows
+                          if r["path"][1] == mesh and r["path"][2] == kind)
+            if here:
+                axes.plot(*zip(*here), marker=shapes[mesh], color=shades[mesh], linewidth=1,
+                          markersize=7, markeredgecolor="white", label=MESHES[mesh])
+        axes.set_xscale("log")
+        axes.invert_xaxis()
+        axes.set_xlabel("tolerance asked for (mean error)")
+        axes.grid(True, color="0.88", linewidth=0.6)
+        axes.set_title("error expected" if kind == "expected" else "error proved or checked")
+    panels[0].set_ylabel("planner's time / best single method's")
+    panels[0].set_ylim(0.5, max(3, max(r["ratio"] for r in rows) * 1.05))
+    panels[0].text(0.02, 1.46, "within 1.5 x", transform=panels[0].get_yaxis_transform(),
+                   fontsize=8, va="top", color="0.3")
+    panels[1].legend(frameon=False, fontsize=8, ncol=2)
+    figure.suptitle("Tolerance in, method out: what not knowing the best method costs",
+                    fontsize=12, fontweight="bold")
+    figure.tight_layout(rect=(0, 0.015, 1, 1))
+    save(figure, folder, "planner", context)
+
+
+def chart_images(rows, folder, context):
+    """Transport, log maps, smoothing, normals and frames: one panel each."""
+    panels = [("transport", "angle_mean", "Vector transport", "mean angle off, degrees"),
+              ("log_map", "angle_mean", "Log map", "mean angle off, degrees"),
+              ("smoothing", "depth_error", "Depth smoothing", "largest error / depth range"),
+              ("normals", "angle_mean", "Normals of a noisy depth map", "mean angle off, degrees"),
+              ("frame", "levels_mean", "Whole tactile frame", "mean grey levels off")]
+    rows = [r for r in rows if r["path"][0] in [p[0] for p in panels]]
+    if not rows:
+        return
+    figure, axes = plt.subplots(2, 3, figsize=(11.5, 7.4))
+    shapes = "osD^vP*Xph<>"
+    colours = ["#000000", "#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#D55E00"]
+    for place, (topic, error, title, label) in zip(axes.flat, panels):
+        here = [r for r in rows if r["path"][0] == topic]
+        methods = list(dict.fromkeys(r["path"][1] for r in here))
+        values = [r[error] for r in here if r[error] > 0]
+        least = min(values) / 5 if values else 1e-3
+        for i, method in enumerate(methods):
+            points = sorted((1e3 * r["median_s"], max(r[error], least)) for r in here
+                            if r["path"][1] == method)
+            place.plot(*zip(*points), marker=shapes[i % len(shapes)], linewidth=0.8,
+                       color=colours[i % len(colours)], markersize=8, markeredgecolor="white",
+                       label=method)
+        place.set_xscale("log")
+        place.set_yscale("log")
+        place.set_title(title, fontsize=10)
+        place.set_xlabel("milliseconds")
+        place.set_ylabel(label)
+        place.grid(True, color="0.88", linewidth=0.6)
+        place.legend(fontsize=7, frameon=True, framealpha=0.6, edgecolor="none")
+    axes.flat[-1].axis("off")
+    figure.suptitle("Vectors and images: left is faster, down is more accurate", fontsize=13,
+                    fontweight="bold")
+    figure.tight_layout(rect=(0, 0.015, 1, 0.99))
+    save(figure, folder, "images", context)
+
+
+def chart_scene(rows, folder, context):
+    """What each choice of a simulator's author changes in the image he gets."""
+    rows = [r for r in rows if r["path"][0] == "scene"]
+    if not rows:
+        return
+    topics = list(dict.fromkeys(r["path"][1] for r in rows))
+    figure, axes = plt.subplots(figsize=(8.6, 0.27 * (len(rows) + 2 * len(topics)) + 1.7))
+    least, seen = 0.005, 0.5
+    colours = dict(zip(topics, ["#0072B2", "#B07800", "#009E73", "#A0527F"]))
+    y, ticks, names = 0, [], []
+    for topic in topics:
+        axes.text(least * 1.1, y, topic, va="center", fontsize=10, fontweight="bold",
+                  color=colours[topic])
+        y += 1
+        for row in [r for r in rows if r["path"][1] == topic]:
+            value = max(row["levels_mean"], least * 1.15)
+            axes.plot([least, value], [y, y], color=colours[topic], linewidth=1.5, alpha=0.4)
+            axes.plot(value, y, "o", color=colours[topic], markersize=8)
+            axes.text(330, y, f"{row['levels_p99']:.0f}", ha="right", va="center", fontsize=8)
+            ticks.append(y)
+            names.append(row["path"][2])
+            y += 1
+        y += 0.5
+    axes.text(330, -0.1, "99 % of pixels\nwithin", ha="right", va="center", fontsize=7,
+              color="0.25")
+    axes.axvline(seen, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
+    axes.axvspan(least, seen, color="0.94", zorder=0)
+    axes.text(seen * 0.9, y - 0.9, "below half a grey level: precision wasted", ha="right",
+              va="center", fontsize=8, color="0.25")
+    axes.set_xscale("log")
+    axes.set_xlim(least, 400)
+    axes.set_ylim(y - 0.3, -0.9)
+    axes.set_yticks(ticks)
+    axes.set_yticklabels(names, fontsize=8)
+    axes.set_xticks([0.01, 0.1, 1, 10, 100])
+    axes.set_xticklabels(["0.01", "0.1", "1", "10", "100"])
+    axes.set_xlabel("mean change in grey levels where something touches the membrane")
+    axes.grid(True, axis="x", color="0.88", linewidth=0.6)
+    axes.set_title("Where precision shows in a GelTip's image, and where it is wasted",
+                   fontsize=11, fontweight="bold")
+    figure.tight_layout(rect=(0, 0.015, 1, 1))
+    save(figure, folder, "scene", context)
+
+
+def main():
+    folder = sys.argv[1] if len(sys.argv) > 1 else os.path.join(os.path.dirname(__file__),
+                                                                "..", "results")
+    matplotlib.rcParams.update({"font.size": 9, "axes.spines.top": False,
+                                "axes.spines.right": False, "svg.fonttype": "none"})
+    rows, context, failed = load(folder)
+    for chart in (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images,
+                  chart_scene):
+        chart(rows, folder, context)
+    for line in failed:
+        print("wrong answer:", line, file=sys.stderr)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

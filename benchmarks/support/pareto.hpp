@@ -1,0 +1,234 @@
+#pragma once
+
+// What the programs of the speed-against-accuracy charts share: meshes, what is true on them, the
+// heap's peak, errors, and a main that writes down how the numbers came about.
+
+#include <benchmark/benchmark.h>
+#include <malloc.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <new>
+#include <numbers>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gelight/geodesic/detail/mesh_statistics.hpp"
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/mesh/surface.hpp"
+
+namespace pareto {
+
+using namespace gelight;
+using Clock = std::chrono::steady_clock;
+
+template <class Work>
+double seconds(const Work& work) {
+  const auto start = Clock::now();
+  work();
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+inline double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + std::ssize(values) / 2, values.end());
+  return values[values.size() / 2];
+}
+
+// --- the heap ------------------------------------------------------------------------------------
+
+struct Heap {
+  static inline std::atomic<std::ptrdiff_t> now = 0, peak = 0;
+
+  static void* take(std::size_t size) {
+    void* p = std::malloc(std::max<std::size_t>(size, 1));
+    if (p == nullptr) throw std::bad_alloc();
+    now += static_cast<std::ptrdiff_t>(malloc_usable_size(p));
+    if (now > peak) peak = now.load();
+    return p;
+  }
+  static void give(void* p) {
+    now -= static_cast<std::ptrdiff_t>(malloc_usable_size(p));
+    std::free(p);
+  }
+};
+
+/// The most that is allocated beyond what was when it was made, in megabytes.
+class PeakMemory {
+ public:
+  PeakMemory() : start_(Heap::now) { Heap::peak = start_; }
+  [[nodiscard]] double megabytes() const { return 1e-6 * static_cast<double>(Heap::peak - start_); }
+
+ private:
+  std::ptrdiff_t start_;
+};
+
+// --- meshes --------------------------------------------------------------------------------------
+
+inline constexpr std::array<Index, 3> sources{130, 7, 5000};
+
+/// A mesh, its exact distances from `sources`, and those of the smooth surface where known.
+struct Case {
+  std::string name;
+  Mesh<double> mesh;
+  std::vector<std::vector<double>> exact, smooth;
+  double floor = 0;  // 0.10 (kappa h)^2: what the mesh itself is off the smooth surface, on average
+
+  Case(std::string case_name, Mesh<double> case_mesh, bool is_sphere = false, bool is_smooth = true)
+      : name(std::move(case_name)), mesh(std::move(case_mesh)) {
+    const Surface<double> surface(mesh);
+    const double turn = detail::MeshStatistics(surface).turn;
+    if (is_smooth) floor = 0.3 * turn * turn;
+    const ExactSolver<double> solver(surface);
+    for (const Index s : sources) {
+      exact.push_back(solver.distance(s));
+      if (is_sphere) smooth.push_back(great_circle(surface, s));
+    }
+  }
+
+  static std::vector<double> great_circle(const Surface<double>& surface, Index source) {
+    std::vector<double> truth;
+    const Vec3<double> s = surface.position(source);
+    for (Index v = 0; v < surface.vertex_count(); ++v) {
+      const Vec3<double> p = surface.position(v);
+      truth.push_back(v == source ? 0 : std::atan2(s.cross(p).norm(), s.dot(p)));
+    }
+    return truth;
+  }
+};
+
+inline Mesh<double> noisy_sphere(int level) {
+  auto mesh = icosphere<double>(level);
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0, 0.1 * std::pow(0.5, level));
+  for (auto& p : mesh.positions) {
+    const double bumps = std::sin(6 * p[0] + 1) * std::sin(7 * p[1]) * std::sin(5 * p[2] + 2);
+    for (double& x : p) x = (1 + 0.15 * bumps) * x + noise(random);
+  }
+  return mesh;
+}
+
+inline Mesh<double> saddle(Index n) {
+  auto mesh = grid<double>(n, n);
+  for (auto& p : mesh.positions) {
+    p[2] = 0.5 * ((p[0] - 0.5) * (p[0] - 0.5) - (p[1] - 0.5) * (p[1] - 0.5));
+  }
+  return mesh;
+}
+
+/// A sphere on meridians, ten times as many as parallels would want.
+inline Mesh<double> needles(Index meridians, Index rows) {
+  Mesh<double> mesh{{{0, 0, 1}, {0, 0, -1}}, {}};
+  const auto vertex = [&](Index row, Index column) {
+    return 2 + row * meridians + column % meridians;
+  };
+  for (Index row = 0; row < rows; ++row) {
+    for (Index column = 0; column < meridians; ++column) {
+      const double u = std::numbers::pi * (row + 1) / (rows + 1);
+      const double v = 2 * std::numbers::pi * column / meridians;
+      mesh.positions.push_back({std::sin(u) * std::cos(v), std::sin(u) * std::sin(v), std::cos(u)});
+      const Index a = vertex(row, column), b = vertex(row, column + 1);
+      if (row == 0) mesh.faces.push_back({0, a, b});
+      if (row + 1 == rows) {
+        mesh.faces.push_back({a, 1, b});
+      } else {
+        mesh.faces.push_back({a, a + meridians, b + meridians});
+        mesh.faces.push_back({a, b + meridians, b});
+      }
+    }
+  }
+  return mesh;
+}
+
+/// Edges that differ a thousandfold, on a wavy sheet.
+inline Mesh<double> graded(Index n) {
+  auto mesh = grid<double>(n, n);
+  for (auto& p : mesh.positions) {
+    p = {std::pow(1e3, p[0] - 1), std::pow(1e3, p[1] - 1), 0};
+    p[2] = 0.1 * std::sin(4 * p[0]) * std::cos(3 * p[1]);
+  }
+  return mesh;
+}
+
+/// Some 10,000 vertices each.
+inline std::vector<Case> procedural_cases() {
+  std::vector<Case> cases;
+  cases.emplace_back("sphere", icosphere<double>(5), true);
+  cases.emplace_back("membrane", membrane<double>(0.01146, 0.0455, 0.00062));
+  cases.emplace_back("saddle", saddle(100));
+  cases.emplace_back("noisy", noisy_sphere(5), false, false);
+  cases.emplace_back("needles", needles(400, 25), true);
+  cases.emplace_back("graded", graded(100));
+  return cases;
+}
+
+// --- errors --------------------------------------------------------------------------------------
+
+/// Relative errors of one or more answers.
+class Errors {
+ public:
+  void add(const std::vector<double>& distances, const std::vector<double>& truth) {
+    for (std::size_t v = 0; v < truth.size(); ++v) {
+      if (truth[v] > 0) values_.push_back(std::abs(distances[v] / truth[v] - 1));
+    }
+  }
+  [[nodiscard]] double mean() const {
+    double sum = 0;
+    for (const double e : values_) sum += e;
+    return sum / static_cast<double>(std::max<std::size_t>(1, values_.size()));
+  }
+  void report(benchmark::State& state, const std::string& prefix) {
+    if (values_.empty()) return;
+    const auto at = values_.begin() + std::ssize(values_) * 99 / 100;
+    std::nth_element(values_.begin(), at, values_.end());
+    state.counters[prefix + "mean"] = mean();
+    state.counters[prefix + "p99"] = *at;
+    state.counters[prefix + "max"] = *std::max_element(at, values_.end());
+  }
+
+ private:
+  std::vector<double> values_;
+};
+
+// --- main ----------------------------------------------------------------------------------------
+
+inline std::string processor() {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  }
+  return "unknown";
+}
+
+/// Runs what is registered; the commit is passed in as --benchmark_context=commit=...
+inline int run(int argc, char** argv) {
+#ifdef __clang__
+  benchmark::AddCustomContext("compiler", "clang++ " __clang_version__);
+#else
+  benchmark::AddCustomContext("compiler", "g++ " __VERSION__);
+#endif
+  benchmark::AddCustomContext("flags", GELIGHT_FLAGS);
+  benchmark::AddCustomContext("cpu", processor());
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}
+
+}  // namespace pareto
+
+void* operator new(std::size_t size) { return pareto::Heap::take(size); }
+void* operator new[](std::size_t size) { return pareto::Heap::take(size); }
+void operator delete(void* p) noexcept { pareto::Heap::give(p); }
+void operator delete[](void* p) noexcept { pareto::Heap::give(p); }
+void operator delete(void* p, std::size_t) noexcept { pareto::Heap::give(p); }
+void operator delete[](void* p, std::size_t) noexcept { pareto::Heap::give(p); }

@@ -1,0 +1,39 @@
+#!/bin/sh
+# Measures speed against accuracy and draws the charts of benchmarks/results anew.
+# --quick: less patience with every number; the measuring then takes under two minutes.
+# --to FOLDER: elsewhere than into benchmarks/results.  --mesh FILE: with a mesh of one's own.
+set -eu
+cd "$(dirname "$0")/.."
+patience=0.3 to=benchmarks/results mesh=
+while [ $# -gt 0 ]; do
+  case $1 in
+    --quick) patience=0.02 ;;
+    --to) to=$2 && shift ;;
+    --mesh) mesh=--mesh=$2 && shift ;;
+    *) echo "charts.sh: what is $1?" >&2 && exit 2 ;;
+  esac
+  shift
+done
+sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libbenchmark-dev libcgal-dev \
+  python3-matplotlib
+programs="pareto_benchmark pareto_image_benchmark scene_benchmark pareto_cgal_benchmark"
+cmake --preset benchmark >/dev/null
+# CGAL's program is left out where CGAL is absent.
+known=$(cmake --build --preset benchmark --target help)
+for program in $programs; do
+  echo "$known" | grep -qw "$program" || programs=$(echo "$programs" | sed "s/$program//")
+done
+# shellcheck disable=SC2086 # one word a program
+cmake --build --preset benchmark -j "$(getconf _NPROCESSORS_ONLN)" --target $programs
+mkdir -p "$to"
+commit=$(git describe --always --dirty 2>/dev/null || echo unknown)
+for program in $programs; do
+  echo "$program"
+  options=$([ "$program" = pareto_benchmark ] && echo "$mesh" || true)
+  # shellcheck disable=SC2086 # no word where there is no mesh
+  "build/benchmark/benchmarks/$program" $options --benchmark_min_time=$patience \
+    --benchmark_context=commit="$commit" --benchmark_out="$to/${program%_benchmark}.json" \
+    --benchmark_out_format=json >/dev/null
+done
+python=$([ -x /usr/bin/python3 ] && echo /usr/bin/python3 || echo python3)
+exec "$python" benchmarks/plot/charts.py "$to"
