@@ -13,6 +13,7 @@
 
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/path.hpp"
+#include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/lesson.hpp"
 #include "support/view.hpp"
@@ -34,13 +35,12 @@ bool is_on(const gelight::Surface<double>& surface, Index face, const Point& poi
 int main(int count, char** arguments) {
   Lesson lesson(count, arguments, "path_straightness");
 
-  // Each wall is two triangles. The spider is in the upper one of its wall, the fly in the lower.
-  const auto room = gelight::box<double>(30, 12, 12);
-  const auto spider = gelight::face_point<double>(8, {1. / 12, 5. / 12, 6. / 12});
-  const auto fly = gelight::face_point<double>(10, {6. / 12, 5. / 12, 1. / 12});
+  const auto room = gelight::box<double>(30, 12, 12);  // about the origin
   const gelight::ExactSolver solver(room);
-  const auto field = solver.solve(spider);
   const gelight::Surface<double>& surface = solver.surface();
+  const Point spider = gelight::nearest_point<double>(surface, {-15, 0, 5});
+  const Point fly = gelight::nearest_point<double>(surface, {15, 0, -5});
+  const auto field = solver.solve(spider);
   const gelight::Path<double> path = field.path(fly);
   const auto points = gelight::positions(surface, path);
   lesson.expect(std::abs(field.distance(fly) - 40) < 1e-12, "the fly is 40 feet away");
