@@ -145,8 +145,8 @@ inline constexpr std::array<MethodModel, 4> distance_methods{{
      distances_by<VirtualSourceSolver<double>>},
     {"fast_marching", 260, 170, 0.1, 450,
      [](const MeshStatistics& s) {
-       return RelativeError{std::min(0.01, 2e-5 + 0.06 * s.turn),
-                            std::min(0.04, 5e-4 + 0.4 * s.turn)};
+       return RelativeError{std::min(0.01, 2e-5 + 0.05 * s.bend),
+                            std::min(0.04, 5e-4 + 0.7 * s.bend)};
      },
      distances_by<FastMarchingSolver<double>>},
     {"exact", 180, 1500, 0.35, 1500,
@@ -170,7 +170,8 @@ inline constexpr MethodModel certificate_model{
     },
     nullptr};
 
-/// What checking one target exactly costs, as a share of an exact query.
+/// What checking one target exactly costs, as a share of an exact query, and what preparing it
+/// does.
 inline constexpr double sample_share = 0.1;
 
 }  // namespace detail
@@ -224,6 +225,10 @@ class DistancePlanner {
   using Model = detail::MethodModel;
   static constexpr std::size_t exact_index = detail::distance_methods.size() - 1;
   static constexpr double rounding = 1e-12;  // by which a search is wider than the bounds
+  // How far beyond the given distance a target is searched for: in tolerances, and as a share.
+  static constexpr double search_width = 4, widest_search = 0.05;
+  // How often an error of the distances shows in the bounds: those are taken from them.
+  static constexpr double errors_in_bounds = 3;
 
   struct Solvers {
     std::array<detail::Late<detail::DistanceFunction>, detail::distance_methods.size()> methods;
@@ -267,13 +272,19 @@ class DistancePlanner {
     const double query = model.query_ns * std::pow(n / 1e4, model.growth);
     return 1e-9 * request_.slowness * n * (model.setup_ns + request_.sources * query);
   }
-  [[nodiscard]] bool needs_certificate(const Model&) const {
-    return asked() != Assurance::expected;
+  [[nodiscard]] double certificate_gap() const {
+    return in_norm(detail::certificate_model.error(statistics_));
+  }
+  [[nodiscard]] bool is_exact(const Model& model) const {
+    return &model == &detail::distance_methods[exact_index];
+  }
+  // A certificate is worth its time where it can reach the tolerance.
+  [[nodiscard]] bool needs_certificate(const Model& model) const {
+    return asked() == Assurance::certified &&
+           !(is_exact(model) && certificate_gap() > request_.tolerance);
   }
   [[nodiscard]] bool needs_samples(const Model& model) const {
-    const double gap =
-        in_norm(model.error(statistics_)) + in_norm(detail::certificate_model.error(statistics_));
-    return asked() == Assurance::sampled && gap > share_of_method();
+    return asked() != Assurance::expected && !needs_certificate(model);
   }
   [[nodiscard]] double seconds_with_checks(const Model& model) const {
     double sum = seconds(model);
@@ -291,9 +302,7 @@ class DistancePlanner {
 
   [[nodiscard]] bool satisfies(const Model& model) const {
     double error = in_norm(model.error(statistics_));
-    if (asked() == Assurance::certified) {
-      error += in_norm(detail::certificate_model.error(statistics_));
-    }
+    if (needs_certificate(model)) error = errors_in_bounds * error + certificate_gap();
     return error <= share_of_method();
   }
   [[nodiscard]] bool within_limits(const Model& model) const {
@@ -353,9 +362,10 @@ class DistancePlanner {
       text << "no method keeps the limits; this one needs the least memory";
     }
     if (asked() == Assurance::certified) {
-      const double gap = in_norm(detail::certificate_model.error(statistics_));
-      text << "; a certificate is expected to add " << gap;
-      if (gap > request_.tolerance) text << ", so that targets are checked exactly instead";
+      text << "; bounds are expected to lie " << certificate_gap() << " apart";
+      if (certificate_gap() > request_.tolerance) {
+        text << ", so that targets are checked exactly instead";
+      }
     }
     return text.str();
   }
@@ -382,8 +392,10 @@ class DistancePlanner {
     PlannedDistances<T> result;
     result.method = model.name;
     for (const double d : distances) result.distances.push_back(static_cast<T>(d));
-    result.error = in_norm(model.error(statistics_)) + floor();
-    if (asked() != Assurance::expected) check(sources, distances, result);
+    const Finding found = find_error(model, sources, distances);
+    result.achieved = found.achieved;
+    result.error = found.error;
+    result.checked = found.checked;
     result.satisfies = result.error <= request_.tolerance && result.achieved >= least(method);
     result.reason = describe(result);
     return result;
@@ -394,26 +406,27 @@ class DistancePlanner {
     return method == exact_index ? std::min(asked(), Assurance::sampled) : asked();
   }
 
-  void check(const detail::Sources& sources, const std::vector<double>& distances,
-             PlannedDistances<T>& result) const {
+  /// How an answer's error is known, what it is, and how many targets were checked for it.
+  struct Finding {
+    Assurance achieved;
+    double error;
+    Index checked;
+  };
+
+  [[nodiscard]] Finding find_error(const Model& model, const detail::Sources& sources,
+                                   const std::vector<double>& distances) const {
+    if (asked() == Assurance::expected) {
+      return {Assurance::expected, in_norm(model.error(statistics_)) + floor(), 0};
+    }
+    if (needs_samples(model)) return sample(sources, distances);
     const auto& certifier = solvers_->certifier.get([&] { return Certifier<double>(surface_); });
     const DistanceBounds<double> bounds =
         certifier.bounds(std::span<const Source<double>>(sources), distances);
-    const RelativeError proved = at_targets(bounds).error_of(at_targets(distances));
-    if (in_norm(proved) <= request_.tolerance) {
-      result.achieved = Assurance::certified;
-      result.error = in_norm(proved);
-      return;
-    }
-    if (asked() == Assurance::certified && result.method != exact_name()) {
-      result.achieved = Assurance::certified;  // of a larger error: the caller sees it fails
-      result.error = in_norm(proved);
-      return;
-    }
-    sample(sources, distances, bounds, result);
+    const double proved = in_norm(at_targets(bounds).error_of(at_targets(distances)));
+    // The exact distances are no worse for a certificate that does not reach the tolerance.
+    if (is_exact(model) && proved > request_.tolerance) return sample(sources, distances);
+    return {Assurance::certified, proved, 0};
   }
-
-  static const char* exact_name() { return detail::distance_methods[exact_index].name; }
 
   template <class Values>
   [[nodiscard]] std::vector<double> at_targets(const Values& values) const {
@@ -426,67 +439,86 @@ class DistancePlanner {
     return {at_targets(bounds.lower), at_targets(bounds.upper)};
   }
 
-  // Computes some targets' distances exactly, from the target back to the sources through what the
-  // bounds do not show to be a detour.
-  void sample(const detail::Sources& sources, const std::vector<double>& distances,
-              const DistanceBounds<double>& bounds, PlannedDistances<T>& result) const {
-    std::vector<Index> targets = request_.targets;
-    if (targets.empty()) {
-      for (Index v = 0; v < surface_.vertex_count(); ++v) targets.push_back(v);
-    }
-    std::erase_if(targets, [&](Index v) {
-      const auto i = static_cast<std::size_t>(v);
-      return !(bounds.upper[i] > 0) || std::isinf(bounds.upper[i]);
-    });
+  // Computes some targets' distances exactly, from the target back to the sources through what
+  // lower bounds do not show to be a detour.
+  [[nodiscard]] Finding sample(const detail::Sources& sources,
+                               const std::vector<double>& distances) const {
+    std::vector<Index> targets;
+    const auto add = [&](Index v) {
+      const double d = distances[static_cast<std::size_t>(v)];
+      if (d > 0 && std::isfinite(d)) targets.push_back(v);
+    };
+    for (const Index v : request_.targets) add(v);
+    for (Index v = 0; request_.targets.empty() && v < surface_.vertex_count(); ++v) add(v);
+    const detail::Array<double> rest = least_ways(sources, distances);
     double sum = 0, largest = 0;
     const auto count = std::min(static_cast<std::size_t>(request_.samples), targets.size());
     for (std::size_t i = 0; i < count; ++i) {
       const Index v = targets[(2 * i + 1) * targets.size() / (2 * count)];
-      const double exact = exact_distance(v, sources, bounds);
-      const double error = std::abs(distances[static_cast<std::size_t>(v)] / exact - 1);
+      const double d = distances[static_cast<std::size_t>(v)];
+      const double error = std::abs(d / exact_distance(v, d, sources, rest) - 1);
       sum += error;
       largest = std::max(largest, error);
     }
-    result.checked = static_cast<Index>(count);
-    result.achieved = Assurance::sampled;
-    result.error = count == 0                        ? 0
-                   : request_.norm == ErrorNorm::max ? largest
-                                                     : sum / static_cast<double>(count);
+    const double mean = sum / static_cast<double>(std::max<std::size_t>(1, count));
+    return {Assurance::sampled, request_.norm == ErrorNorm::max ? largest : mean,
+            static_cast<Index>(count)};
   }
 
-  // From vertices the search runs back from the target, where the bounds keep it narrow; from other
-  // points forward, where straight distances do.
-  [[nodiscard]] double exact_distance(Index target, const detail::Sources& sources,
-                                      const DistanceBounds<double>& bounds) const {
-    const auto& faces = solvers_->faces.get([&] { return detail::PlanarFaces(surface_); });
+  static double least_start(const detail::Sources& sources) {
     double start = unreachable<double>;
+    for (const auto& source : sources) start = std::min(start, source.distance);
+    return start;
+  }
+
+  [[nodiscard]] const detail::PlanarFaces& faces() const {
+    return solvers_->faces.get([&] { return detail::PlanarFaces(surface_); });
+  }
+
+  // Lower bounds of what is left from each vertex to the sources, counted from the least start.
+  [[nodiscard]] detail::Array<double> least_ways(detail::Sources sources,
+                                                 const std::vector<double>& distances) const {
+    const double start = least_start(sources);
+    detail::Array<double> potential;
+    for (auto& source : sources) source.distance -= start;
+    potential.reserve(distances.size());
+    for (const double d : distances) potential.push_back(std::max(0.0, d - start));
+    auto rest = detail::LowerPotential(surface_, faces()).bounds(potential, sources);
+    for (double& d : rest) d = std::max(0.0, d * (1 - rounding));
+    return rest;
+  }
+
+  // The exact distance of a target, infinite where it is well beyond the `given` one. From vertices
+  // the search runs back from the target, where the bounds keep it narrow; from other points
+  // forward, where straight distances do.
+  [[nodiscard]] double exact_distance(Index target, double given, detail::Sources sources,
+                                      const detail::Array<double>& rest) const {
+    const double start = least_start(sources);
     bool from_vertices = true;
-    for (const auto& source : sources) {
-      start = std::min(start, source.distance);
+    for (auto& source : sources) {
+      source.distance -= start;
       from_vertices &= source.point.kind == SurfacePoint<double>::Kind::vertex;
     }
-    detail::Sources from{{vertex_point<double>(target), 0}};
+    const double slack = std::min(widest_search, search_width * request_.tolerance) + rounding;
     detail::PropagationLimits limits;
-    limits.distance = (bounds.upper[static_cast<std::size_t>(target)] - start) * (1 + rounding);
-    limits.rest.reserve(bounds.lower.size());
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      const double straight = (surface_.position(v) - surface_.position(target)).stableNorm();
-      const double proved = bounds.lower[static_cast<std::size_t>(v)] - start;
-      limits.rest.push_back((from_vertices ? std::max(0.0, proved) : straight) * (1 - rounding));
-    }
-    if (!from_vertices) {
-      from = sources;
-      for (auto& source : from) source.distance -= start;
-    }
+    limits.distance = (given - start) * (1 + slack);
+    limits.rest = rest;
     detail::WindowPropagation propagation;
-    propagation.run(surface_, faces, from, limits);
-    if (!from_vertices) return start + propagation.distances[target];
+    if (!from_vertices) {
+      for (Index v = 0; v < surface_.vertex_count(); ++v) {
+        const Vec3<double> way = surface_.position(v) - surface_.position(target);
+        limits.rest[v] = way.stableNorm() * (1 - rounding);
+      }
+      propagation.run(surface_, faces(), sources, limits);
+      return start + propagation.distances[target];
+    }
+    propagation.run(surface_, faces(), {{vertex_point<double>(target), 0}}, limits);
     double distance = unreachable<double>;
     for (const auto& source : sources) {
       const double way = propagation.distances[source.point.element[0]];
       distance = std::min(distance, source.distance + way);
     }
-    return distance;
+    return start + distance;
   }
 
   [[nodiscard]] std::string describe(const PlannedDistances<T>& result) const {
