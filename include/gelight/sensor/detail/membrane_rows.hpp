@@ -4,6 +4,7 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <cstring>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -49,15 +50,16 @@ void bulge_row(T* __restrict out, const T* depth, const T* rest, const T* spread
 
 /// Whether a row is known and its protrusion 0, as most rows of a small contact are. `allowed` is
 /// 0 where what lies deeper than the membrane does not touch it, and otherwise without end.
+/// A loop for each question, without branches: so compilers vectorise it.
 template <class T>
 [[nodiscard]] bool row_is_at_rest(const T* depth, const T* rest, T allowed, std::ptrdiff_t count) {
-  constexpr T most = std::numeric_limits<T>::max();
-  const int pulls = allowed > 0 ? 1 : 0;
-  int moved = 0;  // without branches, so that compilers vectorise it
+  int moved = 0;
+  for (std::ptrdiff_t i = 0; i < count; ++i) moved |= depth[i] < rest[i] ? 1 : 0;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    moved |= (depth[i] < rest[i] ? 1 : 0) | (depth[i] <= most ? 0 : 1);
-    moved |= depth[i] > rest[i] ? pulls : 0;
+    moved |= depth[i] <= std::numeric_limits<T>::max() ? 0 : 1;
   }
+  if (allowed == 0) return moved == 0;
+  for (std::ptrdiff_t i = 0; i < count; ++i) moved |= depth[i] > rest[i] ? 1 : 0;
   return moved == 0;
 }
 
@@ -65,8 +67,9 @@ template <class T>
 template <class T>
 [[nodiscard]] bool row_has_holes(const T* depth, const T* rest, std::ptrdiff_t count) {
   int unknown = 0;
+  for (std::ptrdiff_t i = 0; i < count; ++i) unknown |= depth[i] > 0 ? 0 : 1;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    unknown |= (depth[i] > 0 ? 0 : 1) | (depth[i] <= std::numeric_limits<T>::max() ? 0 : 1);
+    unknown |= depth[i] <= std::numeric_limits<T>::max() ? 0 : 1;
   }
   if (unknown == 0) return false;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
@@ -322,9 +325,9 @@ class MembraneRows {
     bool any = false;
     const Index blocks = block_count(width_), reach = (radius_ + block_size - 1) / block_size;
     for (Index b = 0; b < blocks; ++b) {
-      const T* const begin = protrusion + b * block_size;
-      const T* const end = protrusion + std::min(width_, (b + 1) * block_size);
-      if (std::all_of(begin, end, [](T p) { return p == 0; })) continue;
+      const Index begin = b * block_size, end = std::min(width_, begin + block_size);
+      const auto bytes = static_cast<std::size_t>(end - begin) * sizeof(T);
+      if (std::memcmp(protrusion + begin, zeros_.data() + begin, bytes) == 0) continue;
       const Index first = std::max(Index{0}, b - reach), last = std::min(blocks - 1, b + reach);
       std::fill(touched.begin() + first, touched.begin() + last + 1, char{1});
       any = true;
