@@ -1,0 +1,100 @@
+// Choosing a method by tolerance: say how wrong a distance may be, not how to compute it.
+//
+//      tolerance ---> plan ---> the cheapest method whose error is expected to be smaller
+//                      |
+//                      '------> and where asked for, bounds proved for every vertex
+//
+//      Where the mesh stands for a smooth surface it is itself wrong. Then a finer method is false
+//      precision, and the plan says instead how fine the mesh must be.
+
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/plan.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "support/lesson.hpp"
+#include "support/plot.hpp"
+
+using gelight::Assurance;
+using gelight::DistancePlanner;
+using gelight::DistanceTruth;
+using gelight::Vec2;
+using gelight::Vec3;
+
+double mean_error(const std::vector<double>& distance, const std::vector<double>& truth) {
+  double sum = 0;
+  for (std::size_t v = 0; v < truth.size(); ++v) {
+    if (truth[v] > 0) sum += std::abs(distance[v] / truth[v] - 1);
+  }
+  return sum / static_cast<double>(truth.size() - 1);
+}
+
+// From the first vertex of a unit sphere.
+std::vector<double> great_circles(const gelight::Mesh<double>& sphere) {
+  std::vector<double> distance;
+  const Vec3<double> source(sphere.positions[0].data());
+  for (const auto& p : sphere.positions) {
+    const double chord = (Vec3<double>(p.data()) - source).norm();
+    distance.push_back(2 * std::asin(std::min(1.0, chord / 2)));
+  }
+  return distance;
+}
+
+int main(int count, char** arguments) {
+  Lesson lesson(count, arguments, "choosing_a_method");
+
+  Figure figure(1000, 430);
+  constexpr double least_drawn = 0.001;  // in %: the exact solver's errors are all rounding
+  const Axis allowed{"mean error allowed, %", 0.01, 100, true};
+  Plot errors(figure, {80, 60, 400, 290}, "The error that comes out", allowed,
+              {"mean error, %", least_drawn, 100, true});
+  Plot times(figure, {620, 60, 330, 290}, "What it is expected to cost, in the same colours",
+             allowed, {"time, ms", 0.1, 10, true});
+  errors.curve({{0.01, 0.01}, {100, 100}}, grey, "as wrong as allowed");
+  const std::map<std::string, std::pair<const char*, Colour>> methods{
+      {"dijkstra", {"Dijkstra", orange}},
+      {"virtual_source", {"virtual sources", green}},
+      {"fast_marching", {"fast marching", violet}},
+      {"exact", {"exact, but for rounding", blue}}};
+  const auto membrane = gelight::membrane<double>();
+  const auto exact = gelight::ExactSolver(membrane).distance(0);
+  bool all_within = true;
+  std::string named;
+  for (double tolerance = 2e-4; tolerance < 0.5; tolerance *= std::pow(10, 0.25)) {
+    const DistancePlanner planner(membrane,
+                                  {.tolerance = tolerance, .assurance = Assurance::expected});
+    const auto answer = planner.distance(0);
+    const double error = mean_error(answer.distances, exact);
+    all_within = all_within && error <= tolerance;
+    const auto& [name, colour] = methods.at(answer.method);
+    const Vec2<double> at(100 * tolerance, std::max(100 * error, least_drawn));
+    const Vec2<double> cost(100 * tolerance, 1000 * planner.plan().seconds);
+    errors.dots({at}, colour, 6);
+    times.dots({cost}, colour, 6);
+    if (named == answer.method) continue;
+    named = answer.method;
+    errors.label({at[0], 1.8 * at[1]}, colour, name);
+  }
+  lesson.expect(all_within, "at every tolerance the answer is within it");
+
+  const DistancePlanner careful(membrane, {.tolerance = 0.02, .assurance = Assurance::certified});
+  const auto proved = careful.distance(0);
+  lesson.expect(proved.achieved == Assurance::certified &&
+                    proved.error >= mean_error(proved.distances, exact) && proved.satisfies,
+                proved.reason + ", and it is");
+
+  const auto coarse = gelight::icosphere<double>(3), fine = gelight::icosphere<double>(4);
+  const gelight::PlanRequest smooth{.tolerance = 0.001, .truth = DistanceTruth::smooth};
+  const DistancePlanner for_coarse(coarse, smooth), for_fine(fine, smooth);
+  const double coarse_error =
+      mean_error(gelight::ExactSolver(coarse).distance(0), great_circles(coarse));
+  const double fine_error = mean_error(for_fine.distance(0).distances, great_circles(fine));
+  lesson.expect(for_coarse.plan().refine_to > 0 && coarse_error > 0.001,
+                "on a coarse sphere even exact distances are off: the plan is to refine");
+  lesson.expect(for_fine.plan().refine_to == 0 && fine_error < 0.001,
+                "on a finer one " + for_fine.plan().method + " is enough");
+  figure.save(lesson.picture());
+  return lesson.result();
+}
