@@ -334,6 +334,55 @@ TEST_CASE("queries leave no trace and may run at once") {
   for (const auto& result : results) CHECK(result == expected);
 }
 
+TEST_CASE("flags: none on good meshes") {
+  const std::array<Mesh<double>, 4> meshes{icosphere<double>(3), grid<double>(20, 20),
+                                           torus(2.0, 0.7, 30, 14), disc(15)};
+  for (const auto& mesh : meshes) {
+    const HeatSolver solver(mesh);
+    const auto result = solver.solve(7);
+    CHECK(result.distance == solver.distance(7));
+    CHECK_FALSE(result.is_too_coarse);
+    CHECK_FALSE(result.is_too_far);
+    CHECK(result.residual > 0);
+    CHECK(result.residual < 0.13);
+  }
+  // The same in two parts, from sources that start late.
+  const std::vector<Mesh<double>> meshes_of_parts{icosphere<double>(2), grid<double>(8, 8, 3, 3)};
+  const HeatSolver solver(joined<double>(meshes_of_parts));
+  const std::vector<Source<double>> sources{{vertex_point<double>(3), 0.5},
+                                            {vertex_point<double>(200), -0.25}};
+  const auto result = solver.solve(sources);
+  CHECK(result.distance == solver.distance(sources));
+  CHECK_FALSE(result.is_too_coarse);
+  CHECK_FALSE(result.is_too_far);
+}
+
+TEST_CASE("flags: a mesh too coarse for heat alone is called so") {
+  const Mesh<double> one{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
+  const Mesh<double> two{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 3}, {1, 2, 3}}};
+  for (const auto& mesh : {one, two, grid<double>(2, 2)}) {
+    CHECK(HeatSolver(mesh, {.exact_radius = 0}).solve(0).is_too_coarse);
+    // Where all is exact, nothing is left to flag.
+    const auto exact = HeatSolver(mesh, {.exact_radius = 4}).solve(0);
+    CHECK_FALSE(exact.is_too_coarse);
+    CHECK(exact.residual == 0);
+  }
+  auto needles = disc(15);
+  for (auto& p : needles.positions) p[0] *= 100;
+  CHECK(HeatSolver(needles, {.exact_radius = 0}).solve(0).is_too_coarse);
+}
+
+TEST_CASE("flags: heat that never arrives") {
+  const auto mesh = icosphere<double>(3);
+  const auto result = HeatSolver(mesh, {.time_factor = 1e-300}).solve(0);
+  CHECK(result.is_too_far);
+  CHECK_FALSE(HeatSolver(mesh, {.time_factor = 1e-6}).solve(0).is_too_far);
+  // Where no path leads is not too far.
+  const auto parts = HeatSolver(parts_and_a_stray()).solve(3);
+  CHECK(parts.distance.back() == unreachable<double>);
+  CHECK_FALSE(parts.is_too_far);
+}
+
 TEST_CASE("bad options and queries are refused") {
   const auto mesh = grid<double>(2, 2);
   CHECK_THROWS_AS(HeatSolver(mesh, {.time_factor = 0}), InvalidInput);
@@ -342,4 +391,6 @@ TEST_CASE("bad options and queries are refused") {
   const HeatSolver solver(mesh);
   CHECK_THROWS_AS((void)solver.distance(9), InvalidInput);
   CHECK_THROWS_AS((void)solver.distance(std::vector<Index>{}), InvalidInput);
+  CHECK_THROWS_AS((void)solver.solve(9), InvalidInput);
+  CHECK_THROWS_AS((void)solver.solve(std::vector<Index>{}), InvalidInput);
 }

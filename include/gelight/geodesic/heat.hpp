@@ -6,6 +6,7 @@
 #include <concepts>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -147,6 +148,21 @@ struct HeatSystem {
 
 }  // namespace detail
 
+/// Distances by heat, and how far they are to be trusted.
+template <std::floating_point T>
+struct HeatResult {
+  std::vector<T> distance;  ///< Of each vertex, +infinity where no path leads.
+  /// Mean of | |gradient| - 1 |, by area, over the faces where heat decides: a distance has 0.
+  /// 0.005 to 0.06 on good meshes, 0.12 on a torus of 30 x 14 vertices (mean error 6 %).
+  double residual = 0;
+  /// Heat decides over a part of the mesh that ends within four mean edges of the source, or the
+  /// residual is more than 0.15. (Try exact_radius, intrinsic_delaunay, or another solver.)
+  bool is_too_coarse = false;
+  /// Some vertices are too far for the time of the flow: no heat arrived, however little. Their
+  /// distances mean nothing. (Try a larger time_factor.)
+  bool is_too_far = false;
+};
+
 /// Distance by the heat method (Crane, Weischedel, Wardetzky 2013, doi:10.1145/2516971.2516977): a
 /// smooth approximation by two sparse solves with matrices factored once.
 ///
@@ -188,9 +204,44 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
 
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
+  /// Distances with flags that tell where heat cannot give any. Throws InvalidInput as `distance`
+  /// does.
+  ///@{
+  [[nodiscard]] HeatResult<T> solve(Index vertex) const {
+    return solve(std::span<const Index>(&vertex, 1));
+  }
+  [[nodiscard]] HeatResult<T> solve(std::span<const Index> vertices) const {
+    return result_of(solution(detail::checked_sources(surface_, vertices)));
+  }
+  [[nodiscard]] HeatResult<T> solve(std::span<const Source<T>> sources) const {
+    return result_of(solution(detail::checked_sources(surface_, sources)));
+  }
+  ///@}
+
+  /// The factored systems, for solvers that share them.
+  [[nodiscard]] const std::shared_ptr<const detail::HeatSystem>& system() const { return system_; }
+
+ private:
+  friend class detail::DistanceQueries<HeatSolver<T>, T>;
+  using Points = std::vector<SurfacePoint<double>>;
+
+  struct Solution {
+    detail::Array<double> distance;
+    detail::Array<char> is_exact;  // of each vertex
+    bool is_too_small = false, is_too_far = false;
+  };
+
+  // Of a result that may be trusted. The error of heat sits within a few edges of the source.
+  static constexpr double largest_residual = 0.15, least_extent = 4;
+
   [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
-    detail::Array<double> nearest(static_cast<std::size_t>(surface_.vertex_count()),
-                                  unreachable<double>);
+    return solution(std::move(sources)).distance;
+  }
+
+  [[nodiscard]] Solution solution(detail::Sources sources) const {
+    const auto count = static_cast<std::size_t>(surface_.vertex_count());
+    Solution nearest{detail::Array<double>(count, unreachable<double>),
+                     detail::Array<char>(count, 0)};
     const auto later = [](const auto& a, const auto& b) { return a.distance < b.distance; };
     std::stable_sort(sources.begin(), sources.end(), later);
     for (auto first = sources.begin(); first != sources.end();) {
@@ -200,22 +251,65 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
         const auto point = detail::simplified(surface_, s->point);
         if (std::find(points.begin(), points.end(), point) == points.end()) points.push_back(point);
       }
-      const auto distance = distance_from(points);
+      const auto part = distance_from(points);
       for (Index v = 0; v < surface_.vertex_count(); ++v) {
-        nearest[v] = std::min(nearest[v], first->distance + distance[v]);
+        const double d = first->distance + part.distance[v];
+        if (!(d < nearest.distance[v])) continue;
+        nearest.distance[v] = d;
+        nearest.is_exact[v] = part.is_exact[v];
       }
+      nearest.is_too_small |= part.is_too_small;
+      nearest.is_too_far |= part.is_too_far;
       first = last;
     }
     return nearest;
   }
 
-  /// The factored systems, for solvers that share them.
-  [[nodiscard]] const std::shared_ptr<const detail::HeatSystem>& system() const { return system_; }
+  [[nodiscard]] HeatResult<T> result_of(const Solution& solution) const {
+    HeatResult<T> result;
+    result.distance.reserve(solution.distance.size());
+    for (const double d : solution.distance) result.distance.push_back(static_cast<T>(d));
+    result.residual = residual_of(solution);
+    result.is_too_coarse = solution.is_too_small || result.residual > largest_residual;
+    result.is_too_far = solution.is_too_far;
+    return result;
+  }
 
- private:
-  using Points = std::vector<SurfacePoint<double>>;
+  [[nodiscard]] double residual_of(const Solution& solution) const {
+    double sum = 0, total = 0;
+    for (Index f = 0; f < surface_.face_count(); ++f) {
+      const auto d = values_at(f, solution.distance);
+      const Index* v = system_->mesh.origins.data() + 3 * std::ptrdiff_t{f};
+      const auto& is_exact = solution.is_exact;
+      if (!(d[0] < unreachable<double>) || (is_exact[v[0]] && is_exact[v[1]] && is_exact[v[2]])) {
+        continue;
+      }
+      const auto& face = system_->faces[f];
+      const double double_area = face.x1 * face.y2;
+      const double steepness = scaled_gradient(face, d).norm() / double_area / system_->unit;
+      sum += double_area * std::abs(steepness - 1);
+      total += double_area;
+    }
+    return total > 0 ? sum / total : 0;
+  }
 
-  [[nodiscard]] detail::Array<double> distance_from(const Points& points) const {
+  // Whether heat decides in a part that ends close to its source.
+  [[nodiscard]] bool is_too_small(const Solution& solution) const {
+    detail::Array<double> extent(solution.distance.size(), 0);
+    detail::Array<char> decides(solution.distance.size(), 0);
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (solution.distance[v] == unreachable<double>) continue;
+      const Index c = system_->component[v];
+      extent[c] = std::max(extent[c], solution.distance[v] / system_->unit);
+      decides[c] |= static_cast<char>(!solution.is_exact[v]);
+    }
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (decides[v] && extent[v] < least_extent) return true;
+    }
+    return false;
+  }
+
+  [[nodiscard]] Solution distance_from(const Points& points) const {
     const auto load = load_of(points);
     const auto reached = system_->reached_from(load);
     const auto near = near_distance(points);
@@ -225,7 +319,13 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     for (Index i = 0; i < options_.refinements; ++i) {
       phi = continued(near, [&](Index f) { return unit_gradient(f, values_at(f, phi)); });
     }
-    return placed(std::move(phi), near, reached);
+    Solution result{placed(std::move(phi), near, reached), detail::Array<char>(near.size(), 0)};
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      result.is_exact[v] = near[v] < unreachable<double>;
+    }
+    result.is_too_small = is_too_small(result);
+    result.is_too_far = heat.unknown > 0;
+    return result;
   }
 
   // Distance, in units, of the vertices close to the points; infinite elsewhere.

@@ -15,6 +15,7 @@ template <class Scalar>
 struct ScaledField {
   Array<Scalar> value;
   Array<Index> exponent;
+  Index unknown = 0;  // how many vertices that are reached have no value
 };
 
 inline double magnitude(double x) { return std::abs(x); }
@@ -57,6 +58,7 @@ ScaledField<Scalar> heat_flow(const SymmetricMatrix<Scalar>& matrix,
       open[v] = 0;
       ++settled;
     }
+    result.unknown = left;
     if (left == 0 || settled == 0) return result;
 
     for (Index v = 0; v < size; ++v) {
