@@ -1,8 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 namespace gelight {
 
@@ -24,4 +27,66 @@ template <class T>
 template <class T>
 inline constexpr T unreachable = std::numeric_limits<T>::infinity();
 
+namespace detail {
+
+template <class V>
+using PlainVector = Eigen::Matrix<typename V::Scalar, V::RowsAtCompileTime, 1>;
+
+template <class V>
+[[nodiscard]] typename V::Scalar sum_of_squares(const V& v) {
+  typename V::Scalar sum = 0;
+  for (int i = 0; i < v.size(); ++i) sum += v[i] * v[i];
+  return sum;
+}
+
+// Whether a sum of squares lost nothing to overflow or underflow.
+template <class T>
+[[nodiscard]] bool is_safe_square(T sum) {
+  constexpr T eps = std::numeric_limits<T>::epsilon();
+  return sum > std::numeric_limits<T>::min() / (eps * eps) && sum <= std::numeric_limits<T>::max();
+}
+
+// The vector times a power of two that makes its squares safe, and the exponent; zero and what is
+// not finite stay as they are.
+template <class V>
+[[nodiscard]] std::pair<V, int> scaled(V v) {
+  typename V::Scalar largest = 0;
+  for (int i = 0; i < v.size(); ++i) largest = std::max(largest, std::abs(v[i]));
+  if (!(largest > 0 && std::isfinite(largest))) return {v, 0};
+  const int exponent = -std::ilogb(largest);
+  for (int i = 0; i < v.size(); ++i) v[i] = std::ldexp(v[i], exponent);
+  return {v, exponent};
+}
+
+/// Length of a short vector, from the least number that there is to the largest. (Eigen's
+/// stableNorm is written for long vectors: slower, and half a second to compile.)
+template <class V>
+[[nodiscard]] typename V::Scalar stable_norm(const Eigen::MatrixBase<V>& vector) {
+  const PlainVector<V> v = vector;
+  const auto sum = sum_of_squares(v);
+  if (is_safe_square(sum)) return std::sqrt(sum);
+  const auto [safe, exponent] = scaled(v);
+  return std::ldexp(std::sqrt(sum_of_squares(safe)), -exponent);
+}
+
+/// A short vector made one unit long; zero stays zero.
+template <class V>
+[[nodiscard]] PlainVector<V> stable_unit(const Eigen::MatrixBase<V>& vector) {
+  PlainVector<V> v = vector;
+  if (!is_safe_square(sum_of_squares(v))) v = scaled(v).first;
+  const auto norm = std::sqrt(sum_of_squares(v));
+  for (int i = 0; norm != 0 && i < v.size(); ++i) v[i] /= norm;
+  return v;
+}
+
+/// A unit vector at a right angle to one that is not zero.
+template <class T>
+[[nodiscard]] Vec3<T> unit_orthogonal(const Vec3<T>& v) {
+  // Across the axis that the vector is farthest from.
+  int axis = 0;
+  for (int i = 1; i < 3; ++i) axis = std::abs(v[i]) < std::abs(v[axis]) ? i : axis;
+  return stable_unit(cross<T>(stable_unit(v), Vec3<T>::Unit(axis)));
+}
+
+}  // namespace detail
 }  // namespace gelight

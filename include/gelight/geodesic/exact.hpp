@@ -228,7 +228,7 @@ class ExactField {
   template <class Visit>
   void for_each_end(const Point& p, const double& limit, const Visit& visit) const {
     const Vec3<double> place = surface_.position(p);
-    const auto gap = [&](const Vec3<double>& from) { return (place - from).stableNorm(); };
+    const auto gap = [&](const Vec3<double>& from) { return detail::stable_norm(place - from); };
     for_each_face(p, [&](Index f, const Weights& weights) {
       if (keeps_windows(f)) through_windows(f, weights, limit, visit);
       for (const Index v : surface_.face(f)) {
@@ -428,16 +428,16 @@ class ExactField {
   }
 
   [[nodiscard]] Vec3<double> unit(const Point& from, const Point& to) const {
-    return (surface_.position(to) - surface_.position(from)).stableNormalized();
+    return detail::stable_unit(surface_.position(to) - surface_.position(from));
   }
 
   // A direction in the plane of half-edge h's face.
   [[nodiscard]] Vec3<double> in_space(Index h, const Vec2<double>& direction) const {
     const Vec3<double> o = surface_.position(surface_.origin(h));
-    const Vec3<double> x = (surface_.position(surface_.tip(h)) - o).stableNormalized();
+    const Vec3<double> x = detail::stable_unit(surface_.position(surface_.tip(h)) - o);
     const Vec3<double> to_apex = surface_.position(surface_.apex(h)) - o;
-    const Vec3<double> y = (to_apex - x.dot(to_apex) * x).stableNormalized();
-    return (direction.x() * x + direction.y() * y).stableNormalized();
+    const Vec3<double> y = detail::stable_unit(to_apex - x.dot(to_apex) * x);
+    return detail::stable_unit(direction.x() * x + direction.y() * y);
   }
 
   // Where the last straight line to an end begins.
@@ -484,10 +484,11 @@ class ExactField {
       while (source.kind != Point::Kind::face && !starts_at(h, weights)) ++h;
       const Vec3<double> o = surface_.position(surface_.origin(h));
       const Vec3<double> x = surface_.position(surface_.tip(h)) - o;
-      const Vec3<double> up = x.cross(surface_.position(surface_.apex(h)) - o).cross(x);
+      const Vec3<double> up =
+          cross<double>(cross<double>(x, surface_.position(surface_.apex(h)) - o), x);
       out.halfedge = h;
-      out.angle = static_cast<T>(
-          std::atan2(direction.dot(up.stableNormalized()), direction.dot(x.stableNormalized())));
+      out.angle = static_cast<T>(std::atan2(direction.dot(detail::stable_unit(up)),
+                                            direction.dot(detail::stable_unit(x))));
     });
     return out;
   }
@@ -656,7 +657,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     if (p.kind == Point::Kind::face) corners = surface_.face(p.element[0]);
     detail::Target target{corners, {}};
     for (std::size_t k = 0; k < 3; ++k) {
-      target.gaps[k] = (surface_.position(p) - surface_.position(corners[k])).stableNorm();
+      target.gaps[k] = detail::stable_norm(surface_.position(p) - surface_.position(corners[k]));
     }
     limits.targets.push_back(target);
     if (p.kind == Point::Kind::vertex || limits.keep_windows) return;

@@ -28,7 +28,7 @@ template <std::floating_point T>
 [[nodiscard]] T length(const Surface<T>& surface, const Path<T>& path) {
   T sum = 0;
   for (std::size_t i = 1; i < path.size(); ++i) {
-    sum += (surface.position(path[i]) - surface.position(path[i - 1])).stableNorm();
+    sum += detail::stable_norm(surface.position(path[i]) - surface.position(path[i - 1]));
   }
   return sum;
 }

@@ -97,7 +97,7 @@ template <std::floating_point T, ImageOf<T> I>
       const T nx = camera.fx * (z(1, 0) - z(-1, 0)) * down;
       const T ny = camera.fy * (z(0, 1) - z(0, -1)) * across;
       const Vec3<T> n(nx, ny, -across * down - ray.x() * nx - ray.y() * ny);
-      if (n.allFinite() && std::isfinite(z(0, 0))) normals(x, y) = n.stableNormalized();
+      if (n.allFinite() && std::isfinite(z(0, 0))) normals(x, y) = detail::stable_unit(n);
     }
   }
   return normals;

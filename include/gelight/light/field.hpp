@@ -96,7 +96,7 @@ namespace detail {
 /// Unit vector, or zero for a vector without direction.
 template <class T>
 [[nodiscard]] Vec3<T> direction_of(const Vec3<T>& v) {
-  const T length = v.stableNorm();
+  const T length = detail::stable_norm(v);
   return length > 0 ? Vec3<T>(v / length) : Vec3<T>::Zero();
 }
 

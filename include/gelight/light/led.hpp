@@ -31,7 +31,7 @@ template <std::floating_point T>
   std::vector<SurfacePoint<T>> points{path[0]};
   for (std::size_t i = 1; i < path.size(); ++i) {
     const auto from = path[i - 1].template cast<double>(), to = path[i].template cast<double>();
-    const double length = (surface.position(to) - surface.position(from)).stableNorm();
+    const double length = detail::stable_norm(surface.position(to) - surface.position(from));
     const double pieces = std::ceil(length / double{spacing});
     const Index face = detail::shared_face(surface, from, to);
     detail::require(face >= 0, "no face holds both points ", i - 1, " and ", i, " of the path");

@@ -32,10 +32,10 @@ template <std::floating_point T>
   LightRays<T> rays;
   for (const Vec3<T>& p : positions) {
     Vec3<T> way = p - led[0];
-    T least = way.stableNorm(), next = unreachable<T>;
+    T least = detail::stable_norm(way), next = unreachable<T>;
     for (const Vec3<T>& point : led.subspan(1)) {
       const Vec3<T> other = p - point;
-      const T distance = other.stableNorm();
+      const T distance = detail::stable_norm(other);
       next = std::min(next, std::max(least, distance));
       if (distance < least) way = other;
       least = std::min(least, distance);

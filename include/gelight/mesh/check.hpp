@@ -158,8 +158,8 @@ template <std::floating_point T>
 [[nodiscard]] bool is_flat(const std::array<T, 3>& a, const std::array<T, 3>& b,
                            const std::array<T, 3>& c, double share) {
   const std::array<Vec3<double>, 3> edges{difference(b, a), difference(c, b), difference(a, c)};
-  const double longest =
-      std::max({edges[0].stableNorm(), edges[1].stableNorm(), edges[2].stableNorm()});
+  const double longest = std::max({detail::stable_norm(edges[0]), detail::stable_norm(edges[1]),
+                                   detail::stable_norm(edges[2])});
   if (!(longest > 0)) return true;
   return cross<double>(edges[0] / longest, edges[1] / longest).norm() <= share;
 }
@@ -227,7 +227,7 @@ template <std::floating_point T>
       const auto entry = last_in.find(cell);
       for (Index w = entry == last_in.end() ? -1 : entry->second; w >= 0; w = before[w]) {
         const auto gap = difference(p, positions[static_cast<std::size_t>(w)]);
-        if (gap.stableNorm() <= distance) nearest[v] = std::min(nearest[v], w);
+        if (detail::stable_norm(gap) <= distance) nearest[v] = std::min(nearest[v], w);
       }
     };
     for (double x = -reach; x <= reach; ++x) {

@@ -247,7 +247,7 @@ class Surface {
       const auto [a, b] = std::minmax(data.vertices[h], data.vertices[next(h)]);
       const Vec3<double> edge =
           data.positions[b].template cast<double>() - data.positions[a].template cast<double>();
-      data.lengths[h] = static_cast<T>(edge.stableNorm());
+      data.lengths[h] = static_cast<T>(detail::stable_norm(edge));
     }
   }
 

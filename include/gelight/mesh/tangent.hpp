@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -17,7 +16,7 @@ namespace gelight {
 struct TangentBasis {
   Vec3<double> x, y;
 
-  [[nodiscard]] Vec3<double> normal() const { return x.cross(y); }
+  [[nodiscard]] Vec3<double> normal() const { return cross(x, y); }
   [[nodiscard]] Vec3<double> embed(std::complex<double> z) const {
     return z.real() * x + z.imag() * y;
   }
@@ -148,16 +147,16 @@ class TangentFrames {
     for (const Index h : surface_.corners(v)) {
       const Vec3<double> a = surface_.position(surface_.tip(h)) - surface_.position(v);
       const Vec3<double> b = surface_.position(surface_.apex(h)) - surface_.position(v);
-      normal += corners_[h] * a.stableNormalized().cross(b.stableNormalized()).stableNormalized();
+      normal +=
+          corners_[h] * detail::stable_unit(cross(detail::stable_unit(a), detail::stable_unit(b)));
       if (h == surface_.corners(v).front()) along = a;
     }
-    normal.stableNormalize();
+    normal = detail::stable_unit(normal);
     // Faces without area, or normals that cancel, leave any plane through the first edge.
-    if (!(normal.squaredNorm() > 0)) normal = along.unitOrthogonal();
-    Vec3<double> x = along - normal.dot(along) * normal;
-    x.stableNormalize();
-    if (!(x.squaredNorm() > 0)) x = normal.unitOrthogonal();
-    bases_[v] = {x, normal.cross(x)};
+    if (!(normal.squaredNorm() > 0)) normal = detail::unit_orthogonal(along);
+    Vec3<double> x = detail::stable_unit(along - normal.dot(along) * normal);
+    if (!(x.squaredNorm() > 0)) x = detail::unit_orthogonal(normal);
+    bases_[v] = {x, cross(normal, x)};
   }
 
   static constexpr double unvisited = -1e300;

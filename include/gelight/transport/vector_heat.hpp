@@ -295,8 +295,8 @@ class VectorHeatSolver {
     const auto basis = planes_.basis(point);
     const auto tangent = basis.project(vector);
     const double length = std::abs(tangent);
-    detail::require(length > normal_share * vector.stableNorm(), "the vector of source ", number,
-                    ", (", vector[0], ", ", vector[1], ", ", vector[2],
+    detail::require(length > normal_share * detail::stable_norm(vector), "the vector of source ",
+                    number, ", (", vector[0], ", ", vector[1], ", ", vector[2],
                     "), has no part tangent to the surface");
     const auto add = [&](Index v, double weight, double turn) {
       load[v] += weight * tangent * std::polar(1.0, turn);

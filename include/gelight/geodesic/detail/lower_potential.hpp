@@ -249,7 +249,7 @@ class LowerPotential {
     for (std::size_t i = 0; i < 3; ++i) {
       squared += w[i] * potential[v[i]] * potential[v[i]];
       for (std::size_t j = 0; j < i; ++j) {
-        const double length = (surface_.position(v[i]) - surface_.position(v[j])).stableNorm();
+        const double length = stable_norm(surface_.position(v[i]) - surface_.position(v[j]));
         squared -= w[i] * w[j] * length * length;
         size += w[i] * w[j] * length * length;
       }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -34,10 +33,10 @@ struct MeshStatistics {
     return surface.position(surface.tip(h)) - surface.position(surface.origin(h));
   }
   static Vec3<double> normal(const Surface<double>& surface, Index f) {
-    return vector(surface, 3 * f).cross(vector(surface, 3 * f + 1));
+    return cross(vector(surface, 3 * f), vector(surface, 3 * f + 1));
   }
   static double angle(const Vec3<double>& a, const Vec3<double>& b) {
-    return std::atan2(a.cross(b).norm(), a.dot(b));
+    return std::atan2(cross(a, b).norm(), a.dot(b));
   }
 
   void look_at_faces(const Surface<double>& surface) {

@@ -69,10 +69,10 @@ inline double straight_distance(const Surface<double>& surface, const SurfacePoi
   const auto from = [&](Index v) -> Vec3<double> {
     return surface.position(v) - surface.position(vertex);
   };
-  if (point.kind == Kind::vertex) return from(a).stableNorm();
-  if (point.kind == Kind::edge) return (w[0] * from(a) + w[1] * from(b)).stableNorm();
+  if (point.kind == Kind::vertex) return stable_norm(from(a));
+  if (point.kind == Kind::edge) return stable_norm(w[0] * from(a) + w[1] * from(b));
   const auto v = surface.face(a);
-  return (w[0] * from(v[0]) + w[1] * from(v[1]) + w[2] * from(v[2])).stableNorm();
+  return stable_norm(w[0] * from(v[0]) + w[1] * from(v[1]) + w[2] * from(v[2]));
 }
 
 /// Calls `visit(vertex, distance)` for the vertices that a point reaches by a straight line: itself

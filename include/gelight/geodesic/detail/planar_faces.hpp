@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -47,7 +46,7 @@ class PlanarFaces {
     std::sort(by_length.begin(), by_length.end(),
               [&](Index a, Index b) { return surface.length(a) < surface.length(b); });
     const double doubled_area =
-        vector(surface, by_length[0]).cross(vector(surface, by_length[1])).norm();
+        cross(vector(surface, by_length[0]), vector(surface, by_length[1])).norm();
     for (Index h = first; h < first + 3; ++h) {
       const double length = surface.length(h);
       if (length == 0) {

@@ -122,9 +122,9 @@ class SteinerGraph {
       for (Index h = 3 * f; h < 3 * f + 3; ++h) {
         const Vec3<double> origin = surface_.position(surface_.origin(h)) - at;
         const Vec3<double> tip = surface_.position(surface_.tip(h)) - at;
-        front.reach(surface_.origin(h), source.distance + origin.stableNorm(), f);
+        front.reach(surface_.origin(h), source.distance + stable_norm(origin), f);
         for (Index i = 0; i < per_edge_; ++i) {
-          const double gap = (origin + share(i) * (tip - origin)).stableNorm();
+          const double gap = stable_norm(origin + share(i) * (tip - origin));
           front.reach(node_on(h, i), source.distance + gap, f);
         }
       }

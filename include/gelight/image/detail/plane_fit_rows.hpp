@@ -153,7 +153,7 @@ template <class T>
 void flattest_directions(const DirectionRow<T>& out, const std::array<const double*, moments>& sums,
                          const double* u, double v, std::size_t count) {
   // Of points on a line the share of the second variance is what the sums were rounded by.
-  constexpr double rounding = 1e-10;
+  constexpr double rounded_off = 1e-10;
   Covariances spread;
   FitTile least, x, y, z, unit, flatness;
   spread.take(sums, count);
@@ -168,7 +168,7 @@ void flattest_directions(const DirectionRow<T>& out, const std::array<const doub
     y[i] = axy * u[i] + ayy * v + ayz;
     z[i] = axz * u[i] + ayz * v + azz;
     const double others = 1 - 3 * least[i];  // the sum of the other variances less twice this one
-    flatness[i] = axx + ayy + azz - rounding * others * others;
+    flatness[i] = axx + ayy + azz - rounded_off * others * others;
     unit[i] = -root_of_inverse(x[i] * x[i] + y[i] * y[i] + z[i] * z[i] + tiny);
   }
   // A loop for each choice: compilers turn several of them in one into branches.

@@ -96,12 +96,12 @@ class PlaneCut {
     arrivals_.clear();
     const Array<Index> faces = faces_at(surface_, point);
     if (std::any_of(faces.begin(), faces.end(), [&](Index f) { return is_led_face(f); })) {
-      arrivals_.push_back({direction_of(place), place.stableNorm(), -1, nullptr});
+      arrivals_.push_back({direction_of(place), stable_norm(place), -1, nullptr});
       return arrivals_;
     }
     const T angle = angle_of(place);
     if (std::isnan(angle)) return arrivals_;
-    cut(turn_of(angle), place.template head<2>().stableNormalized());
+    cut(turn_of(angle), stable_unit(place.template head<2>()));
     for (const Arc& arc : arcs_) {
       const Index entry = first_entry(arc, faces);
       if (entry >= 0) arrivals_.push_back(arrival_by(arc, entry, place));

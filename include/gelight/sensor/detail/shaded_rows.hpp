@@ -225,8 +225,7 @@ class ShadedRows {
           Vec3<double> l = -travel(begin + i, y).template cast<double>();
           if (rectified_to != nullptr) {
             const Vec3<double>& normal = (*rectified_to)(begin + i, y);
-            l -= l.dot(normal) * normal;
-            l.stableNormalize();
+            l = stable_unit(l - l.dot(normal) * normal);
           }
           const Vec3<double> ray = camera.ray(begin + i, y);
           const auto at = static_cast<std::size_t>(i);

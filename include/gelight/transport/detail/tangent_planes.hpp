@@ -67,11 +67,9 @@ class TangentPlanes {
       normal += unit_normal(surface_.face_of(surface_.twin(h)));
     }
     const Vec3<double> x =
-        (surface_.position(surface_.tip(h)) - surface_.position(surface_.origin(h)))
-            .stableNormalized();
-    Vec3<double> y = normal.cross(x);
-    y.stableNormalize();
-    if (!(y.squaredNorm() > 0)) y = x.unitOrthogonal();
+        stable_unit(surface_.position(surface_.tip(h)) - surface_.position(surface_.origin(h)));
+    Vec3<double> y = stable_unit(cross(normal, x));
+    if (!(y.squaredNorm() > 0)) y = unit_orthogonal(x);
     return {x, y};
   }
 
@@ -114,7 +112,7 @@ class TangentPlanes {
     const auto [a, b, c] = surface_.face(f);
     const Vec3<double> ab = surface_.position(b) - surface_.position(a);
     const Vec3<double> ac = surface_.position(c) - surface_.position(a);
-    return ab.stableNormalized().cross(ac.stableNormalized()).stableNormalized();
+    return stable_unit(cross(stable_unit(ab), stable_unit(ac)));
   }
 
   Surface<double> surface_;

@@ -1,0 +1,30 @@
+#include "gelight/core/types.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+using namespace gelight;
+
+TEST_CASE_TEMPLATE("a vector's length neither overflows nor underflows", T, float, double) {
+  using Limits = std::numeric_limits<T>;
+  for (int e = Limits::min_exponent - Limits::digits + 1; e < Limits::max_exponent - 3; ++e) {
+    const T unit = std::ldexp(T(1), e);  // from the least number that there is
+    CAPTURE(e);
+    CHECK(detail::stable_norm(Vec3<T>(2 * unit, -3 * unit, 6 * unit)) == 7 * unit);
+    CHECK(detail::stable_norm(Vec2<T>(-3 * unit, 4 * unit)) == 5 * unit);
+    const Vec2<T> direction = detail::stable_unit(Vec2<T>(-3 * unit, 4 * unit));
+    CHECK(direction.x() == T(-0.6));
+    CHECK(direction.y() == T(0.8));
+  }
+}
+
+TEST_CASE_TEMPLATE("lengths of zero and of what is not finite", T, float, double) {
+  constexpr T inf = std::numeric_limits<T>::infinity();
+  CHECK(detail::stable_norm(Vec3<T>(0, 0, 0)) == 0);
+  CHECK(detail::stable_unit(Vec3<T>(0, -T(0), 0)) == Vec3<T>(0, 0, 0));
+  CHECK(detail::stable_norm(Vec3<T>(1, -inf, 0)) == inf);
+  CHECK(std::isnan(detail::stable_norm(Vec3<T>(0, std::numeric_limits<T>::quiet_NaN(), 0))));
+  CHECK(std::isnan(detail::stable_norm(Vec3<T>(inf, 1, std::numeric_limits<T>::quiet_NaN()))));
+}
