@@ -94,6 +94,7 @@ class ExactField {
   }
 
   /// Distance of a point, +infinity where no path leads.
+  ///@{
   [[nodiscard]] T distance(Index vertex) const {
     surface_.require_vertex(vertex);
     return static_cast<T>(distances_[vertex] + offset_);
@@ -101,10 +102,12 @@ class ExactField {
   [[nodiscard]] T distance(const SurfacePoint<T>& point) const {
     return static_cast<T>(nearest(checked(point)).distance + offset_);
   }
+  ///@}
 
   /// The shortest path from the source to a point; its length and the source's start distance sum
   /// to the point's distance. Empty where no path leads, the point alone at a source. Of several
   /// shortest paths one is returned.
+  ///@{
   [[nodiscard]] Path<T> path(Index vertex) const { return path(vertex_point<T>(vertex)); }
   [[nodiscard]] Path<T> path(const SurfacePoint<T>& point) const {
     const std::vector<Point> back = trace(nearest(checked(point)));
@@ -113,18 +116,22 @@ class ExactField {
     for (auto p = back.rbegin(); p != back.rend(); ++p) out.push_back(p->template cast<T>());
     return out;
   }
+  ///@}
 
   /// The unit tangent in which the shortest path travels on arrival. Zero at a source and where no
   /// path leads. Of several shortest paths one is taken; `arrivals` tells all.
+  ///@{
   [[nodiscard]] Vec3<T> direction(Index vertex) const { return direction(vertex_point<T>(vertex)); }
   [[nodiscard]] Vec3<T> direction(const SurfacePoint<T>& point) const {
     return direction_of(nearest(checked(point))).template cast<T>();
   }
+  ///@}
 
   /// All straight lines by which a point is reached with at most (1 + relative_tolerance) times its
   /// distance, nearest first: more than one on the cut locus, none where no path leads. Lines less
   /// than 1e-6 apart in direction count as one. A tolerance that is large against the size of the
   /// faces may miss lines longer than the shortest, since windows that serve no point are dropped.
+  ///@{
   [[nodiscard]] std::vector<ExactArrival<T>> arrivals(
       Index vertex, T relative_tolerance = default_tolerance) const {
     return arrivals(vertex_point<T>(vertex), relative_tolerance);
@@ -142,10 +149,12 @@ class ExactField {
                      [](const End& a, const End& b) { return a.distance < b.distance; });
     return distinct(ends);
   }
+  ///@}
 
   /// How the shortest path to a point leaves its source, for log maps: the length is the distance,
   /// the angle is here. Throws InvalidInput at a source and where no path leads, since there is no
   /// direction. As many steps as the path has faces.
+  ///@{
   [[nodiscard]] ExactDeparture<T> departure(Index vertex) const {
     return departure(vertex_point<T>(vertex));
   }
@@ -156,6 +165,7 @@ class ExactField {
                     point.element[0]);
     return departure_along(back.back(), back[back.size() - 2]);
   }
+  ///@}
 
  private:
   template <std::floating_point>
@@ -540,12 +550,14 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     require_options(options_);
   }
 
+  /// The surface that the solver works on.
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
   /// Solves from a vertex or another point, from several vertices, or from several points with
   /// start distances. Throws InvalidInput for no source, a source that is not of the mesh or starts
   /// with a distance that is not finite, and for options that do not fit the mesh; Cancelled where
   /// the options' hook says so.
+  ///@{
   [[nodiscard]] ExactField<T> solve(Index vertex) const { return solve(vertex, options_); }
   [[nodiscard]] ExactField<T> solve(Index vertex, const ExactOptions<T>& options) const {
     return solve(std::span<const Index>(&vertex, 1), options);
@@ -572,6 +584,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
                                     const ExactOptions<T>& options) const {
     return solve_checked(detail::checked_sources(surface_, sources), options);
   }
+  ///@}
 
  private:
   friend class detail::DistanceQueries<ExactSolver<T>, T>;

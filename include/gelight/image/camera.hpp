@@ -16,9 +16,12 @@ namespace gelight {
 /// The centre of pixel (u, v) is at (u, v), so the middle of the image is ((width - 1) / 2, ...).
 template <std::floating_point T>
 struct Camera {
-  T fx = 0, fy = 0;  ///< focal lengths, in pixels
-  T cx = 0, cy = 0;  ///< where the optical axis meets the image, in pixels
-  Index width = 0, height = 0;
+  T fx = 0;          ///< focal length across, in pixels
+  T fy = 0;          ///< focal length down, in pixels
+  T cx = 0;          ///< column where the optical axis meets the image
+  T cy = 0;          ///< row where the optical axis meets the image
+  Index width = 0;   ///< of the image, in pixels
+  Index height = 0;  ///< of the image, in pixels
 
   /// A camera with square pixels that looks through the middle of the image; the angle between its
   /// top and bottom edges is in radians. Throws InvalidInput for an angle outside (0, pi) and for a
@@ -45,6 +48,7 @@ struct Camera {
     return {fx * point.x() / point.z() + cx, fy * point.y() / point.z() + cy};
   }
 
+  /// The same camera in another floating-point type.
   template <std::floating_point U>
   [[nodiscard]] Camera<U> cast() const {
     return {static_cast<U>(fx),

@@ -255,7 +255,8 @@ requires detail::FilterPixel<PixelOf<I>>
 /// The 3 x 3 Sobel derivatives of an image in x and y: 8 times the slope per pixel.
 template <class P>
 struct Gradient {
-  Image<P> x, y;
+  Image<P> x;  ///< across
+  Image<P> y;  ///< down
 };
 
 /// Convolves an image with the two 3 x 3 Sobel kernels ([1 2 1] across, [-1 0 1] along).

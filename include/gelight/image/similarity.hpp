@@ -18,8 +18,8 @@ namespace gelight {
 /// How far two 8-bit images lie apart. A pixel's difference is that of its worst channel.
 struct LevelDifference {
   std::array<std::int64_t, 256> pixels{};  ///< how many pixels differ by so many levels
-  int worst = 0;
-  double mean = 0;  ///< over all pixels
+  int worst = 0;                           ///< levels
+  double mean = 0;                         ///< over all pixels
 
   /// How many pixels differ by more than so many levels.
   [[nodiscard]] std::int64_t beyond(int levels) const {

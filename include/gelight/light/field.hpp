@@ -34,8 +34,9 @@ template <std::floating_point T>
 struct LightRays {
   LightField<T> direction;  ///< unit, or zero where `at_led` and where `dark`
   std::vector<T> distance;  ///< travelled, in the unit of the positions; +infinity where dark
-  std::vector<Lighting> lighting;
+  std::vector<Lighting> lighting;  ///< how the light comes
 
+  /// Appends a point.
   void add(const Vec3<T>& way, T length, Lighting how) {
     direction.push_back(way);
     distance.push_back(length);

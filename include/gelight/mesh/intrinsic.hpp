@@ -14,19 +14,21 @@ namespace gelight {
 /// A triangulation that knows its edges' lengths but no positions. Half-edges are numbered as in
 /// Surface; two vertices may share more than one edge.
 struct IntrinsicTriangulation {
-  Index vertex_count = 0;
-  detail::Array<Index> origins;  // of each half-edge: the vertex it starts from
-  detail::Array<Index>
-      twins;  // of each half-edge: the one across, -1 where it is not to be flipped
-  detail::Array<double> lengths;  // of each half-edge
+  Index vertex_count = 0;         ///< of the surface, whether or not they are in a face
+  detail::Array<Index> origins;   ///< of each half-edge: the vertex it starts from
+  detail::Array<Index> twins;     ///< of each half-edge: the one across, -1 where there is no flip
+  detail::Array<double> lengths;  ///< of each half-edge
 
+  /// Three half-edges are a face.
   [[nodiscard]] Index face_count() const { return static_cast<Index>(origins.size() / 3); }
 };
 
 /// A face laid out in the plane: its first vertex at (0, 0), its second at (x1, 0), its third at
 /// (x2, y2), y2 > 0.
 struct PlanarFace {
-  double x1 = 0, x2 = 0, y2 = 0;
+  double x1 = 0;  ///< of the second vertex
+  double x2 = 0;  ///< of the third vertex
+  double y2 = 0;  ///< of the third vertex
 };
 
 namespace detail {

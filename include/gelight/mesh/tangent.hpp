@@ -14,12 +14,16 @@ namespace gelight {
 
 /// Two unit vectors at right angles in a tangent plane; x cross y is the surface's normal.
 struct TangentBasis {
-  Vec3<double> x, y;
+  Vec3<double> x;  ///< unit
+  Vec3<double> y;  ///< unit, a quarter turn from x towards the left
 
+  /// The unit normal of the plane.
   [[nodiscard]] Vec3<double> normal() const { return cross(x, y); }
+  /// The vector in space of coordinates in the plane, written as a complex number.
   [[nodiscard]] Vec3<double> embed(std::complex<double> z) const {
     return z.real() * x + z.imag() * y;
   }
+  /// Coordinates of a vector's part in the plane, written as a complex number.
   [[nodiscard]] std::complex<double> project(const Vec3<double>& v) const {
     return {v.dot(x), v.dot(y)};
   }
@@ -64,12 +68,15 @@ class TangentFrames {
     for (Index v = 0; v < surface.vertex_count(); ++v) place(v);
   }
 
+  /// The plane at a vertex.
   [[nodiscard]] const TangentBasis& basis(Index vertex) const { return bases_[vertex]; }
 
   /// Direction of half-edge h in the tangent plane of its origin, and that of the way back in the
   /// plane of its tip: angles from the basis' x, in radians.
+  ///@{
   [[nodiscard]] double angle(Index h) const { return angles_[h]; }
   [[nodiscard]] double angle_back(Index h) const { return far_angles_[surface_.next(h)]; }
+  ///@}
 
   /// Angle between h and the edge before it in their face.
   [[nodiscard]] double corner(Index h) const { return corners_[h]; }

@@ -72,8 +72,11 @@ class Background {
     }
   }
 
+  /// Whether it is an image; else it is one colour.
   [[nodiscard]] bool is_image() const { return is_image_; }
+  /// The image, in shares of full light; empty where the background is one colour.
   [[nodiscard]] const Image<std::array<T, 3>>& image() const { return image_; }
+  /// The colour, in shares of full light, where the background is no image.
   [[nodiscard]] const std::array<T, 3>& solid() const { return solid_; }
 
  private:

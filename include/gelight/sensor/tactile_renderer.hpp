@@ -40,11 +40,12 @@ struct TactileOptions {
   bool clip_to_rest = true;
   /// The share of the background that is seen without any light.
   double ambient = 0.5;
+  /// The form of Phong's specular term.
   Specular specular = Specular::gated;
   /// The share of the ambient light that gel loses which is pressed in by `darkening_depth` (in the
   /// unit of the depth) or more; less where it is pressed less.
   double darkening = 0;
-  double darkening_depth = 0.03;
+  double darkening_depth = 0.03;  ///< where the darkening is full, in the unit of the depth
   /// The published images have no normals on the outermost pixels: these show ambient light alone.
   BorderNormals border_normals = BorderNormals::none;
   /// Compute only what the contact can have changed, and take the rest from `rest_image()`. The
@@ -97,7 +98,9 @@ class TactileRenderer {
     render_all(rest_image_, rest_depth, true);
   }
 
+  /// The camera that it was built with.
   [[nodiscard]] const Camera<T>& camera() const { return camera_; }
+  /// The options that it was built with.
   [[nodiscard]] const TactileOptions& options() const { return options_; }
 
   /// The image of the membrane that nothing touches.

@@ -22,10 +22,10 @@ struct Light {
   /// The direction in which the light travels when it arrives: unit length, or shorter where it is
   /// dimmer; zero where the pixel is not lit.
   Image<Vec3<T>> direction;
-  std::array<T, 3> rgb{1, 1, 1};
-  T diffuse = T(0.5);
-  T specular = T(0.1);
-  T shininess = 100;
+  std::array<T, 3> rgb{1, 1, 1};  ///< colour and intensity, in shares of full light
+  T diffuse = T(0.5);             ///< Phong's k_d
+  T specular = T(0.1);            ///< Phong's k_s
+  T shininess = 100;              ///< Phong's exponent
 };
 
 /// Phong's equation for one light at one point: diffuse N.L + specular (R.V)^shininess, with R the

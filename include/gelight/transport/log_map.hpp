@@ -28,6 +28,7 @@ class ExactLogMap {
 
   /// Coordinates of a point, in the unit of the positions; infinite where no path leads. Throws
   /// InvalidInput for a point that is not of the surface. As many steps as the path has faces.
+  ///@{
   [[nodiscard]] Vec2<T> operator()(Index vertex) const { return (*this)(vertex_point<T>(vertex)); }
   [[nodiscard]] Vec2<T> operator()(const SurfacePoint<T>& point) const {
     const T distance = field_.distance(point);
@@ -39,6 +40,7 @@ class ExactLogMap {
         planes_->angle_at(source_, face, planes_->side_angle(way.halfedge) + double{way.angle});
     return {distance * static_cast<T>(std::cos(angle)), distance * static_cast<T>(std::sin(angle))};
   }
+  ///@}
 
   /// Coordinates of all vertices.
   [[nodiscard]] std::vector<Vec2<T>> at_vertices() const {
@@ -51,13 +53,16 @@ class ExactLogMap {
   /// Whether a point is on the cut locus: reached by two paths from different sides of which the
   /// longer has at most (1 + relative_tolerance) times the length of the shorter. Its coordinates
   /// are then those of one of the two.
+  ///@{
   [[nodiscard]] bool is_on_cut_locus(Index vertex, T relative_tolerance) const {
     return is_on_cut_locus(vertex_point<T>(vertex), relative_tolerance);
   }
   [[nodiscard]] bool is_on_cut_locus(const SurfacePoint<T>& point, T relative_tolerance) const {
     return field_.arrivals(point, relative_tolerance).size() > 1;
   }
+  ///@}
 
+  /// The distances and paths that the map is made of.
   [[nodiscard]] const ExactField<T>& field() const { return field_; }
 
  private:
@@ -92,10 +97,12 @@ class ExactLogMapSolver {
       : planes_(std::make_shared<const detail::TangentPlanes>(Surface<double>(mesh))),
         solver_(planes_->surface()) {}
 
+  /// The surface that the solver works on.
   [[nodiscard]] const Surface<double>& surface() const { return planes_->surface(); }
 
   /// The map of a source. Throws InvalidInput for a point that is not of the surface or a vertex
   /// without faces.
+  ///@{
   [[nodiscard]] ExactLogMap<T> solve(Index source) const { return solve(vertex_point<T>(source)); }
   [[nodiscard]] ExactLogMap<T> solve(const SurfacePoint<T>& source) const {
     surface().require_point(source);
@@ -106,6 +113,7 @@ class ExactLogMapSolver {
     }
     return {planes_, point, solver_.solve(source)};
   }
+  ///@}
 
   /// Coordinates of all vertices in a vertex' tangent plane, along its `tangent_basis`; infinite
   /// where no path leads.
@@ -113,6 +121,8 @@ class ExactLogMapSolver {
     return solve(source).at_vertices();
   }
 
+  /// Two unit vectors, x and y, along which a vertex' coordinates are counted. Throws InvalidInput
+  /// for a vertex that is not of the surface.
   [[nodiscard]] std::array<Vec3<T>, 2> tangent_basis(Index vertex) const {
     surface().require_vertex(vertex);
     const TangentBasis& basis = planes_->frames().basis(vertex);

@@ -34,6 +34,7 @@ class ParallelTransport {
   template <TriangleMesh M>
   explicit ParallelTransport(const M& mesh) : planes_(Surface<double>(mesh)) {}
 
+  /// The surface that the vectors are carried over.
   [[nodiscard]] const Surface<double>& surface() const { return planes_.surface(); }
 
   /// Two unit vectors, x and y, that span the tangent plane at a point; x cross y is the normal.

@@ -35,8 +35,8 @@ struct VectorHeatOptions {
 /// A vector to transport, and where it starts.
 template <std::floating_point T>
 struct VectorSource {
-  SurfacePoint<T> point;
-  Vec3<T> vector;
+  SurfacePoint<T> point;  ///< where it starts
+  Vec3<T> vector;         ///< in the mesh's space; its part along the normal is left out
 };
 
 /// Carries tangent vectors over a surface along its shortest paths by the vector heat method
@@ -66,6 +66,7 @@ class VectorHeatSolver {
       : VectorHeatSolver(heat.surface(), heat.system(),
                          {heat.system()->time_factor, heat.system()->is_delaunay}) {}
 
+  /// The surface that the solver works on.
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
   /// Two unit vectors, x and y, that span the tangent plane at a vertex; x cross y is the normal.
