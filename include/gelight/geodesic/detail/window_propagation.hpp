@@ -176,7 +176,7 @@ class WindowPropagation {
   // A point in the frame with origin a and x towards b.
   static Vec2<double> into_frame(const Vec2<double>& p, const Vec2<double>& a,
                                  const Vec2<double>& b) {
-    const Vec2<double> along = (b - a).stableNormalized(), from = p - a;
+    const Vec2<double> along = stable_unit(b - a), from = p - a;
     return {along.dot(from), along.x() * from.y() - along.y() * from.x()};
   }
 
@@ -211,7 +211,11 @@ class WindowPropagation {
   }
 
   void arrive(Index vertex, double distance, const Arrival& last) {
-    if (improves(vertex, distance)) set(vertex, distance, last);
+    if (improves(vertex, distance)) return set(vertex, distance, last);
+    // A bent piece ties with a straight one where its window ends at a vertex in the middle of an
+    // edge; only the straight one can be followed back.
+    const bool ties = distance <= distances[vertex] * (1 + 4 * rounding);
+    if (ties && last.is_straight && !arrivals[vertex].is_straight) arrivals[vertex] = last;
   }
 
   void set(Index vertex, double distance, const Arrival& last) {
