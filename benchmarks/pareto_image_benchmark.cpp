@@ -2,6 +2,7 @@
 // truth), depth smoothing (error in depth), normals of a noisy depth map (angle), whole tactile
 // frames (grey levels, SSIM). Time and error come from the same run; a wrong answer is an error.
 
+#include <Eigen/Geometry>
 #include <complex>
 #include <functional>
 #include <limits>

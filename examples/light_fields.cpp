@@ -1,9 +1,8 @@
 // Four models of light in a curved sensor: which way does the light of an LED travel at each point?
 //
 //        .--^--.        linear      straight through space, whatever stands between
-//       /   |   \       plane       along the cut of the membrane with the plane through the LED,
-//       the
-//      |  ^ | ^  |                  point and the normal at the LED
+//       /   |   \       plane       along the cut of the membrane with the plane through
+//      |  ^ | ^  |                  LED, point, and normal at the LED
 //      |   \|/   |      geodesic    along the shortest path on the membrane
 //      '----o----'      transport   as emitted, carried over the membrane parallel to itself
 //          LED

@@ -2,9 +2,8 @@
 //
 //      gel at rest  ________        ________      An object comes nearer than the membrane at rest
 //                           \.    ./              by a protrusion p. Blurred by a Gaussian G it is
-//      membrane               \__/                the bulge of the gel; but where the object is,
-//      the
-//                             |  |  object        membrane lies on it:
+//      membrane               \__/                the bulge of the gel; but on the object
+//                             |  |  object        the membrane lies:
 //                                                     depth = min(object, rest - G * p)
 
 #include <cmath>

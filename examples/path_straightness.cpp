@@ -84,7 +84,7 @@ int main(int count, char** arguments) {
   }
   double x = 0;
   const auto on_flat = [](double along, double across) {
-    return Vec2<double>(568 + 9.5 * along, 285 - 9.5 * across);
+    return Vec2<double>(555 + 8.5 * along, 285 - 8.5 * across);
   };
   for (std::size_t i = 0; i < flat.size(); ++i) {
     std::vector<Vec2<double>> corners;
@@ -103,7 +103,7 @@ int main(int count, char** arguments) {
   figure.text("s", on_flat(0, 0) - aside, 18);
   figure.text("f", on_flat(40, 0) + aside, 18);
   figure.text("The shortest way from s to f in the room", 225, 30, 16);
-  figure.text("The triangles that it crosses, laid flat", 765, 30, 16);
+  figure.text("The triangles that it crosses, laid flat", 740, 30, 16);
   figure.text("Red: end walls. Blue: ceiling. Orange: a side wall. Green: floor. 40 feet in all.",
               500, 470, 14);
   figure.save(lesson.picture());

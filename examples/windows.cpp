@@ -2,8 +2,7 @@
 //
 //        .-----------------      From the source s straight lines reach what s can see. Where they
 //       .     c|#|d              would go behind a corner the shortest path bends: the corner c is
-//      s       |#|               a pseudo-source, whose lines begin with distance |sc|, and so is
-//      d.
+//      s       |#|               a pseudo-source, whose lines begin with distance |sc|; so is d.
 //              |#|               A window is the part of an edge that the lines of one of them
 //                                reach, and all that the solver stores of its points.
 
