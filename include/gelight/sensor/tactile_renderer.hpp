@@ -205,14 +205,15 @@ class TactileRenderer {
   // still in cache: press (smooth along) -> bulge (smooth down) -> normals -> shade -> out.
   template <class D>
   void render_rows(ImageView<Rgb8> out, const D& depth, bool everything, Workspace& work) const {
+    constexpr Index band = detail::MembraneRows<T>::band;
     const Index height = camera_.height;
     Index pressed = 0, shaded = 0;
     membrane_.start(work.membrane, everything);
-    for (Index bulged = 0; bulged < height; bulged += 2) {
-      const Index needed = std::min(height, bulged + 2 + membrane_.radius());
+    for (Index bulged = 0; bulged < height; bulged += band) {
+      const Index needed = std::min(height, bulged + band + membrane_.radius());
       for (; pressed < needed; ++pressed) membrane_.press(work.membrane, depth, pressed);
       membrane_.bulge(work.membrane, depth, bulged);
-      const Index ready = bulged + 2 < height ? bulged + 1 : height;
+      const Index ready = bulged + band < height ? bulged + band - 1 : height;
       for (; shaded < ready; ++shaded) render_row(out, depth, everything, work, shaded);
     }
   }

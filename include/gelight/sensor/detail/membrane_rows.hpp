@@ -146,8 +146,9 @@ class SlidingRows {
 template <std::floating_point T>
 class MembraneRows {
  public:
-  /// How many rows of the membrane are made at once.
-  static constexpr Index band = 2;
+  /// How many rows of the membrane are made at once, an even number: the more, the less often the
+  /// rows around them come out of the second cache.
+  static constexpr Index band = 8;
 
   /// What changes while the rows of one image go through.
   struct Workspace {
@@ -156,7 +157,7 @@ class MembraneRows {
     SlidingRows<T> across;   // protrusion, smoothed along
     SlidingRows<T> missing;  // 1 where the depth is not known, smoothed along
     std::array<std::vector<T>, band> spread, lack;  // the same, smoothed down
-    std::vector<T> membrane;  // rows of depth, a pixel more on each side: y at y mod 4
+    std::vector<T> membrane;  // rows of depth, a pixel more on each side: y at y mod (2 band)
     std::array<const T*, 2 * band> rows{};   // where those rows are: there, or at rest
     std::array<std::vector<char>, 2> moved;  // of each block of two bands: whether not at rest
     std::vector<char> touched;               // of each block of a row
@@ -263,8 +264,8 @@ class MembraneRows {
     protrusion_row(out, row_of(image, y, work.buffer.data(), width_), rest(y), allowed_, width_);
   }
 
-  /// Row y of the membrane, a pixel more on each side, while row y + 3 is not made. The rows before
-  /// the first and after the last are extrapolated.
+  /// Row y of the membrane, a pixel more on each side, while the band after the next is not made.
+  /// The rows before the first and after the last are extrapolated.
   [[nodiscard]] const T* row(Workspace& work, Index y) const {
     const auto slot = [](Index i) { return static_cast<std::size_t>((i + 2 * band) % (2 * band)); };
     if (y >= 0 && y < height_) return work.rows[slot(y)];
@@ -277,16 +278,12 @@ class MembraneRows {
 
   /// Marks the blocks whose normals may differ from those at rest.
   void mark_changed(const Workspace& work, Index y, std::vector<char>& changed) const {
-    const std::size_t blocks = changed.size();
     std::fill(changed.begin(), changed.end(), static_cast<char>(has_holes(work, y)));
-    for (Index near = std::max(Index{0}, y - 1); near <= std::min(height_ - 1, y + 1); ++near) {
-      const auto& moved = work.moved[static_cast<std::size_t>(near / band % 2)];
-      for (std::size_t b = 0; b < blocks; ++b) {
-        if (moved[b] == 0) continue;
-        changed[b] = 1;
-        if (b > 0) changed[b - 1] = 1;
-        if (b + 1 < blocks) changed[b + 1] = 1;
-      }
+    const Index first = std::max(Index{0}, y - 1) / band,
+                last = std::min(height_ - 1, y + 1) / band;
+    for (Index b = first; b <= last; ++b) {
+      mark_around(changed.data(), work.moved[static_cast<std::size_t>(b % 2)].data(),
+                  std::ssize(changed));
     }
   }
 
@@ -377,11 +374,12 @@ class MembraneRows {
   // Smooths down the columns into `spread`, over the workspace's runs: a mean over the known
   // pixels.
   void smooth_down(Workspace& work, Index y) const {
-    sum_down(work, work.across, y, work.spread);
+    const Index count = std::min(band, height_ - y);
+    sum_down(work, work.across, y, count, work.spread);
     const bool mask = lack_.width() > 0;
     if (!work.any_holes && !mask) return;
-    if (work.any_holes) sum_down(work, work.missing, y, work.lack);
-    for (Index r = 0; r < std::min(band, height_ - y); ++r) {
+    if (work.any_holes) sum_down(work, work.missing, y, count, work.lack);
+    for (Index r = 0; r < count; ++r) {
       auto& spread = work.spread[static_cast<std::size_t>(r)];
       const auto& missing = work.lack[static_cast<std::size_t>(r)];
       for (const Run& run : work.runs) {
@@ -394,12 +392,18 @@ class MembraneRows {
     }
   }
 
-  void sum_down(const Workspace& work, const SlidingRows<T>& rows, Index y,
+  // A few columns of all rows of the band at a time, so that they come from the first cache.
+  void sum_down(const Workspace& work, const SlidingRows<T>& rows, Index y, Index count,
                 std::array<std::vector<T>, band>& out) const {
     const T* const middle = rows.row(y - radius_) + radius_ * rows.stride();
     for (const Run& run : work.runs) {
-      symmetric_sums(out[0].data() + run.begin, out[1].data() + run.begin, middle + run.begin,
-                     rows.stride(), weights_.data(), radius_, run.end - run.begin);
+      for (Index x = run.begin; x < run.end; x += column_step) {
+        for (Index r = 0; r < count; r += 2) {
+          const auto i = static_cast<std::size_t>(r);
+          symmetric_sums(out[i].data() + x, out[i + 1].data() + x, middle + r * rows.stride() + x,
+                         rows.stride(), weights_.data(), radius_, column_step);
+        }
+      }
     }
   }
 

@@ -34,9 +34,17 @@ void require_apart(ImageView<Rgb8> out, const I& input, const char* what) {
 inline void write_run(ImageView<Rgb8> out, const std::int32_t* packed, Index y, const Run& run) {
   Index x = run.begin;
   if (std::endian::native == std::endian::little && out.rows_are_packed()) {
-    // Four bytes a pixel, of which the next pixel overwrites the last.
     auto* bytes = reinterpret_cast<unsigned char*>(out.row(y) + x);
-    for (; x < run.end - 1; ++x, bytes += 3) std::memcpy(bytes, packed + x, 4);
+    const auto put = [&bytes](std::uint32_t word) {
+      std::memcpy(bytes, &word, 4);
+      bytes += 4;
+    };
+    const auto pixel = [packed](Index i) { return static_cast<std::uint32_t>(packed[i]); };
+    for (; x + 4 <= run.end; x += 4) {  // four pixels are three words
+      put(pixel(x) | pixel(x + 1) << 24);
+      put(pixel(x + 1) >> 8 | pixel(x + 2) << 16);
+      put(pixel(x + 2) >> 16 | pixel(x + 3) << 8);
+    }
   }
   for (; x < run.end; ++x) {
     const auto rgb = static_cast<std::uint32_t>(packed[x]);

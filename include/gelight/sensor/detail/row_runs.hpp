@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -28,19 +29,28 @@ struct Run {
   Index begin, end;
 };
 
-/// Gathers the marked blocks of a row into runs; as many as `runs` has capacity for.
+/// Gathers the marked (1, not 0) blocks of a row into runs; as many as `runs` has capacity for.
 inline void gather_runs(std::vector<Run>& runs, const std::vector<char>& marks, Index width) {
   runs.clear();
-  const Index blocks = block_count(width);
-  for (Index b = 0; b < blocks; ++b) {
-    if (marks[static_cast<std::size_t>(b)] == 0) continue;
-    const Index begin = b * block_size, end = std::min(width, begin + block_size);
-    if (!runs.empty() && runs.back().end == begin) {
-      runs.back().end = end;
-    } else {
-      runs.push_back({begin, end});
-    }
+  const char* const first = marks.data();
+  const char* const end = first + block_count(width);
+  const auto find = [end](const char* from, int mark) {
+    const void* const found = std::memchr(from, mark, static_cast<std::size_t>(end - from));
+    return found != nullptr ? static_cast<const char*>(found) : end;
+  };
+  for (const char* at = find(first, 1); at != end; at = find(at, 1)) {
+    const auto begin = static_cast<Index>(at - first);
+    at = find(at, 0);
+    const auto after = static_cast<Index>(at - first);
+    runs.push_back({begin * block_size, std::min(width, after * block_size)});
   }
+}
+
+/// Marks also what is marked in `more`, and its neighbours.
+inline void mark_around(char* __restrict marks, const char* more, std::ptrdiff_t count) {
+  for (std::ptrdiff_t b = 0; b < count; ++b) marks[b] |= more[b];
+  for (std::ptrdiff_t b = 1; b < count; ++b) marks[b] |= more[b - 1];
+  for (std::ptrdiff_t b = 1; b < count; ++b) marks[b - 1] |= more[b];
 }
 
 /// Takes a run apart at the edges of the tiles.
