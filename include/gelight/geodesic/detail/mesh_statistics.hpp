@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -9,46 +10,68 @@
 
 namespace gelight::detail {
 
-/// What a mesh shows at a glance of how methods will fare on it: means over some thousand faces and
-/// vertices, spread over all.
+/// What a mesh shows at a glance of how methods will fare on it: means over some hundred faces and
+/// vertices, spread over all, and whether its border bends inwards anywhere.
 struct MeshStatistics {
-  double mean_edge = 0;    ///< Mean length of the faces' sides.
-  double aspect = 1;       ///< Mean over faces of longest edge over height on it, capped.
-  double turn = 0;         ///< Root mean square angle between neighbouring faces, in radians.
-  double bend = 0;         ///< Mean square root of the angle defect's size at inner vertices.
-  bool is_flat = false;    ///< Neighbouring faces lie in one plane.
-  bool is_convex = false;  ///< Angle defects at inner vertices are positive.
+  double mean_edge = 0;      ///< Mean length of the faces' sides.
+  double aspect = 1;         ///< Mean over faces of longest edge over height on it, capped.
+  double obtuse = 0;         ///< Mean over faces of minus the cosine of an obtuse angle, if any.
+  double turn = 0;           ///< Root mean square angle between neighbouring faces, in radians.
+  double bend = 0;           ///< Mean square root of the angle defect's size at inner vertices.
+  bool is_flat = false;      ///< Neighbouring faces lie in one plane.
+  bool is_convex = false;    ///< Angle defects at inner vertices are positive.
+  bool has_corners = false;  ///< The border bends inwards somewhere: paths can bend there.
 
   explicit MeshStatistics(const Surface<double>& surface) {
     look_at_faces(surface);
     look_at_vertices(surface);
+    look_at_border(surface);
   }
 
  private:
-  static constexpr Index samples = 2000;
+  static constexpr Index samples = 500;
   static constexpr double largest_aspect = 1e8;
   static constexpr double flat_angle = 1e-9;
+  static constexpr double corner_angle = 0.01;
 
-  static Vec3<double> vector(const Surface<double>& surface, Index h) {
-    return surface.position(surface.tip(h)) - surface.position(surface.origin(h));
+  // Of a half-edge, of unit length, so that no scale overflows; zero where it has no length.
+  static Vec3<double> direction(const Surface<double>& surface, Index h) {
+    const Vec3<double> way = surface.position(surface.tip(h)) - surface.position(surface.origin(h));
+    return surface.length(h) > 0 ? Vec3<double>(way / surface.length(h)) : Vec3<double>::Zero();
   }
   static Vec3<double> normal(const Surface<double>& surface, Index f) {
-    return cross(vector(surface, 3 * f), vector(surface, 3 * f + 1));
+    return cross(direction(surface, 3 * f), direction(surface, 3 * f + 1));
   }
   static double angle(const Vec3<double>& a, const Vec3<double>& b) {
     return std::atan2(cross(a, b).norm(), a.dot(b));
   }
+  // Both ways out of a half-edge's origin in its face.
+  static std::array<Vec3<double>, 2> corner(const Surface<double>& surface, Index h) {
+    return {direction(surface, h), -direction(surface, Surface<double>::previous(h))};
+  }
+
+  // Longest edge over height on it.
+  static double aspect_of(const Surface<double>& surface, Index f) {
+    Index h = 3 * f;
+    for (Index g = 3 * f + 1; g < 3 * f + 3; ++g) {
+      if (surface.length(g) > surface.length(h)) h = g;
+    }
+    const auto [a, b] = corner(surface, h);
+    const double height = surface.length(Surface<double>::previous(h)) * cross(a, b).norm();
+    return height > 0 ? std::min(largest_aspect, surface.length(h) / height) : largest_aspect;
+  }
 
   void look_at_faces(const Surface<double>& surface) {
     const Index stride = 1 + surface.face_count() / samples;
-    double aspects = 0, lengths = 0, turns = 0;
+    double aspects = 0, lengths = 0, turns = 0, cosines = 0;
     Index faces = 0, edges = 0;
     for (Index f = 0; f < surface.face_count(); f += stride, ++faces) {
       const Vec3<double> here = normal(surface, f);
-      double longest = 0;
+      double least_cosine = 0;
       for (Index h = 3 * f; h < 3 * f + 3; ++h) {
         lengths += surface.length(h) / 3;
-        longest = std::max(longest, surface.length(h));
+        const auto [a, b] = corner(surface, h);
+        least_cosine = std::min(least_cosine, a.dot(b));
         const Index t = surface.twin(h);
         if (surface.is_border(h) || !surface.is_manifold(h)) continue;
         // Faces that disagree in orientation turn as if they agreed.
@@ -57,10 +80,12 @@ struct MeshStatistics {
         turns += turned * turned;
         ++edges;
       }
-      aspects += std::min(largest_aspect, longest * longest / here.norm());
+      cosines += least_cosine;
+      aspects += aspect_of(surface, f);
     }
     mean_edge = lengths / faces;
     aspect = aspects / faces;
+    obtuse = -cosines / faces;
     turn = std::sqrt(turns / std::max(Index{1}, edges));
     is_flat = turn < flat_angle;
   }
@@ -70,22 +95,39 @@ struct MeshStatistics {
     double sum = 0;
     Index count = 0, convex = 0;
     for (Index v = 0; v < surface.vertex_count(); v += stride) {
-      double defect = 2 * std::numbers::pi;
-      bool is_inner = !surface.corners(v).empty();
-      for (const Index h : surface.corners(v)) {
-        const Index back = Surface<double>::previous(h);
-        defect -= angle(vector(surface, h), -vector(surface, back));
-        for (const Index side : {h, back}) {
-          is_inner = is_inner && surface.is_manifold(side) && !surface.is_border(side);
-        }
-      }
-      if (!is_inner) continue;
+      if (surface.corners(v).empty() || is_at_border(surface, v)) continue;
+      const double defect = 2 * std::numbers::pi - angle_sum(surface, v);
       sum += std::sqrt(std::abs(defect));
       convex += defect > flat_angle;
       ++count;
     }
     bend = sum / std::max(Index{1}, count);
     is_convex = count > 0 && convex == count;
+  }
+
+  void look_at_border(const Surface<double>& surface) {
+    for (Index h = 0; h < surface.halfedge_count() && !has_corners; ++h) {
+      if (!surface.is_border(h)) continue;
+      has_corners = angle_sum(surface, surface.origin(h)) > std::numbers::pi + corner_angle;
+    }
+  }
+
+  static double angle_sum(const Surface<double>& surface, Index v) {
+    double sum = 0;
+    for (const Index h : surface.corners(v)) {
+      const auto [a, b] = corner(surface, h);
+      sum += angle(a, b);
+    }
+    return sum;
+  }
+
+  static bool is_at_border(const Surface<double>& surface, Index v) {
+    for (const Index h : surface.corners(v)) {
+      for (const Index side : {h, Surface<double>::previous(h)}) {
+        if (!surface.is_manifold(side) || surface.is_border(side)) return true;
+      }
+    }
+    return false;
   }
 };
 
