@@ -390,10 +390,9 @@ std::vector<Case> shape_cases() {
                    {{0.13, 0.5}, {1e-6, 1e-5}, {7e-4, 0.02}, exact, {0.05, 0.2}, {0.05, 0.2}}});
   cases.push_back({"4",
                    "open prism of 6 and 16 sides",
-                   "virtual sources: where two ways are equally long, rounding chooses one, and "
-                   "what it shows behind is lost",
+                   "virtual sources keep one image a vertex, in the plane of one of its faces",
                    prisms,
-                   {{0.2, 0.42}, exact, {0.02, 0.2}, exact, {0.04, 0.1}, {0.04, 0.1}}});
+                   {{0.2, 0.42}, exact, {3e-4, 4e-3}, exact, {0.04, 0.1}, {0.04, 0.1}}});
   cases.push_back({"5",
                    "saddle cone of angle 7 and 9",
                    "rounding of the spokes' positions; heat smooths over the apex",
@@ -403,9 +402,10 @@ std::vector<Case> shape_cases() {
                    {{0.1, 0.42}, {1e-6, 1e-5}, {4e-3, 0.03}, exact, {0.11, 0.3}, {0.11, 0.3}}});
   cases.push_back({"6",
                    "L, U, a hole, a slit",
-                   "fast marching rounds the corners",
+                   "fast marching rounds the corners; virtual sources are not handed through edges "
+                   "with one end in a corner's shadow",
                    rooms,
-                   {{0.17, 0.42}, {8e-3, 0.04}, {2e-3, 0.03}, exact, {0.08, 0.2}, {0.08, 0.2}}});
+                   {{0.17, 0.42}, {8e-3, 0.04}, {2e-3, 0.06}, exact, {0.08, 0.2}, {0.08, 0.2}}});
   cases.push_back({"7",
                    "cube and boxes, corner to corner",
                    "so small that heat's exact part reaches everywhere",
@@ -436,10 +436,9 @@ std::vector<Case> shape_cases() {
                    {{}, {3e-5, 1.5e-3}, {1e-9, 2e-8}, up_to(1e-15), {}, {0.04, 0.21}}});
   cases.push_back({"11",
                    "faces without area, on the border and inside",
-                   "virtual sources do not see through such a face; fast marching lengthens its "
-                   "edges by 1e-8",
+                   "fast marching lengthens such a face's edges by 1e-8",
                    caps,
-                   {{0.2, 0.42}, {4e-7, 2e-5}, {0.05, 0.5}, exact, {0.04, 0.22}, {0.04, 0.2}}});
+                   {{0.2, 0.42}, {4e-7, 2e-5}, exact, exact, {0.04, 0.22}, {0.04, 0.2}}});
   cases.push_back({"12",
                    "an edge of no length",
                    "fast marching makes it 1e-8 long",
