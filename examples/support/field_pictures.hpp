@@ -15,6 +15,7 @@
 #include "gelight/light/field.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/surface.hpp"
+#include "scale.hpp"
 
 // Pictures of distances and directions on a surface.
 
@@ -30,21 +31,6 @@ inline Rgb8 to_rgb8(const Colour& colour, double light) {
     return static_cast<std::uint8_t>(std::clamp(255 * c * light, 0.0, 255.0));
   };
   return {channel(colour.red), channel(colour.green), channel(colour.blue)};
-}
-
-/// A colour between dark blue (0) and pale yellow (1), lighter with every step.
-inline Colour sequential_colour(double share) {
-  static constexpr std::array<Colour, 5> stops{{{0.15, 0.18, 0.45},
-                                                {0.13, 0.45, 0.55},
-                                                {0.25, 0.68, 0.50},
-                                                {0.68, 0.84, 0.40},
-                                                {0.99, 0.96, 0.72}}};
-  const double at = std::clamp(share, 0.0, 1.0) * (stops.size() - 1);
-  const auto low = std::min(static_cast<std::size_t>(at), stops.size() - 2);
-  const double t = at - static_cast<double>(low);
-  const Colour &a = stops[low], &b = stops[low + 1];
-  return {a.red + t * (b.red - a.red), a.green + t * (b.green - a.green),
-          a.blue + t * (b.blue - a.blue)};
 }
 
 /// A membrane as someone sees it who stands beside it: its axis upright, turned by `turn` about it.
@@ -91,7 +77,7 @@ class OutsideView {
         const Vec3<double> normal =
             rotation_ * gelight::detail::face_normal(surface, raster_.face(u, v)).normalized();
         const double light = 0.55 + 0.45 * std::abs(normal.z());
-        picture(u, v) = to_rgb8(sequential_colour((band(d) + 0.5) * spacing / farthest),
+        picture(u, v) = to_rgb8(band_colour((band(d) + 0.5) * spacing / farthest),
                                 on_line ? 0.35 * light : light);
       }
     }

@@ -13,23 +13,9 @@
 #include "gelight/image/raster.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/views/mesh_view.hpp"
+#include "scale.hpp"
 
 // Pictures of what is on a surface: values as bands of colour, paths, arrows.
-
-/// A colour between dark blue (0) and pale yellow (1).
-inline Colour band_colour(double share) {
-  static constexpr std::array<Colour, 5> stops{{{0.15, 0.18, 0.45},
-                                                {0.13, 0.45, 0.55},
-                                                {0.25, 0.68, 0.50},
-                                                {0.68, 0.84, 0.40},
-                                                {0.99, 0.96, 0.72}}};
-  const double at = std::clamp(share, 0.0, 1.0) * (stops.size() - 1);
-  const auto low = std::min(static_cast<std::size_t>(at), stops.size() - 2);
-  const double t = at - static_cast<double>(low);
-  const Colour &a = stops[low], &b = stops[low + 1];
-  return {a.red + t * (b.red - a.red), a.green + t * (b.green - a.green),
-          a.blue + t * (b.blue - a.blue)};
-}
 
 /// A mesh as someone sees it from far away: turned about its z axis, then seen from above (tilt 0),
 /// from the side (tilt pi/2) or from between. It fills the box of the page that it is given.

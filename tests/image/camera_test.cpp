@@ -8,18 +8,15 @@
 #include <string>
 
 #include "reference.hpp"
+#include "support/refusal.hpp"
 
 using namespace gelight;
 
 namespace {
 
 std::string refusal(const Camera<double>& camera) {
-  try {
-    (void)unproject(Image<double>(camera.width, camera.height, 1.0), camera);
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal(
+      [&] { (void)unproject(Image<double>(camera.width, camera.height, 1.0), camera); });
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <iterator>
 #include <string>
 
+#include "support/refusal.hpp"
+
 using namespace gelight;
 
 namespace {
@@ -27,12 +29,7 @@ Image<Rgb8> gradient() {
 }
 
 std::string refusal(const std::string& path) {
-  try {
-    (void)read_png(path);
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { (void)read_png(path); });
 }
 
 }  // namespace

@@ -8,7 +8,10 @@
 #include <fstream>
 #include <string>
 
+#include "support/refusal.hpp"
+
 using namespace gelight;
+using test::contains;
 
 namespace {
 
@@ -32,16 +35,7 @@ std::string saved(const std::string& name, const std::string& bytes) {
 
 template <class P>
 std::string refusal(const std::string& path) {
-  try {
-    (void)read_npy<P>(path);
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
+  return test::refusal([&] { (void)read_npy<P>(path); });
 }
 
 }  // namespace

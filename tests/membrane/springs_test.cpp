@@ -10,7 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "support/refusal.hpp"
+
 using namespace gelight;
+using test::refusal;
 
 namespace {
 
@@ -45,16 +48,6 @@ double borne(const SpringBed<double>& bed, const SpringContact<double>& contact)
 std::size_t touching(const SpringContact<double>& contact) {
   const auto& marks = contact.touching.pixels();
   return static_cast<std::size_t>(std::count(marks.begin(), marks.end(), 1));
-}
-
-template <class Make>
-std::string refusal(const Make& make) {
-  try {
-    make();
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "accepted";
 }
 
 // The displacement by another way: with the gaps sorted, the force is known at each of them.

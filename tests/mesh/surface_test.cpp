@@ -8,6 +8,7 @@
 #include <string>
 
 #include "gelight/views/mesh_view.hpp"
+#include "support/refusal.hpp"
 
 using gelight::Index;
 using gelight::InvalidInput;
@@ -22,12 +23,7 @@ Mesh<double> tetrahedron() {
 }
 
 std::string message_of(const Mesh<double>& mesh) {
-  try {
-    Surface surface(mesh);
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "accepted";
+  return gelight::test::refusal([&] { Surface surface(mesh); });
 }
 
 }  // namespace

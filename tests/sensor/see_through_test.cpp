@@ -13,8 +13,10 @@
 
 #include "gelight/image/plane_fit.hpp"
 #include "gelight/shading/shadow.hpp"
+#include "support/refusal.hpp"
 
 using namespace gelight;
+using test::refusal;
 
 namespace {
 
@@ -68,16 +70,6 @@ int worst(const Image<Rgb8>& a, const Image<Rgb8>& b) {
 
 std::uint8_t to_level(double share) {
   return static_cast<std::uint8_t>(std::clamp(255 * share, 0.0, 255.0));
-}
-
-template <class Make>
-std::string refusal(const Make& make) {
-  try {
-    make();
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "accepted";
 }
 
 }  // namespace

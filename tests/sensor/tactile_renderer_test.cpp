@@ -12,8 +12,11 @@
 #include <vector>
 
 #include "reference.hpp"
+#include "support/refusal.hpp"
 
 using namespace gelight;
+using test::contains;
+using test::refusal;
 
 namespace {
 
@@ -182,20 +185,6 @@ int pixels_off(const Image<Rgb8>& a, const Image<Rgb8>& b, int by) {
   return count;
 }
 
-template <class Make>
-std::string refusal(const Make& make) {
-  try {
-    make();
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 }  // namespace
 
 TEST_CASE("the frame is its parts, one after the other") {
@@ -223,6 +212,65 @@ TEST_CASE("what is computed only where the contact changed something is the whol
                                 TactileOptions{.skip_unchanged = false});
     CHECK(sparse.render(contact) == dense.render(contact));
     CHECK(sparse.rest_image() == dense.rest_image());
+  }
+}
+
+TEST_CASE("a sequence in which each frame is computed where it differs from the last") {
+  // Wide enough that most of it keeps out of a change's reach.
+  const Camera<float> eye{100, 100, 124.5f, 74.5f, 250, 150};
+  const auto flat = [&](float x, float y) { return 0.03f + 2e-5f * x - 1e-5f * y; };
+  Image<float> rest(250, 150), masked(250, 150);
+  for (Index y = 0; y < 150; ++y) {
+    for (Index x = 0; x < 250; ++x) {
+      rest(x, y) = flat(static_cast<float>(x), static_cast<float>(y));
+      masked(x, y) = x < 230 ? rest(x, y) : 0;
+    }
+  }
+  const auto dent = [&](Image<float> depth, Index u, Index v, Index size) {
+    for (Index y = v; y < std::min(Index{150}, v + size); ++y) {
+      for (Index x = u; x < std::min(Index{250}, u + size); ++x) depth(x, y) -= 0.001f;
+    }
+    return depth;
+  };
+  const auto resting = dent(rest, 30, 40, 25), two = dent(resting, 200, 100, 1);
+  auto holed = two, far = two;
+  for (Index x = 190; x < 205; ++x) holed(x, 98) = std::numeric_limits<float>::quiet_NaN();
+  far(120, 10) += 0.5f;
+  const std::vector<Image<float>> contacts{resting,
+                                           resting,
+                                           two,
+                                           dent(resting, 201, 100, 1),
+                                           dent(resting, 249, 149, 1),
+                                           holed,
+                                           holed,
+                                           two,
+                                           far,
+                                           dent(two, 0, 0, 250),
+                                           two,
+                                           masked,
+                                           rest,
+                                           far,
+                                           rest,
+                                           dent(rest, 100, 70, 3)};
+  std::vector<Light<float>> lights{
+      {Image<Vec3<float>>(250, 150, Vec3<float>(0.8f, 0.6f, 0)), {1, 0.4f, 0}},
+      {Image<Vec3<float>>(250, 150, Vec3<float>(0, -1, 0)), {0, 0.2f, 1}}};
+  std::vector<TactileOptions> all(6);
+  all[1].smoothing_sigma = 0;
+  all[2] = TactileOptions::as_published(true);
+  all[3].darkening = 0.5;
+  all[4].smoothing_radius = 3;
+  all[5].smoothing_radius = 200;
+  for (const auto& membrane : {rest, masked}) {
+    for (const auto& options : all) {
+      const TactileRenderer renderer(eye, membrane, lights, {}, options);
+      auto frame = renderer.rest_frame();
+      CHECK(frame.image == renderer.rest_image());
+      for (const auto& contact : contacts) {
+        renderer.render_next_into(frame, contact);
+        CHECK(frame.image == renderer.render(contact));
+      }
+    }
   }
 }
 
@@ -526,6 +574,13 @@ TEST_CASE("input that cannot be used is refused by name, before anything is writ
         "the output image lies in the memory of the depth image");
   CHECK(refusal([&] { renderer.render_into(within, ImageView<const double>(depth)); }) !=
         "accepted");
+  TactileFrame<double> frame{Image<double>(2, 2), out};
+  CHECK(refusal([&] { renderer.render_next_into(frame, rest); }) ==
+        "the frame's depth image is 2 x 2 pixels, the camera's image 72 x 56");
+  frame = {rest, small};
+  CHECK(refusal([&] { renderer.render_next_into(frame, depth); }) ==
+        "the frame's image is 2 x 2 pixels, the camera's image 72 x 56");
+  CHECK(frame.image == small);
   CHECK(out == Image<Rgb8>(width, height, {9, 9, 9}));
   CHECK(small == Image<Rgb8>(2, 2, {9, 9, 9}));
   CHECK(depth == rest);

@@ -14,9 +14,11 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/transport/vector_heat.hpp"
+#include "support/refusal.hpp"
 
 using namespace gelight;
 using std::numbers::pi;
+using test::refusal;
 using Vec = Vec3<double>;
 
 namespace {
@@ -63,15 +65,6 @@ double defect_of(const Surface<double>& surface, Index v) {
 }
 
 double angle_between(const Vec& a, const Vec& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
-
-std::string message(auto&& act) {
-  try {
-    act();
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "accepted";
-}
 
 }  // namespace
 
@@ -253,10 +246,10 @@ TEST_CASE("bad input is refused by name") {
   CHECK_THROWS_AS((void)transport.along({}, Vec(1, 0, 0)), InvalidInput);
   CHECK_THROWS_AS((void)transport.along({a, b}, Vec(nan, 0, 0)), InvalidInput);
   CHECK_THROWS_AS((void)transport.along({a, vertex_point<double>(99)}, Vec(1, 0, 0)), InvalidInput);
-  CHECK(message([&] {
+  CHECK(refusal([&] {
           (void)transport.along({a, b, vertex_point<double>(3)}, Vec(1, 0, 0));
         }) == "no face holds both points 1 and 2 of the path");
-  CHECK(message([&] {
+  CHECK(refusal([&] {
           (void)transport.holonomy({a, b});
         }).find("does not end") != std::string::npos);
   auto flipped = mesh;

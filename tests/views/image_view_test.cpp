@@ -6,18 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "support/refusal.hpp"
+
 using namespace gelight;
+using test::refusal;
 
 namespace {
-
-std::string refusal(const auto& make) {
-  try {
-    make();
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "accepted";
-}
 
 Image<int> numbered(Index width, Index height) {
   Image<int> image(width, height);
