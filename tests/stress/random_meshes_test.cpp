@@ -267,7 +267,7 @@ Mesh<double> random_mesh(Random& random) {
       mesh.positions.push_back(p);
     }
   }
-  if (happens(0.2)) {  // a face without area on an edge
+  for (int faces = 0; faces < 3 && happens(0.3); ++faces) {  // without area, on an edge
     const auto face = mesh.faces[random_face()];
     const auto p = mesh.position(face[0]), q = mesh.position(face[1]);
     const double t = happens(0.3) ? 0 : 0.5;  // also with an edge of no length
@@ -275,8 +275,8 @@ Mesh<double> random_mesh(Random& random) {
     mesh.positions.push_back(
         {p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]), p[2] + t * (q[2] - p[2])});
   }
-  if (happens(0.1)) {  // places that fall together, or on one line
-    const double step = happens(0.5) ? 1.0 : 0.5;
+  if (happens(0.2)) {  // places that fall together, or on one line
+    const double step = happens(0.3) ? 1.0 : happens(0.5) ? 0.5 : 0.25;
     for (auto& p : mesh.positions) {
       for (double& x : p) x = std::round(x / step) * step;
     }

@@ -434,7 +434,12 @@ class ExactField {
     if (end.back.size() > 1) return unit(end.back[1], end.back[0]);
     if (end.last.entry == Arrival::none) return Vec3<double>::Zero();
     if (end.last.entry < 0) return unit(beginning(end), end.point);
-    return in_space(end.last.entry, end.at - end.last.image);
+    return in_space(end.last.entry, end.at - line_start(end.last));
+  }
+
+  // Where the last straight line to an end begins, in the frame of the half-edge it crosses.
+  static Vec2<double> line_start(const Arrival& last) {
+    return last.is_straight() ? last.image : Vec2<double>(last.bend, 0);
   }
 
   [[nodiscard]] Vec3<double> unit(const Point& from, const Point& to) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -39,7 +40,8 @@ class Trace {
 
   /// The path from a vertex to the source, after what is there already.
   [[nodiscard]] std::vector<Point> from_vertex(Index vertex, std::vector<Point> path) const {
-    while (vertex >= 0) {
+    // Every vertex on the way is nearer than the one before, or by rounding they would be endless.
+    for (Index left = surface_.vertex_count(); vertex >= 0 && left > 0; --left) {
       append(path, vertex_point<double>(vertex));
       const Arrival& last = arrivals_[vertex];
       const Vec2<double> at = last.entry < 0 ? Vec2<double>(0, 0) : faces_.apex(last.entry);
@@ -50,6 +52,8 @@ class Trace {
 
  private:
   static constexpr Index arrived = -1;
+  // Round the tip of a needle a window may have gone many times, at no length.
+  static constexpr std::int64_t most_laps = 1000;
   // A vertex beside the path is on it when the way by it is longer by rounding of the whole only.
   static constexpr double rounding = 16 * std::numeric_limits<double>::epsilon();
 
@@ -77,11 +81,14 @@ class Trace {
                     std::vector<Point>& path) const {
     Index h = last.entry, origin = last.origin;
     Vec2<double> image = last.image;
+    double bend = last.bend;
     const double start = origins_[last.origin].start;
     const double tie = rounding * (start + (at - image).norm());
-    for (Index faces = surface_.face_count(); faces > 0; --faces) {
+    for (std::int64_t left = most_laps * surface_.face_count(); left > 0; --left) {
       const double length = surface_.length(h);
-      const double x = crossing(at, image, length);
+      if (length == 0) return nearer_end(h, 0, distance);
+      const double x = bend < 0 ? crossing(at, image, length) : bend;
+      bend = Arrival::straight;
       const bool near_origin = 2 * x < length;
       const Index beside = near_origin ? surface_.origin(h) : surface_.tip(h);
       const double gap = near_origin ? x : length - x;
@@ -120,18 +127,39 @@ class Trace {
   // The line from `at` on half-edge h to the image beyond h's face: returns the half-edge by which
   // it leaves the face, with both points in its frame.
   Index step(Index h, Vec2<double>& at, Vec2<double>& image) const {
-    const Vec2<double> apex = faces_.apex(h);
+    const Vec2<double> apex = faces_.apex(h), tip(surface_.length(h), 0);
+    const Side left = side(Mesh::previous(h), apex, {0, 0}, at, image);
+    const Side right = side(Mesh::next(h), tip, apex, at, image);
     const Vec2<double> to_image = image - at, to_apex = apex - at;
-    const bool right = to_image.x() * to_apex.y() - to_image.y() * to_apex.x() > 0;
-    const Vec2<double> tip(surface_.length(h), 0);
-    const Vec2<double> from = right ? tip : apex;
-    const Vec2<double> along =
-        (right ? Vec2<double>(apex - tip) : Vec2<double>(-apex)).normalized();
-    for (Vec2<double>* point : {&at, &image}) {
-      const Vec2<double> d = *point - from;
-      *point = {along.dot(d), along.x() * d.y() - along.y() * d.x()};
-    }
-    return right ? Mesh::next(h) : Mesh::previous(h);
+    const bool is_right = to_image.x() * to_apex.y() - to_image.y() * to_apex.x() > 0;
+    // Where the image lies on a side, or the line runs along one, its direction is rounding.
+    const Side &aimed = is_right ? right : left, &other = is_right ? left : right;
+    const bool misses = other.way + rounding * (other.way + surface_.length(h)) < aimed.way;
+    const Side& out = misses ? other : aimed;
+    at = out.at;
+    image = out.image;
+    return out.halfedge;
+  }
+
+  struct Side {
+    Index halfedge;
+    Vec2<double> at, image;  // in its frame
+    double way;              // from one to the other through it
+  };
+
+  [[nodiscard]] Side side(Index h, const Vec2<double>& from, const Vec2<double>& to,
+                          const Vec2<double>& at, const Vec2<double>& image) const {
+    const double length = surface_.length(h);
+    if (length == 0) return {h, at, image, unreachable<double>};
+    const Vec2<double> along = (to - from).normalized();
+    const auto turned = [&](const Vec2<double>& p) -> Vec2<double> {
+      const Vec2<double> d = p - from;
+      return {along.dot(d), along.x() * d.y() - along.y() * d.x()};
+    };
+    Side out{h, turned(at), turned(image), 0};
+    const Vec2<double> bend(crossing(out.at, out.image, length), 0);
+    out.way = (out.at - bend).norm() + (bend - out.image).norm();
+    return out;
   }
 
   // The end of h by which a point x along it is reached, if it is nearer than `distance`.

@@ -72,7 +72,6 @@ class FaceCrossing {
       nearest_.distance = distance_[i];
       nearest_.window = i;
     }
-    if (!is_straight(list, nearest_.window)) prefer_straight(list);
     const std::ptrdiff_t n = nearest_.window;
     nearest_.crossing = std::clamp(aim_[n], list.begin[n], list.end[n]);
     nearest_.is_straight = nearest_.crossing == aim_[n];
@@ -158,8 +157,6 @@ class FaceCrossing {
  private:
   // A window of fewer units in the last place is no window.
   static constexpr double narrow = 4 * std::numeric_limits<double>::epsilon();
-  // Ways that differ by fewer are equally long.
-  static constexpr double tied = 16 * std::numeric_limits<double>::epsilon();
 
   static std::ptrdiff_t compact(const WindowList& list, std::ptrdiff_t first, std::ptrdiff_t count,
                                 double length, const WindowColumns& out) {
@@ -171,20 +168,6 @@ class FaceCrossing {
       ++kept;
     }
     return kept;
-  }
-
-  [[nodiscard]] bool is_straight(const WindowList& list, std::ptrdiff_t i) const {
-    return aim_[i] >= list.begin[i] && aim_[i] <= list.end[i];
-  }
-
-  // A way that bends at the end of a window, where a vertex lies in the middle of an edge, ties
-  // with a straight one from that vertex; only the straight one can be followed back.
-  void prefer_straight(const WindowList& list) {
-    const double tie = nearest_.distance * (1 + tied);
-    for (std::ptrdiff_t i = 0; i < size_; ++i) {
-      if (distance_[i] <= tie && is_straight(list, i)) nearest_.window = i;
-    }
-    nearest_.distance = distance_[nearest_.window];
   }
 
   double base_ = 0;

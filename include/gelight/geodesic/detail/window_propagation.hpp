@@ -38,11 +38,17 @@ struct Origin {
 struct Arrival {
   /// What `entry` is where the piece lies in one face or along an edge.
   static constexpr Index from_source = -1, from_vertex = -2, none = -3;
+  /// What `bend` is where the piece is straight.
+  static constexpr double straight = -1;
 
   Vec2<double> image{0, 0};  // where the piece begins, unfolded into the frame of `entry`
   Index entry = none;        // the half-edge by which it enters its last face
   Index origin = -1;         // its origin; from_source: the source; from_vertex: the vertex
-  bool is_straight = true;   // or bent where it enters the last face, at the end of a window
+  // Where on `entry` the piece bends, at the end of a window: rounding, or a vertex in the middle
+  // of an edge.
+  double bend = straight;
+
+  [[nodiscard]] bool is_straight() const { return bend < 0; }
 };
 
 /// A point to be reached: the corners of where it lies, and its distance from each.
@@ -211,11 +217,7 @@ class WindowPropagation {
   }
 
   void arrive(Index vertex, double distance, const Arrival& last) {
-    if (improves(vertex, distance)) return set(vertex, distance, last);
-    // A bent piece ties with a straight one where its window ends at a vertex in the middle of an
-    // edge; only the straight one can be followed back.
-    const bool ties = distance <= distances[vertex] * (1 + 4 * rounding);
-    if (ties && last.is_straight && !arrivals[vertex].is_straight) arrivals[vertex] = last;
+    if (improves(vertex, distance)) set(vertex, distance, last);
   }
 
   void set(Index vertex, double distance, const Arrival& last) {
@@ -291,7 +293,7 @@ class WindowPropagation {
   void bend(Index vertex, const Origin& from) {
     const Arrival& last = arrivals[vertex];
     const bool is_plain = faces_->bend(vertex) == PlanarFaces::Bend::saddle;
-    if (!is_plain || !last.is_straight || last.entry == Arrival::from_source) {
+    if (!is_plain || !last.is_straight() || last.entry == Arrival::from_source) {
       return emit_everywhere(vertex, from);
     }
     Index corner = -1;
@@ -473,14 +475,14 @@ class WindowPropagation {
 
   void reach_apex(Index h, const FaceCrossing::Nearest& nearest) {
     const std::ptrdiff_t n = nearest.window;
-    Arrival last{{list_.x[n], list_.y[n]}, h, list_.origin[n], nearest.is_straight};
-    // Bent at an end of the half-edge, the last piece is the side of the face from there.
-    if (!nearest.is_straight && nearest.crossing == 0) {
+    Arrival last{{list_.x[n], list_.y[n]}, h, list_.origin[n]};
+    if (!nearest.is_straight) last.bend = nearest.crossing;
+    // Bent at an end of the half-edge, the last piece is the side of the face from there. Where it
+    // has no length, its ends must not be each other's way to the source.
+    if (last.bend == 0 && surface_->length(Mesh::previous(h)) > 0) {
       last = {{0, 0}, Arrival::from_vertex, surface_->origin(h)};
-    } else if (!nearest.is_straight && nearest.crossing == surface_->length(h)) {
+    } else if (last.bend == surface_->length(h) && surface_->length(Mesh::next(h)) > 0) {
       last = {{0, 0}, Arrival::from_vertex, surface_->tip(h)};
-    } else if (!nearest.is_straight && limits_->ring < unreachable<double>) {
-      return;  // bent where a neighbour ended behind its ring: no path is traced back so
     }
     arrive(surface_->apex(h), nearest.distance, last);
   }
