@@ -52,6 +52,7 @@
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/bake.hpp"
 #include "gelight/sensor/noise.hpp"
+#include "gelight/sensor/presets.hpp"
 #include "gelight/sensor/see_through.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "gelight/shading/phong.hpp"
