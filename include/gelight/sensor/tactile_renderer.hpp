@@ -16,6 +16,7 @@
 #include "gelight/image/filter.hpp"
 #include "gelight/image/normals.hpp"
 #include "gelight/sensor/background.hpp"
+#include "gelight/sensor/detail/changed_blocks.hpp"
 #include "gelight/sensor/detail/light_check.hpp"
 #include "gelight/sensor/detail/membrane_rows.hpp"
 #include "gelight/sensor/detail/output.hpp"
@@ -63,6 +64,13 @@ struct TactileOptions {
   }
 };
 
+/// A depth map of what touches the membrane, and the image that a TactileRenderer made of it.
+template <std::floating_point T>
+struct TactileFrame {
+  Image<T> depth;     ///< in the unit of the renderer's rest depth
+  Image<Rgb8> image;  ///< of the camera's size, like the depth
+};
+
 /// Renders the image that the camera inside an optical tactile sensor takes of its lit membrane.
 ///
 /// For every frame: the membrane is pressed in by whatever is nearer than its rest depth, and
@@ -95,7 +103,7 @@ class TactileRenderer {
                   options.clip_to_rest),
         shading_(shaded_rows(camera, rest_depth, lights, background, options)),
         rest_image_(camera.width, camera.height) {
-    render_all(rest_image_, rest_depth, true);
+    render_all(rest_image_, rest_depth, Extent::everything);
   }
 
   /// The camera that it was built with.
@@ -123,15 +131,44 @@ class TactileRenderer {
     detail::require_camera_size(depth, camera_, "the depth image");
     detail::require_camera_size(out, camera_, "the output image");
     detail::require_apart(out, depth, "the depth image");
-    render_all(out, depth, !options_.skip_unchanged);
+    render_all(out, depth, options_.skip_unchanged ? Extent::not_at_rest : Extent::everything);
+  }
+
+  /// The frame of the membrane that nothing touches, to begin a sequence with.
+  [[nodiscard]] TactileFrame<T> rest_frame() const {
+    TactileFrame<T> frame{Image<T>(camera_.width, camera_.height), rest_image_};
+    for (Index y = 0; y < camera_.height; ++y) {
+      std::copy_n(membrane_.rest(y), camera_.width, frame.depth.row(y));
+    }
+    return frame;
+  }
+
+  /// Makes a frame of this renderer the next one of a sequence, that of `depth`: computes only what
+  /// differs from before. Its image is what `render(depth)` gives, bit for bit. Throws
+  /// InvalidInput, before anything is written, for a frame or depth image of another size than the
+  /// camera's.
+  template <ImageOf<T> D>
+  void render_next_into(TactileFrame<T>& frame, const D& depth) const {
+    detail::require_camera_size(depth, camera_, "the depth image");
+    detail::require_camera_size(frame.depth, camera_, "the frame's depth image");
+    detail::require_camera_size(frame.image, camera_, "the frame's image");
+    detail::require_apart(frame.image, depth, "the depth image");
+    lend_workspace([&](Workspace& work) {
+      if (!work.changes.update(frame.depth, depth, work.membrane.buffer.data())) return;
+      render_wide(frame.image, frame.depth, Extent::changed, work);
+    });
   }
 
  private:
+  /// What is computed of a frame; the rest of it is at rest, or as it was.
+  enum class Extent : std::uint8_t { everything, not_at_rest, changed };
+
   struct Workspace {
     typename detail::MembraneRows<T>::Workspace membrane;
     typename detail::ShadedRows<T>::Workspace shading;
     std::vector<T> kept;        // of each pixel of a row: the share of ambient light that is left
     std::vector<char> changed;  // of each block of a row
+    detail::ChangedBlocks changes;
     std::vector<detail::Run> runs;
   };
 
@@ -176,53 +213,94 @@ class TactileRenderer {
 
   [[nodiscard]] Workspace make_workspace() const {
     const auto blocks = static_cast<std::size_t>(detail::block_count(camera_.width));
-    Workspace work{membrane_.make_workspace(), shading_.make_workspace(), {}, {}, {}};
+    Workspace work{membrane_.make_workspace(),
+                   shading_.make_workspace(),
+                   {},
+                   {},
+                   detail::ChangedBlocks(camera_.width, camera_.height),
+                   {}};
     work.kept.resize(static_cast<std::size_t>(camera_.width));
     work.changed.resize(blocks);
     work.runs.reserve(blocks);
     return work;
   }
 
-  template <class D>
-  void render_all(ImageView<Rgb8> out, const D& depth, bool everything) const {
-    workspaces_.lend([this] { return make_workspace(); },
-                     [&](Workspace& work) {
-                       if (detail::has_wide_registers()) {
-                         render_rows_wide(out, depth, everything, work);
-                       } else {
-                         render_rows(out, depth, everything, work);
-                       }
-                     });
+  template <class Work>
+  void lend_workspace(const Work& use) const {
+    workspaces_.lend([this] { return make_workspace(); }, use);
   }
 
   template <class D>
-  GELIGHT_WIDE void render_rows_wide(ImageView<Rgb8> out, const D& depth, bool everything,
+  void render_all(ImageView<Rgb8> out, const D& depth, Extent extent) const {
+    lend_workspace([&](Workspace& work) { render_wide(out, depth, extent, work); });
+  }
+
+  template <class D>
+  void render_wide(ImageView<Rgb8> out, const D& depth, Extent extent, Workspace& work) const {
+    if (detail::has_wide_registers()) {
+      render_rows_wide(out, depth, extent, work);
+    } else {
+      render_rows(out, depth, extent, work);
+    }
+  }
+
+  template <class D>
+  GELIGHT_WIDE void render_rows_wide(ImageView<Rgb8> out, const D& depth, Extent extent,
                                      Workspace& work) const {
-    render_rows(out, depth, everything, work);
+    render_rows(out, depth, extent, work);
   }
 
   // Every row goes down the pipeline as soon as the rows that it needs are there, so that all is
   // still in cache: press (smooth along) -> bulge (smooth down) -> normals -> shade -> out.
   template <class D>
-  void render_rows(ImageView<Rgb8> out, const D& depth, bool everything, Workspace& work) const {
+  void render_rows(ImageView<Rgb8> out, const D& depth, Extent extent, Workspace& work) const {
     constexpr Index band = detail::MembraneRows<T>::band;
     const Index height = camera_.height;
     Index pressed = 0, shaded = 0;
-    membrane_.start(work.membrane, everything);
+    membrane_.start(work.membrane, extent == Extent::everything);
     for (Index bulged = 0; bulged < height; bulged += band) {
       const Index needed = std::min(height, bulged + band + membrane_.radius());
-      for (; pressed < needed; ++pressed) membrane_.press(work.membrane, depth, pressed);
-      membrane_.bulge(work.membrane, depth, bulged);
+      for (; pressed < needed; ++pressed) press_row(depth, extent, work, pressed);
+      bulge_band(depth, extent, work, bulged);
       const Index ready = bulged + band < height ? bulged + band - 1 : height;
-      for (; shaded < ready; ++shaded) render_row(out, depth, everything, work, shaded);
+      for (; shaded < ready; ++shaded) render_row(out, depth, extent, work, shaded);
     }
   }
 
+  // How far a changed depth reaches: it moves the membrane within the Gaussian's radius, which
+  // turns normals a pixel further, for which the membrane is needed a pixel further, for which
+  // depths are needed within the radius again.
+  [[nodiscard]] Index block_reach() const {
+    return (membrane_.radius() + detail::block_size - 1) / detail::block_size;
+  }
+
   template <class D>
-  void render_row(ImageView<Rgb8> out, const D& depth, bool everything, Workspace& work,
+  void press_row(const D& depth, Extent extent, Workspace& work, Index y) const {
+    if (extent != Extent::changed) return membrane_.press(work.membrane, depth, y);
+    work.changes.mark_near(work.changed, y, y, 2 * membrane_.radius() + 2, block_reach() + 2);
+    if (std::find(work.changed.begin(), work.changed.end(), char{1}) == work.changed.end()) {
+      return membrane_.leave_out(work.membrane, y);
+    }
+    membrane_.press(work.membrane, depth, y, work.changed.data());
+  }
+
+  template <class D>
+  void bulge_band(const D& depth, Extent extent, Workspace& work, Index y) const {
+    if (extent != Extent::changed) return membrane_.bulge(work.membrane, depth, y);
+    work.changes.mark_near(work.changed, y, y + detail::MembraneRows<T>::band - 1,
+                           membrane_.radius() + 2, block_reach() + 2);
+    membrane_.bulge(work.membrane, depth, y, work.changed.data());
+  }
+
+  template <class D>
+  void render_row(ImageView<Rgb8> out, const D& depth, Extent extent, Workspace& work,
                   Index y) const {
-    if (!everything) copy_rest(out, y);
-    membrane_.mark_changed(work.membrane, y, work.changed);
+    if (extent == Extent::changed) {
+      work.changes.mark_near(work.changed, y, y, membrane_.radius() + 1, block_reach() + 1);
+    } else {
+      if (extent == Extent::not_at_rest) copy_rest(out, y);
+      membrane_.mark_changed(work.membrane, y, work.changed);
+    }
     detail::gather_runs(work.runs, work.changed, camera_.width);
     if (work.runs.empty()) return;
     const bool darkens = options_.darkening > 0;

@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -222,14 +223,13 @@ class MembraneRows {
     std::fill(work.holes.begin(), work.holes.end(), char{0});
   }
 
-  /// Takes in row y of the contact's depth, after row y - 1.
+  /// Takes in row y of the contact's depth, after row y - 1. Of the blocks that `wanted` does not
+  /// mark, if there is one, nothing needs to be known.
   template <ImageOf<T> D>
-  void press(Workspace& work, const D& image, Index y) const {
+  void press(Workspace& work, const D& image, Index y, const char* wanted = nullptr) const {
     const T* const depth = row_of(image, y, work.buffer.data(), width_);
     if (!work.everything && row_is_at_rest(depth, rest(y), allowed_, width_)) {
-      work.across.clear(y);
-      work.missing.clear(y);
-      return;
+      return leave_out(work, y);
     }
     press_holes(work, depth, y);
     T* const protrusion = work.padded.data() + radius_;
@@ -239,15 +239,24 @@ class MembraneRows {
       if (work.touched[b] != 0) work.newest[b] = y;
     }
     if (radius_ == 0) return;
+    if (wanted != nullptr) keep_marks(work.touched.data(), wanted, std::ssize(work.touched));
     gather_runs(work.runs, work.touched, width_);
     work.across.set(y, [&](T* out) { smooth_along(work, out); });
   }
 
-  /// Makes the band of rows from y on, once row y + band - 1 + radius (or the last one) is in.
+  /// Takes in a row of which nothing needs to be known.
+  void leave_out(Workspace& work, Index y) const {
+    work.across.clear(y);
+    work.missing.clear(y);
+  }
+
+  /// Makes the band of rows from y on, once row y + band - 1 + radius (or the last one) is in; only
+  /// the blocks that `wanted` marks, if there is one.
   template <ImageOf<T> D>
-  void bulge(Workspace& work, const D& image, Index y) const {
+  void bulge(Workspace& work, const D& image, Index y, const char* wanted = nullptr) const {
     auto& moved = work.moved[static_cast<std::size_t>(y / band % 2)];
     for (std::size_t b = 0; b < moved.size(); ++b) moved[b] = work.newest[b] >= y - radius_;
+    if (wanted != nullptr) keep_marks(moved.data(), wanted, std::ssize(moved));
     gather_runs(work.runs, moved, width_);
     if (radius_ > 0) fill_border(work, y);
     if (radius_ > 0 && !work.runs.empty()) smooth_down(work, y);

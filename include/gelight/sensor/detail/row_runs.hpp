@@ -46,11 +46,21 @@ inline void gather_runs(std::vector<Run>& runs, const std::vector<char>& marks, 
   }
 }
 
+/// Marks also what is marked in `more`.
+inline void add_marks(char* __restrict marks, const char* more, std::ptrdiff_t count) {
+  for (std::ptrdiff_t b = 0; b < count; ++b) marks[b] |= more[b];
+}
+
 /// Marks also what is marked in `more`, and its neighbours.
 inline void mark_around(char* __restrict marks, const char* more, std::ptrdiff_t count) {
-  for (std::ptrdiff_t b = 0; b < count; ++b) marks[b] |= more[b];
-  for (std::ptrdiff_t b = 1; b < count; ++b) marks[b] |= more[b - 1];
-  for (std::ptrdiff_t b = 1; b < count; ++b) marks[b - 1] |= more[b];
+  add_marks(marks, more, count);
+  add_marks(marks + 1, more, count - 1);
+  add_marks(marks, more + 1, count - 1);
+}
+
+/// Takes away the marks that `kept` has not.
+inline void keep_marks(char* __restrict marks, const char* kept, std::ptrdiff_t count) {
+  for (std::ptrdiff_t b = 0; b < count; ++b) marks[b] &= kept[b];
 }
 
 /// Takes a run apart at the edges of the tiles.
