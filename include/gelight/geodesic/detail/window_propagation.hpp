@@ -444,7 +444,7 @@ class WindowPropagation {
     if (limits_->ring < unreachable<double>) drop_behind_rings(length);
     if (list_.size > 1) {
       sort_windows(list_);
-      WindowTrimmer(list_).trim();
+      WindowTrimmer(list_).trim(length);
     }
     if (list_.size == 0) return;
     counts.propagated += list_.size;
