@@ -51,6 +51,7 @@ class Angles {
 
 template <class Work>
 void time_it(State& state, const Work& work) {
+  state.counters["first_s"] = seconds(work);  // makes what is made late
   std::vector<double> times;
   for (auto _ : state) {
     times.push_back(seconds(work));

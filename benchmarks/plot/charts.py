@@ -13,6 +13,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
 
 # One colour and one marker per method, told apart in grey too (Okabe and Ito's colours).
 STYLE = {
@@ -21,10 +22,9 @@ STYLE = {
     "virtual source": ("#009E73", "D"),
     "heat": ("#CC79A7", "^"),
     "exact": ("#000000", "o"),
-    "capped windows": ("#0072B2", "P"),
+    "exact with resets": ("#0072B2", "P"),
     "CGAL exact": ("#000000", "o"),
     "CGAL heat": ("#CC79A7", "^"),
-    "planner": ("#D55E00", "*"),
 }
 MESHES = {
     "sphere": "sphere",
@@ -63,6 +63,14 @@ def save(figure, folder, name, context):
     plt.close(figure)
 
 
+def plain_ticks(axis, steps=(1,), percent=False):
+    """A logarithmic axis' numbers written out."""
+    axis.set_major_locator(LogLocator(subs=steps))
+    axis.set_major_formatter(FuncFormatter(
+        lambda x, _: f"{100 * x:g} %" if percent and x > 5e-6 else f"{x:g}".replace("e-0", "e-")))
+    axis.set_minor_formatter(NullFormatter())
+
+
 def front(points):
     """Those points (time, error) than which none is both quicker and more accurate."""
     best, kept = float("inf"), []
@@ -90,6 +98,7 @@ def draw_mesh(axes, rows, error_name, time_of, floor):
             continue
         groups.setdefault(method, []).append((1e3 * time_of(row), max(row[error_name], EXACT)))
     for method, points in groups.items():
+        axes.plot(*zip(*sorted(points)), color=STYLE[method][0], linewidth=0.8, alpha=0.5, zorder=3)
         for x, y in points:
             marker(axes, method, x, y)
     ours = [p for method, points in groups.items() if not method.startswith("CGAL")
@@ -98,19 +107,20 @@ def draw_mesh(axes, rows, error_name, time_of, floor):
     if kept:
         low, high = axes_time(groups)
         xs, ys = [kept[0][0]], [1.0]
-        for (x, y), following in zip(kept, kept[1:] + [(high, None)]):
+        for (x, y), following in zip(kept, kept[1:] + [kept[-1]]):
             xs += [x, following[0]]
             ys += [y, y]
         axes.plot(xs, ys, color="0.25", linewidth=1.2, zorder=2)
         axes.set_xlim(low, high)
     axes.set_xscale("log")
     axes.set_yscale("log")
+    plain_ticks(axes.xaxis)
     axes.set_ylim(EXACT / 3, 1)
     if floor > 0:
         axes.axhspan(EXACT / 3, floor, color="0.92", zorder=0)
         axes.axhline(floor, color="0.35", linewidth=1, linestyle=(0, (4, 2)), zorder=1)
-        axes.text(0.985, floor, "finer than this is false precision ", va="bottom", ha="right",
-                  fontsize=7, color="0.25", transform=axes.get_yaxis_transform())
+        axes.text(0.985, floor * 0.8, "the mesh's own error: finer is false precision", va="top",
+                  ha="right", fontsize=7, color="0.25", transform=axes.get_yaxis_transform())
     axes.grid(True, which="major", color="0.88", linewidth=0.6)
     axes.set_axisbelow(True)
     axes.set_yticks([1, 1e-2, 1e-4, 1e-6, EXACT])
@@ -133,7 +143,7 @@ def legend(figure, methods, **options):
         handles.append(Line2D([], [], linestyle="none", marker=shape, markersize=8, label=method,
                               markerfacecolor="none" if hollow else colour, markeredgewidth=1.4,
                               markeredgecolor=colour if hollow else "white"))
-    handles.append(Line2D([], [], color="0.25", linewidth=1.2, label="best so far"))
+    handles.append(Line2D([], [], color="0.25", linewidth=1.2, label="Pareto front"))
     figure.legend(handles=handles, frameon=False, **options)
 
 
@@ -178,13 +188,20 @@ def chart_sphere(rows, folder, context):
     axes.set_ylim(floor / 8, 0.3)
     axes.set_yticks([0.1, 0.01, 1e-3, 1e-4])
     axes.set_yticklabels(["10 %", "1 %", "0.1 %", "0.01 %"])
+    beside = {"Dijkstra": (9, 6, "left"), "fast marching": (-8, -4, "right"),
+              "heat": (-8, 2, "right"), "virtual source": (-9, -4, "right"),
+              "exact": (9, 6, "left"), "exact with resets": (10, -14, "left"),
+              "CGAL heat": (9, -4, "left"), "CGAL exact": (9, 6, "left")}
     for method, points in groups.items():
-        x, y = sorted(points)[0]
-        above = method in ("exact", "fast marching")
-        side = -1 if method == "CGAL exact" else 1
-        axes.annotate(method, (x, y), textcoords="offset points", fontsize=10,
-                      xytext=(8 * side, 8 if above else -13), color="0.15",
-                      ha="right" if side < 0 else "left")
+        x, y, side = beside[method]
+        axes.annotate(method, sorted(points)[0], textcoords="offset points", fontsize=10,
+                      xytext=(x, y), color="0.15", ha=side)
+    if "CGAL exact" in groups:
+        (x, y), (x_peer, _) = groups["exact"][0], groups["CGAL exact"][0]
+        axes.annotate("", (x * 1.25, y), (x_peer / 1.25, y), zorder=5,
+                      arrowprops={"arrowstyle": "->", "color": "0.15"})
+        axes.text((x * x_peer) ** 0.5, y * 1.1, f"{x_peer / x:.0f} times as fast", ha="center",
+                  va="bottom", fontsize=10, fontweight="bold")
     axes.set_xlabel("milliseconds for one more source")
     axes.set_ylabel("mean error against the great circle")
     axes.set_title("What accuracy costs on a sphere of {:,.0f} vertices\n"
@@ -212,9 +229,10 @@ def chart_certificate(rows, folder, context):
     axes.axvline(1, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
     axes.text(1, 0.98, " an exact solve", transform=axes.get_xaxis_transform(), va="top",
               fontsize=8, color="0.25")
-    axes.set_xlim(left=0)
-    axes.set_xlabel("time, as a share of an exact solve")
-    axes.set_ylabel("gap between the bounds (mean; line: to the 99th percentile)")
+    axes.set_xlim(0, 1.45)
+    plain_ticks(axes.yaxis, percent=True)
+    axes.set_xlabel("time of the certificate, as a share of an exact solve")
+    axes.set_ylabel("gap between the bounds (dot: mean; line: to the 99th percentile)")
     axes.grid(True, color="0.88", linewidth=0.6)
     axes.set_title("What a proof of the error costs, and how tight it is", fontsize=12,
                    fontweight="bold")
@@ -239,14 +257,19 @@ def chart_planner(rows, folder, context):
                 axes.plot(*zip(*here), marker=shapes[mesh], color=shades[mesh], linewidth=1,
                           markersize=7, markeredgecolor="white", label=MESHES[mesh])
         axes.set_xscale("log")
+        plain_ticks(axes.xaxis, percent=True)
         axes.invert_xaxis()
         axes.set_xlabel("tolerance asked for (mean error)")
         axes.grid(True, color="0.88", linewidth=0.6)
         axes.set_title("error expected" if kind == "expected" else "error proved or checked")
     panels[0].set_ylabel("planner's time / best single method's")
     panels[0].set_ylim(0.5, max(3, max(r["ratio"] for r in rows) * 1.05))
-    panels[0].text(0.02, 1.46, "within 1.5 x", transform=panels[0].get_yaxis_transform(),
-                   fontsize=8, va="top", color="0.3")
+    panels[0].text(0.02, 0.55, "grey: within 1.5 times", transform=panels[0].get_yaxis_transform(),
+                   fontsize=8, va="bottom", color="0.3")
+    within = sum(r["ratio"] <= 1.5 for r in rows)
+    panels[0].text(0.02, 0.97, f"{within} of {len(rows)} within 1.5 times. Above: methods that\n"
+                   "kept the tolerance there, but only just, or by luck", fontsize=8, va="top",
+                   transform=panels[0].transAxes, color="0.3")
     panels[1].legend(frameon=False, fontsize=8, ncol=2)
     figure.suptitle("Tolerance in, method out: what not knowing the best method costs",
                     fontsize=12, fontweight="bold")
@@ -256,19 +279,26 @@ def chart_planner(rows, folder, context):
 
 def chart_images(rows, folder, context):
     """Transport, log maps, smoothing, normals and frames: one panel each."""
-    panels = [("transport", "angle_mean", "Vector transport", "mean angle off, degrees"),
-              ("log_map", "angle_mean", "Log map", "mean angle off, degrees"),
-              ("smoothing", "depth_error", "Depth smoothing", "largest error / depth range"),
-              ("normals", "angle_mean", "Normals of a noisy depth map", "mean angle off, degrees"),
-              ("frame", "levels_mean", "Whole tactile frame", "mean grey levels off")]
+    panels = [("transport", "", "angle_mean", "Vector transport, spheres of\n"
+               "2,562, 10,242 and 40,962 vertices", "mean angle off, degrees"),
+              ("log_map", "", "angle_mean", "Log map, the same spheres\n(exact: the first two)",
+               "mean angle off, degrees"),
+              ("frame", "", "levels_mean", "Whole tactile frame, 640 x 480:\n"
+               "Gaussian cut off at 1, 2, 3, 4 sigma", "mean grey levels off"),
+              ("smoothing", "sigma 5", "depth_error", "Depth smoothing, sigma 5",
+               "largest error / depth range"),
+              ("smoothing", "sigma 20", "depth_error", "Depth smoothing, sigma 20",
+               "largest error / depth range"),
+              ("normals", "", "angle_mean", "Normals of a noisy depth map\n"
+               "(plane fit: 3, 5, 9, 17 pixels wide)", "mean angle off, degrees")]
     rows = [r for r in rows if r["path"][0] in [p[0] for p in panels]]
     if not rows:
         return
-    figure, axes = plt.subplots(2, 3, figsize=(11.5, 7.4))
-    shapes = "osD^vP*Xph<>"
+    figure, axes = plt.subplots(2, 3, figsize=(11.5, 7.6))
+    shapes = "osD^vXp"
     colours = ["#000000", "#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#D55E00"]
-    for place, (topic, error, title, label) in zip(axes.flat, panels):
-        here = [r for r in rows if r["path"][0] == topic]
+    for place, (topic, setting, error, title, label) in zip(axes.flat, panels):
+        here = [r for r in rows if r["path"][0] == topic and setting in r["name"]]
         methods = list(dict.fromkeys(r["path"][1] for r in here))
         values = [r[error] for r in here if r[error] > 0]
         least = min(values) / 5 if values else 1e-3
@@ -280,12 +310,16 @@ def chart_images(rows, folder, context):
                        label=method)
         place.set_xscale("log")
         place.set_yscale("log")
+        place.margins(0.15)
+        narrow = [max(v) < 30 * min(v) for v in ([r["median_s"] for r in here], values)]
+        for axis, is_narrow in zip((place.xaxis, place.yaxis), narrow):
+            plain_ticks(axis, steps=(1, 2, 5) if is_narrow else (1,))
         place.set_title(title, fontsize=10)
         place.set_xlabel("milliseconds")
         place.set_ylabel(label)
         place.grid(True, color="0.88", linewidth=0.6)
-        place.legend(fontsize=7, frameon=True, framealpha=0.6, edgecolor="none")
-    axes.flat[-1].axis("off")
+        if setting != "sigma 20":  # the colours of the panel beside it
+            place.legend(fontsize=7, frameon=True, framealpha=0.6, edgecolor="none")
     figure.suptitle("Vectors and images: left is faster, down is more accurate", fontsize=13,
                     fontweight="bold")
     figure.tight_layout(rect=(0, 0.015, 1, 0.99))
@@ -311,18 +345,22 @@ def chart_scene(rows, folder, context):
             axes.plot([least, value], [y, y], color=colours[topic], linewidth=1.5, alpha=0.4)
             axes.plot(value, y, "o", color=colours[topic], markersize=8)
             axes.text(330, y, f"{row['levels_p99']:.0f}", ha="right", va="center", fontsize=8)
+            axes.text(1500, y, f"{1e3 * row['median_s']:.0f} ms", ha="right", va="center",
+                      fontsize=8, color=colours[topic])
             ticks.append(y)
             names.append(row["path"][2])
             y += 1
         y += 0.5
-    axes.text(330, -0.1, "99 % of pixels\nwithin", ha="right", va="center", fontsize=7,
+    axes.text(330, -0.1, "99 % of\npixels within", ha="right", va="center", fontsize=7,
               color="0.25")
+    axes.text(1500, -0.1, "smoothing: a frame\nelse: once a sensor", ha="right", va="center",
+              fontsize=7, color="0.25")
     axes.axvline(seen, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
     axes.axvspan(least, seen, color="0.94", zorder=0)
     axes.text(seen * 0.9, y - 0.9, "below half a grey level: precision wasted", ha="right",
               va="center", fontsize=8, color="0.25")
     axes.set_xscale("log")
-    axes.set_xlim(least, 400)
+    axes.set_xlim(least, 1800)
     axes.set_ylim(y - 0.3, -0.9)
     axes.set_yticks(ticks)
     axes.set_yticklabels(names, fontsize=8)

@@ -142,7 +142,7 @@ inline constexpr std::array<MethodModel, 4> distance_methods{{
        return RelativeError{0.02, 0.3};
      },
      distances_by<VirtualSourceSolver<double>>},
-    {"fast_marching", 140, 110, 0.3, 850,
+    {"fast_marching", 140, 110, 0.3, 600,
      [](const MeshStatistics& s) {
        const double bend = s.bend / (1 + 3.5 * s.bend);
        const double mean = 2e-5 + 0.005 * s.obtuse +
