@@ -19,7 +19,7 @@
 #include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
-#include "gelight/mesh/cholesky.hpp"
+#include "gelight/mesh/detail/cholesky.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/operators.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -459,8 +459,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     }
     if (!any) return;
     border_heat_ = detail::HeatSystem::with_held(system_->heat, is_border_);
-    border_factor_ =
-        std::make_shared<SparseFactor<double>>(factored(system_->dissection, border_heat_));
+    border_factor_ = std::make_shared<detail::SparseFactor<double>>(
+        detail::factored(system_->dissection, border_heat_));
   }
 
   Surface<double> surface_;
@@ -468,8 +468,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   std::shared_ptr<const detail::HeatSystem> system_;
   std::optional<ExactSolver<double>> exact_;
   detail::Array<char> is_border_;  // of each vertex, where heat is held at zero there
-  SymmetricMatrix<double> border_heat_;
-  std::shared_ptr<const SparseFactor<double>> border_factor_;
+  detail::SymmetricMatrix<double> border_heat_;
+  std::shared_ptr<const detail::SparseFactor<double>> border_factor_;
 };
 
 template <TriangleMesh M>

@@ -7,7 +7,7 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/mesh/cholesky.hpp"
+#include "gelight/mesh/detail/sparse.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 
 // The operators of linear finite elements on a triangulation, in the plane of each face.
@@ -24,9 +24,10 @@ namespace gelight {
 
 /// The cotan Laplacian, positive semidefinite: (L u)(i) = sum over edges ij of
 /// (cot a + cot b)/2 (u(i) - u(j)). Any number of faces may share an edge.
-[[nodiscard]] inline SymmetricMatrix<double> cotan_laplacian(
-    const IntrinsicTriangulation& mesh, const std::shared_ptr<const SymmetricPattern>& pattern) {
-  SymmetricMatrix<double> matrix{pattern, {}};
+[[nodiscard]] inline detail::SymmetricMatrix<double> cotan_laplacian(
+    const IntrinsicTriangulation& mesh,
+    const std::shared_ptr<const detail::SymmetricPattern>& pattern) {
+  detail::SymmetricMatrix<double> matrix{pattern, {}};
   auto& values = matrix.values;
   values.assign(static_cast<std::size_t>(pattern->entry_count()), 0);
   const auto faces = planar_faces(mesh);

@@ -170,7 +170,7 @@ class VectorHeatSolver {
 
   // Made when first asked for.
   struct Late {
-    detail::Late<SparseFactor<std::complex<double>>> factor;
+    detail::Late<detail::SparseFactor<std::complex<double>>> factor;
     detail::Late<HeatSolver<double>> heat;
   };
 
@@ -206,10 +206,10 @@ class VectorHeatSolver {
   }
 
   // Mass and connection Laplacian: the heat matrix with each edge's entry turned by its transport.
-  [[nodiscard]] SymmetricMatrix<std::complex<double>> connection_matrix() const {
+  [[nodiscard]] detail::SymmetricMatrix<std::complex<double>> connection_matrix() const {
     const auto& pattern = *system_->pattern;
     const auto& mesh = system_->mesh;
-    SymmetricMatrix<std::complex<double>> matrix{system_->pattern, {}};
+    detail::SymmetricMatrix<std::complex<double>> matrix{system_->pattern, {}};
     matrix.values.assign(system_->heat.values.begin(), system_->heat.values.end());
     for (Index v = 0; v < pattern.size(); ++v) {
       for (Index e = pattern.diagonal(v) + 1; e < pattern.begin(v + 1); ++e) matrix.values[e] = 0;
@@ -233,8 +233,8 @@ class VectorHeatSolver {
     return matrix;
   }
 
-  [[nodiscard]] const SparseFactor<std::complex<double>>& factor() const {
-    return late_->factor.get([&] { return factored(system_->dissection, connection_); });
+  [[nodiscard]] const detail::SparseFactor<std::complex<double>>& factor() const {
+    return late_->factor.get([&] { return detail::factored(system_->dissection, connection_); });
   }
 
   [[nodiscard]] HeatSolver<double> shared_heat() const {
@@ -373,7 +373,7 @@ class VectorHeatSolver {
   detail::TangentPlanes planes_;
   std::shared_ptr<const detail::HeatSystem> system_;
   detail::Signposts signposts_;
-  SymmetricMatrix<std::complex<double>> connection_;
+  detail::SymmetricMatrix<std::complex<double>> connection_;
   std::shared_ptr<const Late> late_;
 };
 

@@ -6,7 +6,7 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/mesh/cholesky.hpp"
+#include "gelight/mesh/detail/cholesky.hpp"
 
 namespace gelight::detail {
 

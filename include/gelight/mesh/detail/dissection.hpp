@@ -9,9 +9,9 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/mesh/sparse.hpp"
+#include "gelight/mesh/detail/sparse.hpp"
 
-namespace gelight {
+namespace gelight::detail {
 
 /// An order in which to eliminate the unknowns of a sparse matrix over points in space, and what
 /// elimination fills: nested dissection (George 1973, doi:10.1137/0710032) by planes.
@@ -65,13 +65,13 @@ class Dissection {
 
   [[nodiscard]] Index size() const { return static_cast<Index>(order_.size()); }
   /// Children come before their parents.
-  [[nodiscard]] const detail::Array<Node>& nodes() const { return nodes_; }
-  [[nodiscard]] const detail::Array<Index>& rows() const { return rows_; }
+  [[nodiscard]] const Array<Node>& nodes() const { return nodes_; }
+  [[nodiscard]] const Array<Index>& rows() const { return rows_; }
   /// For each of rows(): its row in the block of the node's parent.
-  [[nodiscard]] const detail::Array<Index>& rows_in_parent() const { return rows_in_parent_; }
-  [[nodiscard]] const detail::Array<Placement>& placements() const { return placements_; }
+  [[nodiscard]] const Array<Index>& rows_in_parent() const { return rows_in_parent_; }
+  [[nodiscard]] const Array<Placement>& placements() const { return placements_; }
   /// The unknown at each position.
-  [[nodiscard]] const detail::Array<Index>& order() const { return order_; }
+  [[nodiscard]] const Array<Index>& order() const { return order_; }
   /// Number of values of the factor, and room for those that wait to be added to parents.
   [[nodiscard]] std::ptrdiff_t value_count() const { return value_count_; }
   [[nodiscard]] std::ptrdiff_t stack_size() const { return stack_size_; }
@@ -94,7 +94,7 @@ class Dissection {
     });
     std::partial_sum(neighbour_begin_.begin(), neighbour_begin_.end(), neighbour_begin_.begin());
     neighbour_.resize(static_cast<std::size_t>(neighbour_begin_.back()));
-    detail::Array<Index> fill(neighbour_begin_.begin(), neighbour_begin_.end() - 1);
+    Array<Index> fill(neighbour_begin_.begin(), neighbour_begin_.end() - 1);
     for_each_pair([&](Index i, Index j) {
       neighbour_[fill[i]++] = j;
       neighbour_[fill[j]++] = i;
@@ -170,7 +170,7 @@ class Dissection {
 
   // A node's rows: the later neighbours of its own unknowns, and its children's rows but its own.
   void find_rows() {
-    detail::Array<Index> seen(order_.size(), -1);
+    Array<Index> seen(order_.size(), -1);
     for (Index n = 0; n < static_cast<Index>(nodes_.size()); ++n) {
       Node& node = nodes_[n];
       node.rows_begin = static_cast<std::ptrdiff_t>(rows_.size());
@@ -198,7 +198,7 @@ class Dissection {
     relate_rows(seen);
   }
 
-  void relate_rows(detail::Array<Index>& row_of) {
+  void relate_rows(Array<Index>& row_of) {
     rows_in_parent_.resize(rows_.size());
     for (const Node& node : nodes_) {
       for (Index p = node.begin; p < node.end; ++p) row_of[p] = p - node.begin;
@@ -215,7 +215,7 @@ class Dissection {
   // Updates lie on two stacks, those of children on the other one than their parent's, which is
   // made while they are read.
   void place_updates() {
-    detail::Array<std::size_t> stack(nodes_.size(), 0);
+    Array<std::size_t> stack(nodes_.size(), 0);
     for (auto n = std::ssize(nodes_) - 1; n >= 0; --n) {
       if (nodes_[n].parent >= 0) stack[n] = 1 - stack[nodes_[n].parent];
     }
@@ -238,7 +238,7 @@ class Dissection {
   }
 
   void place_entries(const SymmetricPattern& pattern) {
-    detail::Array<Index> node_of(order_.size());
+    Array<Index> node_of(order_.size());
     for (Index n = 0; n < static_cast<Index>(nodes_.size()); ++n) {
       for (Index p = nodes_[n].begin; p < nodes_[n].end; ++p) node_of[p] = n;
     }
@@ -261,14 +261,14 @@ class Dissection {
   }
 
   std::span<const Vec3<double>> points_;
-  detail::Array<Index> neighbour_begin_, neighbour_;  // of each unknown, while the order is sought
-  detail::Array<Index> side_;
-  detail::Array<Index> order_, position_;
-  detail::Array<Node> nodes_;
-  detail::Array<Index> rows_, rows_in_parent_;
-  detail::Array<Placement> placements_;
+  Array<Index> neighbour_begin_, neighbour_;  // of each unknown, while the order is sought
+  Array<Index> side_;
+  Array<Index> order_, position_;
+  Array<Node> nodes_;
+  Array<Index> rows_, rows_in_parent_;
+  Array<Placement> placements_;
   std::ptrdiff_t value_count_ = 0, stack_size_ = 0;
   Index largest_height_ = 0;
 };
 
-}  // namespace gelight
+}  // namespace gelight::detail

@@ -11,10 +11,10 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/mesh/dissection.hpp"
-#include "gelight/mesh/sparse.hpp"
+#include "gelight/mesh/detail/dissection.hpp"
+#include "gelight/mesh/detail/sparse.hpp"
 
-namespace gelight {
+namespace gelight::detail {
 
 /// The Cholesky factor L L* of a sparse positive definite matrix (Hermitian for complex scalars),
 /// by the multifrontal method (Liu 1992, doi:10.1137/1034004): each node of a dissection is
@@ -45,13 +45,13 @@ class SparseFactor {
     }
   }
 
-  [[nodiscard]] detail::Array<Scalar> solve(const detail::Array<Scalar>& b) const {
+  [[nodiscard]] Array<Scalar> solve(const Array<Scalar>& b) const {
     const auto& order = dissection_->order();
-    detail::Array<Scalar> x(b.size());
+    Array<Scalar> x(b.size());
     for (Index p = 0; p < dissection_->size(); ++p) x[p] = b[order[p]];
     solve_lower(x);
     solve_upper(x);
-    detail::Array<Scalar> result(b.size());
+    Array<Scalar> result(b.size());
     for (Index p = 0; p < dissection_->size(); ++p) result[order[p]] = x[p];
     return result;
   }
@@ -152,9 +152,9 @@ class SparseFactor {
 
   // Both gather a node's rows into one piece of memory, so that each column is one vector
   // operation.
-  void solve_lower(detail::Array<Scalar>& x) const {
+  void solve_lower(Array<Scalar>& x) const {
     const auto& rows = dissection_->rows();
-    detail::Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
+    Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
     for (const Node& node : dissection_->nodes()) {
       const Index own = node.own(), height = node.height();
       std::copy(x.data() + node.begin, x.data() + node.end, front.data());
@@ -171,10 +171,10 @@ class SparseFactor {
     }
   }
 
-  void solve_upper(detail::Array<Scalar>& x) const {
+  void solve_upper(Array<Scalar>& x) const {
     const auto& rows = dissection_->rows();
     const auto& nodes = dissection_->nodes();
-    detail::Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
+    Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
     for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) {
       const Index own = node->own(), height = node->height();
       std::copy(x.data() + node->begin, x.data() + node->end, front.data());
@@ -194,7 +194,7 @@ class SparseFactor {
   static constexpr Index small_height = 64;
 
   std::shared_ptr<const Dissection> dissection_;
-  detail::Array<Scalar> values_;  // column by column, each node's block from its first own row
+  Array<Scalar> values_;  // column by column, each node's block from its first own row
 };
 
 /// The factor of a matrix that is positive definite but for rounding, as those of needles and of
@@ -214,4 +214,4 @@ template <class Scalar>
   }
 }
 
-}  // namespace gelight
+}  // namespace gelight::detail

@@ -1,4 +1,4 @@
-#include "gelight/mesh/cholesky.hpp"
+#include "gelight/mesh/detail/cholesky.hpp"
 
 #include <doctest/doctest.h>
 
@@ -29,9 +29,10 @@ Scalar random_scalar(std::mt19937& engine) {
 
 // Random entries below, a diagonal that outweighs them.
 template <class Scalar>
-SymmetricMatrix<Scalar> random_matrix(const std::shared_ptr<const SymmetricPattern>& pattern) {
+detail::SymmetricMatrix<Scalar> random_matrix(
+    const std::shared_ptr<const detail::SymmetricPattern>& pattern) {
   std::mt19937 engine(7);
-  SymmetricMatrix<Scalar> matrix{pattern, {}};
+  detail::SymmetricMatrix<Scalar> matrix{pattern, {}};
   for (Index j = 0; j < pattern->size(); ++j) {
     matrix.values.push_back(30);
     for (Index e = pattern->begin(j) + 1; e < pattern->begin(j + 1); ++e) {
@@ -42,7 +43,7 @@ SymmetricMatrix<Scalar> random_matrix(const std::shared_ptr<const SymmetricPatte
 }
 
 template <class Scalar>
-Eigen::Matrix<Scalar, -1, -1> dense(const SymmetricMatrix<Scalar>& matrix) {
+Eigen::Matrix<Scalar, -1, -1> dense(const detail::SymmetricMatrix<Scalar>& matrix) {
   const auto& pattern = *matrix.pattern;
   Eigen::Matrix<Scalar, -1, -1> result(pattern.size(), pattern.size());
   result.setZero();
@@ -76,8 +77,8 @@ std::vector<Vec3<double>> points_of(const Mesh<double>& mesh) {
 
 TEST_CASE("a dissection orders every unknown once, children before parents") {
   for (const auto& mesh : meshes()) {
-    const SymmetricPattern pattern(intrinsic_triangulation(Surface(mesh)));
-    const Dissection dissection(pattern, points_of(mesh));
+    const detail::SymmetricPattern pattern(intrinsic_triangulation(Surface(mesh)));
+    const detail::Dissection dissection(pattern, points_of(mesh));
     auto order = dissection.order();
     std::sort(order.begin(), order.end());
     for (Index v = 0; v < pattern.size(); ++v) CHECK(order[v] == v);
@@ -96,10 +97,11 @@ TEST_CASE("a dissection orders every unknown once, children before parents") {
 
 TEST_CASE_TEMPLATE("solves what dense elimination solves", Scalar, double, std::complex<double>) {
   for (const auto& mesh : meshes()) {
-    const auto pattern = std::make_shared<SymmetricPattern>(intrinsic_triangulation(Surface(mesh)));
+    const auto pattern =
+        std::make_shared<detail::SymmetricPattern>(intrinsic_triangulation(Surface(mesh)));
     const auto matrix = random_matrix<Scalar>(pattern);
-    const SparseFactor<Scalar> factor(std::make_shared<Dissection>(*pattern, points_of(mesh)),
-                                      matrix);
+    const detail::SparseFactor<Scalar> factor(
+        std::make_shared<detail::Dissection>(*pattern, points_of(mesh)), matrix);
     std::mt19937 engine(3);
     detail::Array<Scalar> b(mesh.positions.size());
     for (auto& x : b) x = random_scalar<Scalar>(engine);
@@ -116,9 +118,10 @@ TEST_CASE_TEMPLATE("solves what dense elimination solves", Scalar, double, std::
 
 TEST_CASE("a matrix that is not positive definite is refused") {
   const auto mesh = icosphere<double>(2);
-  const auto pattern = std::make_shared<SymmetricPattern>(intrinsic_triangulation(Surface(mesh)));
+  const auto pattern =
+      std::make_shared<detail::SymmetricPattern>(intrinsic_triangulation(Surface(mesh)));
   auto matrix = random_matrix<double>(pattern);
   matrix.values[pattern->diagonal(50)] = -1;
-  const auto dissection = std::make_shared<Dissection>(*pattern, points_of(mesh));
-  CHECK_THROWS_AS(SparseFactor<double>(dissection, matrix), std::runtime_error);
+  const auto dissection = std::make_shared<detail::Dissection>(*pattern, points_of(mesh));
+  CHECK_THROWS_AS(detail::SparseFactor<double>(dissection, matrix), std::runtime_error);
 }

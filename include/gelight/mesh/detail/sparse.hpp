@@ -11,7 +11,7 @@
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 
-namespace gelight {
+namespace gelight::detail {
 
 /// Where a symmetric matrix over the vertices of a triangulation may differ from zero: its lower
 /// triangle in compressed columns, diagonal first. Made by counting, in linear time.
@@ -27,7 +27,7 @@ class SymmetricPattern {
     for (Index h = 0; h < halfedges; ++h) ++begin_[ends(h).first + 1];
     std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
     rows_.resize(static_cast<std::size_t>(begin_.back()));
-    detail::Array<Index> fill(begin_.begin(), begin_.end() - 1);
+    Array<Index> fill(begin_.begin(), begin_.end() - 1);
     for (Index v = 0; v < mesh.vertex_count; ++v) rows_[fill[v]++] = v;
     for (Index h = 0; h < halfedges; ++h) {
       const auto [low, high] = ends(h);
@@ -70,9 +70,9 @@ class SymmetricPattern {
     rows_.resize(static_cast<std::size_t>(kept));
   }
 
-  detail::Array<Index> begin_;
-  detail::Array<Index> rows_;
-  detail::Array<Index> slots_;
+  Array<Index> begin_;
+  Array<Index> rows_;
+  Array<Index> slots_;
 };
 
 /// A symmetric matrix (Hermitian for complex scalars): entry e of the pattern holds
@@ -80,10 +80,10 @@ class SymmetricPattern {
 template <class Scalar>
 struct SymmetricMatrix {
   std::shared_ptr<const SymmetricPattern> pattern;
-  detail::Array<Scalar> values;
+  Array<Scalar> values;
 
-  [[nodiscard]] detail::Array<Scalar> operator*(const detail::Array<Scalar>& x) const {
-    detail::Array<Scalar> y(x.size());
+  [[nodiscard]] Array<Scalar> operator*(const Array<Scalar>& x) const {
+    Array<Scalar> y(x.size());
     for (Index j = 0; j < pattern->size(); ++j) {
       y[j] += values[pattern->diagonal(j)] * x[j];
       for (Index e = pattern->begin(j) + 1; e < pattern->begin(j + 1); ++e) {
@@ -100,4 +100,4 @@ struct SymmetricMatrix {
   }
 };
 
-}  // namespace gelight
+}  // namespace gelight::detail
