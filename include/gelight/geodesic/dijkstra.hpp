@@ -47,7 +47,11 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
     }
   }
 
+  /// The surface that the solver works on.
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+
+ private:
+  friend class detail::DistanceQueries<DijkstraSolver<T>, T>;
 
   [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
     double start = unreachable<double>;
@@ -58,7 +62,6 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
     return distance;
   }
 
- private:
   struct Edge {
     double length;
     Index tip;

@@ -56,7 +56,11 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     begin_.push_back(static_cast<Index>(spokes_.size()));
   }
 
+  /// The surface that the solver works on.
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+
+ private:
+  friend class detail::DistanceQueries<FastMarchingSolver<T>, T>;
 
   [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
@@ -86,7 +90,6 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     return distance;
   }
 
- private:
   /// An edge as its vertex sees it, and the face between it and the edge before.
   struct Spoke {
     Index end;

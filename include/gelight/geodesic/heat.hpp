@@ -202,6 +202,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     (void)system_->poisson_factor();
   }
 
+  /// The surface that the solver works on.
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
   /// Distances with flags that tell where heat cannot give any. Throws InvalidInput as `distance`

@@ -48,7 +48,11 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     }
   }
 
+  /// The surface that the solver works on.
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+
+ private:
+  friend class detail::DistanceQueries<VirtualSourceSolver<T>, T>;
 
   [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
@@ -81,7 +85,6 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     return distance;
   }
 
- private:
   /// The other two vertices of one of a vertex' faces.
   struct Corner {
     Index tip, apex;

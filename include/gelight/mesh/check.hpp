@@ -23,8 +23,8 @@ namespace gelight {
 
 /// How many there are of something, and the first of them in ascending order.
 struct Finding {
-  Index count = 0;
-  std::vector<Index> first{};
+  Index count = 0;             ///< how many
+  std::vector<Index> first{};  ///< as many as CheckOptions list
 };
 
 struct CheckOptions {
@@ -36,7 +36,8 @@ struct CheckOptions {
 
 /// What is unusual about a mesh. Made by `check`.
 struct MeshReport {
-  Index vertices = 0, faces = 0;
+  Index vertices = 0;  ///< how many the mesh has
+  Index faces = 0;     ///< how many the mesh has
 
   // Refused by Surface, and so by every solver.
   Finding not_finite;         ///< vertices with a coordinate that is not finite
@@ -410,7 +411,7 @@ struct RepairOptions {
   /// Drops faces whose height is at most `flat` times their longest edge. The area stays, but where
   /// such a face was all that joined two others, they part.
   bool drop_degenerate_faces = false;
-  double flat = 1e-12;
+  double flat = 1e-12;  ///< see drop_degenerate_faces
   /// Turns faces so that those that meet in an edge of two faces agree with the first of their part
   /// wherever the surface has an orientation.
   bool orient = false;
@@ -424,10 +425,10 @@ struct RepairOptions {
 /// A repaired mesh, and what was done to it.
 template <std::floating_point T>
 struct Repaired {
-  Mesh<T> mesh;
-  Index welded_vertices = 0;  ///< vertices that became an earlier one
-  Index dropped_faces = 0;
-  Index turned_faces = 0;
+  Mesh<T> mesh;                    ///< as repaired
+  Index welded_vertices = 0;       ///< vertices that became an earlier one
+  Index dropped_faces = 0;         ///< unusable, equal, collapsed or degenerate
+  Index turned_faces = 0;          ///< to agree with their neighbours
   Index added_vertices = 0;        ///< copies made by splitting
   Index dropped_vertices = 0;      ///< in no face
   std::vector<Index> vertex_of{};  ///< of each vertex of `mesh`: which it was
