@@ -1,6 +1,7 @@
 // Whole tactile frames: what a frame costs by size and by number of lights, against the time to
-// copy the bytes that it must move; what a small contact saves; eight sensors on two threads; and,
-// where the GelTip authors' data is there, against their recipe in NumPy (frame_numpy.py).
+// copy the bytes that it must move; what a small contact and a small change save; eight sensors on
+// two threads; and, where the GelTip authors' data is there, against their recipe in NumPy
+// (frame_numpy.py).
 //
 // Counters: ns_per_pixel; bytes_per_pixel and flops_per_pixel of the dense frame; times_copy, the
 // frame's time over that of copying as many bytes as it reads and writes, measured in turns with
@@ -92,9 +93,9 @@ TactileRenderer<T> synthetic(Index width, Index height, int lights, bool skip_un
           TactileOptions{.rectify = true, .skip_unchanged = skip_unchanged}};
 }
 
-// Read: depth, rest depth, ray length, grey background, and three numbers a light; written: 3
-// bytes.
-double bytes_per_pixel(int lights) { return 4.0 * (4 + 3 * lights) + 3; }
+// Read: depth, rest depth, ray length, grey background, and three numbers of 16 bits a light;
+// written: 3 bytes.
+double bytes_per_pixel(int lights) { return 4 * 4 + 6 * lights + 3; }
 
 // Two passes of 21 products and 40 sums; normals; per light N.L, R.V, power of 100 and sum.
 double flops_per_pixel(int lights) { return 2 * 61 + 52 + 31 * lights; }
@@ -143,7 +144,7 @@ void dense_frame(benchmark::State& state) {
 BENCHMARK(dense_frame)
     ->ArgNames({"width", "lights"})
     ->ArgsProduct({{160, 320, 640, 1280}, {3}})
-    ->ArgsProduct({{640}, {1, 2, 8}})
+    ->ArgsProduct({{640}, {1, 2, 4, 8}})
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond)
     ->MinTime(0.3);
@@ -176,6 +177,38 @@ BENCHMARK(changed_frame)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond)
     ->MinTime(0.3);
+
+// A ball over half of the width that lies still while a smaller thing slides over it: what it saves
+// to compute only what differs from the last frame.
+void next_frame(benchmark::State& state) {
+  const auto renderer = synthetic<float>(640, 480, 3, true);
+  const auto still = ball(curved_rest(renderer.camera().cast<double>()), 0.5);
+  const auto step = static_cast<Index>(state.range(0));  // pixels a frame; 0: nothing moves
+  Image<Rgb8> whole(640, 480);
+  auto frame = renderer.rest_frame();
+  Index at = 200;
+  std::vector<double> times, whole_times;
+  for (auto _ : state) {
+    at = at + step < 400 ? at + step : 200;
+    auto depth = still;
+    for (Index y = 220; y < 240; ++y) {
+      for (Index x = at; x < at + 20; ++x) depth(x, y) -= 5e-4f;
+    }
+    times.push_back(seconds([&] { renderer.render_next_into(frame, depth); }));
+    whole_times.push_back(seconds([&] { renderer.render_into(whole, depth); }));
+    if (frame.image != whole) return state.SkipWithError("differs from the whole frame");
+    state.SetIterationTime(times.back());
+  }
+  state.counters["median_ms"] = 1e3 * median(times);
+  state.counters["times_faster_than_whole"] = median(whole_times) / median(times);
+}
+BENCHMARK(next_frame)
+    ->ArgName("step")
+    ->Arg(0)
+    ->Arg(2)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond)
+    ->MinTime(0.1);
 
 // Eight sensors, one after the other and on two threads, in turns.
 void eight_sensors(benchmark::State& state) {
