@@ -11,7 +11,8 @@ using namespace gelight;
 
 namespace {
 
-constexpr std::array borders{Border::reflect101, Border::reflect, Border::replicate, Border::zero};
+constexpr std::array borders{Border::reflect101, Border::reflect, Border::replicate, Border::zero,
+                             Border::normalised};
 
 // Edges, dots and noise between 0 and 1.
 Image<double> scene(Index width, Index height) {
@@ -63,7 +64,8 @@ TEST_CASE("a constant stays constant, and small images of any shape are smoothed
   for (const auto& [width, height] :
        {std::array{1, 1}, std::array{1, 9}, std::array{8, 1}, std::array{5, 4}}) {
     const Image<double> image(width, height, 3.0);
-    for (const Border border : {Border::reflect101, Border::reflect, Border::replicate}) {
+    for (const Border border :
+         {Border::reflect101, Border::reflect, Border::replicate, Border::normalised}) {
       for (const auto& smooth :
            {gaussian_recursive(image, 4, border), gaussian_boxes(image, 4, 3, border),
             gaussian_pyramid(image, 4, border)}) {

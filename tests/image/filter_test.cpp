@@ -16,7 +16,8 @@ using namespace gelight;
 
 namespace {
 
-constexpr std::array borders{Border::reflect101, Border::reflect, Border::replicate, Border::zero};
+constexpr std::array borders{Border::reflect101, Border::reflect, Border::replicate, Border::zero,
+                             Border::normalised};
 
 template <class T = double>
 Image<T> noise(Index width, Index height, unsigned seed = 1) {
@@ -100,6 +101,28 @@ TEST_CASE("a constant stays constant, where the border rule has no zeros") {
     if (border == Border::zero) continue;
     for (const double pixel : image.pixels()) CHECK(pixel == doctest::Approx(2.5).epsilon(1e-14));
   }
+}
+
+TEST_CASE("a normalised border: the mean of the pixels that are there, by their weights") {
+  const Index w = 11, h = 7, radius = 9;
+  const double sigma = 3;
+  const auto image = noise(w, h);
+  const auto smooth = gaussian(image, sigma, radius, Border::normalised);
+  for (Index y = 0; y < h; ++y) {
+    for (Index x = 0; x < w; ++x) {
+      double total = 0, weights = 0;
+      for (Index v = std::max(Index{0}, y - radius); v <= std::min(h - 1, y + radius); ++v) {
+        for (Index u = std::max(Index{0}, x - radius); u <= std::min(w - 1, x + radius); ++u) {
+          const double r2 = (u - x) * (u - x) + (v - y) * (v - y);
+          const double weight = std::exp(-r2 / (2 * sigma * sigma));
+          total += weight * image(u, v);
+          weights += weight;
+        }
+      }
+      CHECK(smooth(x, y) == doctest::Approx(total / weights).epsilon(1e-12));
+    }
+  }
+  CHECK_THROWS_AS((void)sobel(image, Border::normalised), InvalidInput);
 }
 
 TEST_CASE("the sum is kept where the edge is repeated, and with zeros far from the edge") {

@@ -50,6 +50,13 @@ template <ImageLike I, class Filter>
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) result(x, y) = both(y, x);
   }
+  if (border == Border::normalised) {
+    const Image<T> across = filter(padded(Image<T>(1, width, T(1))));
+    const Image<T> along = filter(padded(Image<T>(1, height, T(1))));
+    for (Index y = 0; y < height; ++y) {
+      for (Index x = 0; x < width; ++x) result(x, y) /= across(0, x) * along(0, y);
+    }
+  }
   return result;
 }
 

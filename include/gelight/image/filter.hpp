@@ -19,15 +19,16 @@ namespace gelight {
 
 /// What a filter sees beyond the image's edge, for pixels a b c d from the edge inwards:
 /// `reflect101` is d c b | a b c d, `reflect` is c b a | a b c d, `replicate` is a a a | a b c d,
-/// `zero` is 0 0 0 | a b c d.
-enum class Border : std::uint8_t { reflect101, reflect, replicate, zero };
+/// `zero` is 0 0 0 | a b c d; `normalised`, for smoothing only, is nothing: the weights of the
+/// pixels that are there are scaled to sum 1.
+enum class Border : std::uint8_t { reflect101, reflect, replicate, zero, normalised };
 
 namespace detail {
 
-/// The pixel inside [0, size) that stands for pixel i, or -1 where the border is zero.
+/// The pixel inside [0, size) that stands for pixel i, or -1 where there is none.
 [[nodiscard]] inline Index inside(Index i, Index size, Border border) {
   if (i >= 0 && i < size) return i;
-  if (border == Border::zero) return -1;
+  if (border == Border::zero || border == Border::normalised) return -1;
   if (border == Border::replicate || size == 1) return std::clamp(i, Index{0}, size - 1);
   const Index once = border == Border::reflect101 ? size - 1 : size;
   const Index wrapped = ((i % (2 * once)) + 2 * once) % (2 * once);
@@ -144,6 +145,23 @@ template <std::floating_point T>
 
 namespace detail {
 
+/// For each of `size` pixels in a row: the share of a symmetric kernel, given from its middle
+/// outwards, that lies on pixels of the row.
+template <class T>
+[[nodiscard]] std::vector<T> share_inside(const std::vector<T>& weights, Index size) {
+  const Index radius = static_cast<Index>(weights.size()) - 1;
+  std::vector<T> shares;
+  for (Index x = 0; x < size; ++x) {
+    double share = 0;
+    for (Index from = std::max(Index{0}, x - radius); from <= std::min(size - 1, x + radius);
+         ++from) {
+      share += double{weights[static_cast<std::size_t>(std::abs(from - x))]};
+    }
+    shares.push_back(static_cast<T>(share));
+  }
+  return shares;
+}
+
 /// Convolves an image along its rows and then its columns with a symmetric kernel, given from its
 /// middle outwards.
 template <ImageLike I, class T>
@@ -183,6 +201,14 @@ template <ImageLike I, class T>
     }
     symmetric_sum(numbers(result.row(y)), middle, weights.data(), radius,
                   std::ptrdiff_t{parts} * width);
+  }
+  if (border == Border::normalised) {
+    const auto across = share_inside(weights, width), down = share_inside(weights, height);
+    for (Index y = 0; y < height; ++y) {
+      for (Index x = 0; x < width; ++x) {
+        result(x, y) /= across[static_cast<std::size_t>(x)] * down[static_cast<std::size_t>(y)];
+      }
+    }
   }
   return result;
 }
@@ -260,7 +286,8 @@ struct Gradient {
 };
 
 /// Convolves an image with the two 3 x 3 Sobel kernels ([1 2 1] across, [-1 0 1] along).
-/// Pixels are floating-point numbers or vectors of them.
+/// Pixels are floating-point numbers or vectors of them. Throws InvalidInput for a normalised
+/// border.
 template <ImageLike I>
 requires detail::FilterPixel<PixelOf<I>>
 [[nodiscard]] Gradient<PixelOf<I>> sobel(const I& image, Border border = Border::reflect101) {
@@ -268,6 +295,7 @@ requires detail::FilterPixel<PixelOf<I>>
   using T = typename detail::PixelParts<P>::Scalar;
   const Index width = static_cast<Index>(ImageTraits<I>::width(image));
   const Index height = static_cast<Index>(ImageTraits<I>::height(image));
+  detail::require(border != Border::normalised, "derivatives have no normalised border");
   const P zero = detail::zero_pixel<P>();
   Gradient<P> gradient{Image<P>(width, height), Image<P>(width, height)};
   for (Index y = 0; y < height; ++y) {

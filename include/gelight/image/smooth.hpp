@@ -21,13 +21,14 @@ namespace gelight {
 
 /// Correlates an image with a kernel along its rows and then its columns: each pixel becomes the
 /// sum of kernel[j] times the pixel j - anchor away. Throws InvalidInput for an anchor outside the
-/// kernel. 2 kernel.size() multiply-adds a pixel.
+/// kernel and for a normalised border. 2 kernel.size() multiply-adds a pixel.
 template <std::floating_point T, ImageOf<T> I>
 [[nodiscard]] Image<T> correlate(const I& image, std::span<const T> kernel, Index anchor,
                                  Border border = Border::reflect101) {
   const Index taps = static_cast<Index>(kernel.size());
   detail::require(anchor >= 0 && anchor < taps, "anchor ", anchor, " is not in a kernel of ", taps,
                   " numbers");
+  detail::require(border != Border::normalised, "correlation has no normalised border");
   const Index width = static_cast<Index>(ImageTraits<I>::width(image));
   const Index height = static_cast<Index>(ImageTraits<I>::height(image));
   Image<T> rows(width, height), result(width, height);
