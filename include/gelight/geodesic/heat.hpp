@@ -443,9 +443,13 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     }
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const Index c = system_->component[v];
-      const bool is_near = near[v] < unreachable<double>;
-      const double d = is_near ? near[v] : std::max(0.0, phi[v] - shift[c] / count[c]);
-      phi[v] = reached[v] ? system_->mean_edge * d : unreachable<double>;
+      if (!reached[v]) {
+        phi[v] = unreachable<double>;
+      } else if (near[v] < unreachable<double>) {
+        phi[v] = system_->mean_edge * near[v];
+      } else {
+        phi[v] = system_->mean_edge * std::max(0.0, phi[v] - shift[c] / count[c]);
+      }
     }
     return phi;
   }
