@@ -54,9 +54,7 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   friend class detail::DistanceQueries<DijkstraSolver<T>, T>;
 
   [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
-    double start = unreachable<double>;
-    for (const auto& source : sources) start = std::min(start, source.distance);
-    for (auto& source : sources) source.distance -= start;
+    const double start = detail::move_to_zero(sources);
     auto distance = graph_ ? graph_->distance(sources) : along_edges(sources);
     for (double& d : distance) d += start;
     return distance;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -56,6 +57,14 @@ template <std::floating_point T>
     checked.push_back({vertex_point<double>(vertex), 0});
   }
   return checked;
+}
+
+/// Moves the start distances so that the earliest is 0, and returns what that was.
+[[nodiscard]] inline double move_to_zero(Sources& sources) {
+  double earliest = unreachable<double>;
+  for (const auto& source : sources) earliest = std::min(earliest, source.distance);
+  for (auto& source : sources) source.distance -= earliest;
+  return earliest;
 }
 
 /// The overloads of DistanceSolver over one function of Solver,

@@ -62,20 +62,19 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
  private:
   friend class detail::DistanceQueries<FastMarchingSolver<T>, T>;
 
-  [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
+  [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
+    const double earliest = detail::move_to_zero(sources);
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.vertices.assign(static_cast<std::size_t>(surface_.vertex_count()), {});
     front.queue.reset(step_);
     front.starts.clear();
-    double earliest = unreachable<double>;
-    for (const auto& source : sources) earliest = std::min(earliest, source.distance);
     for (const auto& source : sources) {
       const auto wave = static_cast<Index>(front.starts.size());
-      const double start = source.distance - earliest;
-      front.starts.push_back(start);
-      detail::for_each_vertex_near(surface_, detail::simplified(surface_, source.point),
-                                   [&](Index v, double d) { front.reach(v, start + d, wave); });
+      front.starts.push_back(source.distance);
+      detail::for_each_vertex_near(
+          surface_, detail::simplified(surface_, source.point),
+          [&](Index v, double d) { front.reach(v, source.distance + d, wave); });
     }
     while (!front.queue.empty()) {
       const auto [v, d] = front.queue.pop();

@@ -54,17 +54,16 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
  private:
   friend class detail::DistanceQueries<VirtualSourceSolver<T>, T>;
 
-  [[nodiscard]] detail::Array<double> solve_vertices(const detail::Sources& sources) const {
+  [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
+    // Shares are of distances from 0 on, so that is where the earliest source starts.
+    const double earliest = detail::move_to_zero(sources);
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.images.assign(static_cast<std::size_t>(surface_.vertex_count()), {});
     front.settled.assign(front.images.size(), 0);
     front.queue.reset(step_);
-    // Shares are of distances from 0 on, so that is where the earliest source starts.
-    double start = unreachable<double>;
-    for (const auto& source : sources) start = std::min(start, source.distance);
     for (const auto& source : sources) {
-      const double offset = source.distance - start;
+      const double offset = source.distance;
       const auto point = detail::simplified(surface_, source.point);
       const Vec3<double> position = surface_.position(point);
       detail::for_each_vertex_near(surface_, point, [&](Index v, double d) {
@@ -80,8 +79,9 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
       }
     }
     detail::Array<double> distance(front.images.size());
-    for (Index v = 0; v < surface_.vertex_count(); ++v)
-      distance[v] = start + front.images[v].distance;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      distance[v] = earliest + front.images[v].distance;
+    }
     return distance;
   }
 

@@ -21,10 +21,13 @@ namespace gelight {
 /// normal at the LED, and the light arrives along the shorter arc of the cut (Gomes, Paoletti, Luo,
 /// "Simulation of Curved GelSight Sensors for Sim2Real Learning").
 ///
-/// Zero where the point lies above the LED along the normal, or both arcs end at a border. Throws
-/// InvalidInput for a point that is not of the surface and a normal that is zero or not finite.
-/// Cost: some 4 sqrt(faces) cuts, each O(faces that it crosses), to know for whole faces which arc
-/// is the shorter; O(1) a point inside those, one more cut for a point elsewhere.
+/// Zero where the point lies above the LED along the normal, or both arcs end at a border. Where
+/// only the shorter arc does, the light comes by the longer one: with an LED on a border and a
+/// normal that leans out of the mesh, at other points of the border the wrong way round.
+///
+/// Throws InvalidInput for a point that is not of the surface and a normal that is zero or not
+/// finite. Cost: some 4 sqrt(faces) cuts, each O(faces that it crosses), to know for whole faces
+/// which arc is the shorter; O(1) a point inside those, one more cut for a point elsewhere.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> plane_field(const Surface<T>& surface, const SurfacePoint<T>& led,
                                         const Vec3<T>& normal,
