@@ -62,6 +62,11 @@ struct Heap {
   }
 };
 
+/// Memory is not given back to the system, so that the cost of its pages, which changes with what
+/// else the machine does, is paid once and not in every figure.
+inline const bool keeps_memory = mallopt(M_MMAP_THRESHOLD, 1 << 30) == 1 &&
+                                 mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max()) == 1;
+
 /// The most that is allocated beyond what was when it was made, in megabytes.
 class PeakMemory {
  public:
