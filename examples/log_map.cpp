@@ -40,7 +40,8 @@ int main(int count, char** arguments) {
   const gelight::Surface<double>& surface = solver.surface();
   const auto source = gelight::nearest_vertex<double>(surface, {0.3, -0.7, 0.65});
   const auto map = solver.solve(source);
-  const auto [x, y] = map.tangent_basis();
+  const auto basis = map.tangent_basis();
+  const Vec3<double>&x = basis[0], &y = basis[1];
   const Vec3<double>& s = surface.position(source);
 
   // On the sphere the path to p is the great circle: its plane holds s and p.
