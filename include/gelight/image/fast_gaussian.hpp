@@ -60,9 +60,12 @@ template <ImageLike I, class Filter>
   return result;
 }
 
+// More than any image is wide; the margins, of some sigmas, are made in memory.
+inline constexpr double largest_sigma = 1e5;
+
 inline void require_sigma(double sigma, double least) {
-  require(std::isfinite(sigma) && sigma >= least, "sigma ", sigma, " is not finite or below ",
-          least);
+  require(sigma >= least && sigma <= largest_sigma, "sigma ", sigma, " is not between ", least,
+          " and ", largest_sigma);
 }
 
 /// One pole of a recursive filter: state = in + pole state, and out += weight's share of it.
@@ -283,7 +286,7 @@ template <class T>
 /// A Gaussian by Deriche's recursive filter of fourth order, for any sigma from 0.5 up.
 ///
 /// Within 3.5e-4 of the image's range, for a sigma of 2 or more. 40 multiply-adds a pixel. Throws
-/// InvalidInput for a sigma that is below 0.5 or not finite. (Deriche, Recursively implementing the
+/// InvalidInput for a sigma that is not from 0.5 to 1e5. (Deriche, Recursively implementing the
 /// Gaussian and its derivatives, INRIA research report 1893, 1993)
 template <ImageLike I>
 requires std::floating_point<PixelOf<I>>
@@ -301,7 +304,7 @@ requires std::floating_point<PixelOf<I>>
 ///
 /// Three passes come within 3 % of the image's range, five within 2 %, for a sigma of 2 or more.
 /// 8 additions a pass and pixel, summed in double. Throws InvalidInput for a sigma that is not
-/// positive or not finite, and for less than one pass. (Gwosdek, Grewenig, Bruhn, Weickert,
+/// positive or above 1e5, and for less than one pass. (Gwosdek, Grewenig, Bruhn, Weickert,
 /// Theoretical foundations of Gaussian convolution by extended box filtering, 2011,
 /// doi:10.1007/978-3-642-24785-9_38)
 template <ImageLike I>
@@ -321,8 +324,8 @@ requires std::floating_point<PixelOf<I>>
 /// A Gaussian on a pyramid: halved while the smoothing allows it, smoothed there, doubled again.
 ///
 /// Within 1e-4 of the image's range: nearer than the Gaussian cut off at 4 sigma. About 60
-/// multiply-adds a pixel for any sigma. Throws InvalidInput for a sigma that is negative or not
-/// finite. (Burt, Fast filter transforms for image processing, 1981,
+/// multiply-adds a pixel for any sigma. Throws InvalidInput for a sigma that is negative or
+/// above 1e5. (Burt, Fast filter transforms for image processing, 1981,
 /// doi:10.1016/0146-664X(81)90092-7)
 template <ImageLike I>
 requires std::floating_point<PixelOf<I>>

@@ -117,7 +117,8 @@ inline PlanarFace laid_out(const std::array<double, 3>& l) {
 namespace detail {
 
 /// Lengthens all edges alike until in every face two outrun the third by a share of the mean edge
-/// length (Sharp and Crane 2020): faces that share an edge go on agreeing about it.
+/// length (Sharp and Crane 2020): faces that share an edge go on agreeing about it. Where no edge
+/// has a length, all get 1.
 inline void mollify_together(IntrinsicTriangulation& mesh) {
   constexpr double share = 1e-5;
   double sum = 0;
@@ -129,6 +130,7 @@ inline void mollify_together(IntrinsicTriangulation& mesh) {
     const double slack = l[0] + l[1] + l[2] - 2 * std::max({l[0], l[1], l[2]});
     missing = std::max(missing, least - slack);
   }
+  if (!(sum > 0)) missing = 1;
   for (double& length : mesh.lengths) length += missing;
 }
 

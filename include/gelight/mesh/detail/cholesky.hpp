@@ -197,21 +197,45 @@ class SparseFactor {
   Array<Scalar> values_;  // column by column, each node's block from its first own row
 };
 
+/// Enlarges a matrix' diagonal until no row's other entries sum to more, but for rounding.
+template <class Scalar>
+void dominate(SymmetricMatrix<Scalar>& matrix) {
+  const auto& pattern = *matrix.pattern;
+  Array<double> others(static_cast<std::size_t>(pattern.size()), 0);
+  for (Index j = 0; j < pattern.size(); ++j) {
+    for (Index e = pattern.begin(j); e < pattern.begin(j + 1); ++e) {
+      const Index row = pattern.row(e);
+      if (row == j) continue;
+      others[j] += std::abs(matrix.values[e]);
+      others[row] += std::abs(matrix.values[e]);
+    }
+  }
+  constexpr double above = 1 + 1e-12;
+  for (Index j = 0; j < pattern.size(); ++j) {
+    Scalar& diagonal = matrix.values[pattern.diagonal(j)];
+    diagonal = std::max(std::real(diagonal), above * others[j]);
+  }
+}
+
 /// The factor of a matrix that is positive definite but for rounding, as those of needles and of
 /// edges without length are not: where a pivot fails, the diagonal is first enlarged by the least
-/// of 1e-14, 1e-12, ... of itself that helps. Throws std::runtime_error where 1e-4 does not.
+/// of 1e-14, 1e-12, ... of itself that helps. Where 1e-4 does not, as in a connection Laplacian of
+/// obtuse faces round a sharp cone, it is made diagonally dominant. Throws std::runtime_error where
+/// the matrix is not finite.
 template <class Scalar>
 [[nodiscard]] SparseFactor<Scalar> factored(const std::shared_ptr<const Dissection>& dissection,
                                             SymmetricMatrix<Scalar> matrix) {
-  for (double share = 1e-14;; share *= 100) {
+  for (double share = 1e-14; share < 1e-3; share *= 100) {
     try {
       return SparseFactor<Scalar>(dissection, matrix);
     } catch (const std::runtime_error&) {
-      if (share > 1e-4) throw;
+      // Once more, with a larger diagonal.
     }
     const auto& pattern = *matrix.pattern;
     for (Index v = 0; v < pattern.size(); ++v) matrix.values[pattern.diagonal(v)] *= 1 + share;
   }
+  dominate(matrix);
+  return SparseFactor<Scalar>(dissection, matrix);
 }
 
 }  // namespace gelight::detail
