@@ -170,10 +170,10 @@ TEST_CASE("log map of a flat sheet is the difference of positions") {
   }
   MESSAGE("radius off by " << radius.mean << " mean, " << radius.max << " max; direction "
                            << direction.mean << ", " << direction.max << " degrees");
-  CHECK(radius.mean < 0.03);
-  CHECK(radius.max < 0.2);
+  CHECK(radius.mean < 0.02);
+  CHECK(radius.max < 0.06);
   CHECK(direction.mean < 2);
-  CHECK(direction.max < 15);
+  CHECK(direction.max < 8);
   CHECK((map[static_cast<std::size_t>(s) + 1].norm()) == doctest::Approx(1.0 / 40));
 }
 

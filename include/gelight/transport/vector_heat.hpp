@@ -17,8 +17,10 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/late.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/heat.hpp"
 #include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
 #include "gelight/mesh/tangent.hpp"
 #include "gelight/transport/detail/signposts.hpp"
 #include "gelight/transport/detail/tangent_planes.hpp"
@@ -116,6 +118,12 @@ class VectorHeatSolver {
 
   /// Coordinates of each vertex in the tangent plane of another, along its `tangent_basis`: as far
   /// as, and in the direction in which, the shortest path leaves. Infinite where no path leads.
+  ///
+  /// Exact within three mean edges of the vertex. Beyond, on a flat sheet of 40 x 40 cells: 1.4 %
+  /// and 1.4 degrees off on average, 4 % and 6 degrees at most; at borders of coarse sheets up to
+  /// 20 % (16 x 16 jittered cells; 14 % by the intrinsic Delaunay triangulation). ExactLogMapSolver
+  /// is exact everywhere, in some thirty times the time. Against it the radius is 0.2 % off on
+  /// average, 2 % at most, on a membrane of 14,000 vertices.
   [[nodiscard]] std::vector<Vec2<T>> log_map(Index vertex) const {
     surface_.require_vertex(vertex);
     require_faces(vertex);
@@ -133,12 +141,7 @@ class VectorHeatSolver {
                                        static_cast<T>(distance[i] * direction.imag()))
                              : Vec2<T>(unreachable<T>, unreachable<T>);
     }
-    for (const Index h : surface_.corners(vertex)) {
-      set_neighbour(result, surface_.tip(h), surface_.length(h), planes_.frames().angle(h));
-      const Index back = surface_.previous(h);
-      set_neighbour(result, surface_.origin(back), surface_.length(back),
-                    planes_.frames().angle_back(back));
-    }
+    set_near(vertex, result);
     return result;
   }
 
@@ -172,6 +175,7 @@ class VectorHeatSolver {
   struct Late {
     detail::Late<detail::SparseFactor<std::complex<double>>> factor;
     detail::Late<HeatSolver<double>> heat;
+    detail::Late<ExactSolver<double>> exact;
   };
 
   VectorHeatSolver(Surface<double> surface, std::shared_ptr<const detail::HeatSystem> system,
@@ -280,9 +284,21 @@ class VectorHeatSolver {
     return result;
   }
 
-  static void set_neighbour(std::vector<Vec2<T>>& map, Index vertex, double length, double angle) {
-    map[static_cast<std::size_t>(vertex)] =
-        Vec2<T>(static_cast<T>(length * std::cos(angle)), static_cast<T>(length * std::sin(angle)));
+  // As far as HeatSolver's distances are exact, the map is so too.
+  void set_near(Index source, std::vector<Vec2<T>>& map) const {
+    const double radius = HeatOptions{}.exact_radius * system_->mean_edge;
+    const auto& exact = late_->exact.get([&] { return ExactSolver<double>(surface_); });
+    const auto field = exact.solve(source, {.max_distance = radius});
+    const auto distances = field.distances();
+    for (std::size_t v = 0; v < map.size(); ++v) {
+      const double d = distances[v];
+      if (!(d > 0 && d < unreachable<double>)) continue;
+      const auto way = field.departure(static_cast<Index>(v));
+      const double angle =
+          planes_.angle_at(vertex_point<double>(source), Surface<double>::face_of(way.halfedge),
+                           planes_.side_angle(way.halfedge) + way.angle);
+      map[v] = {static_cast<T>(d * std::cos(angle)), static_cast<T>(d * std::sin(angle))};
+    }
   }
 
   void add_source(const VectorSource<T>& source, std::size_t number, Field& load,
