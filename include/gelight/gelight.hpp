@@ -42,6 +42,7 @@
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/operators.hpp"
+#include "gelight/mesh/repair.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"

@@ -6,7 +6,6 @@
 
 #include "fuzz/bytes.hpp"
 #include "gelight/core/error.hpp"
-#include "gelight/mesh/check.hpp"
 #include "stress/stress.hpp"
 
 // Every distance solver on any small mesh: it refuses or answers within its invariants.

@@ -4,6 +4,7 @@
 
 #include "fuzz/bytes.hpp"
 #include "gelight/mesh/check.hpp"
+#include "gelight/mesh/repair.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/tangent.hpp"
 

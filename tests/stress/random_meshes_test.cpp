@@ -21,6 +21,7 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/mesh/check.hpp"
+#include "gelight/mesh/repair.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/tangent.hpp"
 #include "stress/kept_meshes.hpp"

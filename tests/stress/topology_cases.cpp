@@ -11,6 +11,7 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/heat.hpp"
 #include "gelight/mesh/check.hpp"
+#include "gelight/mesh/repair.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "stress/stress.hpp"
 #include "support/hard_meshes.hpp"

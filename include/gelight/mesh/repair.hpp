@@ -1,0 +1,262 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "gelight/concepts/mesh.hpp"
+#include "gelight/core/array.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/mesh/detail/mesh_faults.hpp"
+#include "gelight/views/mesh_view.hpp"
+
+namespace gelight {
+
+/// What `repair` does; by default nothing.
+struct RepairOptions {
+  /// Drops faces that Surface refuses: with an index out of range, a vertex that is not finite or
+  /// twice, or the three vertices of an earlier face.
+  bool drop_unusable_faces = false;
+  /// Where given, each vertex at most this far from an earlier one becomes that one, in the unit of
+  /// the positions (0: only vertices at the same place). Faces that collapse or become equal by
+  /// this are dropped.
+  std::optional<double> weld_distance{};
+  /// Drops faces whose height is at most `flat` times their longest edge. The area stays, but where
+  /// such a face was all that joined two others, they part.
+  bool drop_degenerate_faces = false;
+  double flat = 1e-12;  ///< see drop_degenerate_faces
+  /// Turns faces so that those that meet in an edge of two faces agree with the first of their part
+  /// wherever the surface has an orientation.
+  bool orient = false;
+  /// Gives each fan of a vertex its own copy, so that paths no longer pass through the vertex.
+  /// Edges of more than two faces part too, unless their faces join again around both ends.
+  bool split_vertices = false;
+  /// Drops vertices in no face, also those that are not finite.
+  bool drop_unused_vertices = false;
+};
+
+/// A repaired mesh, and what was done to it.
+template <std::floating_point T>
+struct Repaired {
+  Mesh<T> mesh;                    ///< as repaired
+  Index welded_vertices = 0;       ///< vertices that became an earlier one
+  Index dropped_faces = 0;         ///< unusable, equal, collapsed or degenerate
+  Index turned_faces = 0;          ///< to agree with their neighbours
+  Index added_vertices = 0;        ///< copies made by splitting
+  Index dropped_vertices = 0;      ///< in no face
+  std::vector<Index> vertex_of{};  ///< of each vertex of `mesh`: which it was
+  std::vector<Index> face_of{};    ///< of each face of `mesh`: which it was
+};
+
+namespace detail {
+
+/// The repairs of one mesh, one after the other.
+template <std::floating_point T>
+class MeshRepairs {
+ public:
+  explicit MeshRepairs(Mesh<T> mesh) {
+    result_.vertex_of.resize(mesh.positions.size());
+    result_.face_of.resize(mesh.faces.size());
+    std::iota(result_.vertex_of.begin(), result_.vertex_of.end(), 0);
+    std::iota(result_.face_of.begin(), result_.face_of.end(), 0);
+    result_.mesh = std::move(mesh);
+  }
+
+  [[nodiscard]] Repaired<T> run(const RepairOptions& options) {
+    if (options.drop_unusable_faces) drop_unusable();
+    if (options.weld_distance) weld(*options.weld_distance);
+    if (options.drop_degenerate_faces) drop_degenerate(options.flat);
+    if (options.orient) orient();
+    if (options.split_vertices) split();
+    if (options.drop_unused_vertices) drop_unused();
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] Index face_count() const { return static_cast<Index>(mesh().faces.size()); }
+  [[nodiscard]] const Mesh<T>& mesh() const { return result_.mesh; }
+  [[nodiscard]] std::array<Index, 3>& face(Index f) {
+    return result_.mesh.faces[static_cast<std::size_t>(f)];
+  }
+
+  [[nodiscard]] Array<char> sound_faces() const {
+    Array<char> is_sound(mesh().faces.size());
+    for (Index f = 0; f < face_count(); ++f) {
+      is_sound[f] = fault_of(mesh().face(f), mesh().positions.size()) == FaceFault::none;
+    }
+    return is_sound;
+  }
+
+  void keep(const Array<char>& is_kept) {
+    std::size_t kept = 0;
+    for (std::size_t f = 0; f < mesh().faces.size(); ++f) {
+      if (!is_kept.data()[f]) continue;
+      result_.mesh.faces[kept] = result_.mesh.faces[f];
+      result_.face_of[kept++] = result_.face_of[f];
+    }
+    result_.dropped_faces += static_cast<Index>(mesh().faces.size() - kept);
+    result_.mesh.faces.resize(kept);
+    result_.face_of.resize(kept);
+  }
+
+  void drop_unusable() {
+    auto is_kept = sound_faces();
+    for (Index f = 0; f < face_count(); ++f) {
+      if (!is_kept[f]) continue;
+      for (const Index v : mesh().face(f)) is_kept[f] &= all_finite(mesh().position(v));
+    }
+    for (const Index f : repeated_faces(mesh().faces, is_kept)) is_kept[f] = 0;
+    keep(is_kept);
+  }
+
+  // Faces that could not be used before stay as they are.
+  void weld(double distance) {
+    const auto before = sound_faces();
+    const auto repeated_before = repeated_faces(mesh().faces, before);
+    const auto nearest = nearest_earlier(mesh().positions, distance);
+    for (Index v = 0; v < static_cast<Index>(mesh().positions.size()); ++v) {
+      result_.welded_vertices += nearest[v] != v;
+    }
+    for (Index f = 0; f < face_count(); ++f) {
+      if (!before[f]) continue;
+      for (Index& v : face(f)) v = nearest[v];
+    }
+    const auto after = sound_faces();
+    Array<char> is_kept(mesh().faces.size());
+    for (Index f = 0; f < face_count(); ++f) is_kept[f] = !before[f] || after[f];
+    for (const Index f : repeated_faces(mesh().faces, after)) {
+      is_kept[f] = std::binary_search(repeated_before.begin(), repeated_before.end(), f);
+    }
+    keep(is_kept);
+  }
+
+  // Faces that cannot be used stay as they are.
+  void drop_degenerate(double flat) {
+    const auto is_sound = sound_faces();
+    Array<char> is_kept(mesh().faces.size(), 1);
+    for (Index f = 0; f < face_count(); ++f) {
+      if (!is_sound[f]) continue;
+      const auto [a, b, c] = mesh().face(f);
+      is_kept[f] = !is_flat(mesh().position(a), mesh().position(b), mesh().position(c), flat);
+    }
+    keep(is_kept);
+  }
+
+  void orient() {
+    struct Neighbour {
+      Index face, other;
+      bool agrees;
+    };
+    Array<Neighbour> neighbours;
+    for_each_edge(sorted_sides(mesh().faces, sound_faces()), [&](auto first, auto last) {
+      if (last - first != 2) return;
+      const auto& [a, b] = std::pair(*first, *(first + 1));
+      neighbours.push_back({a.face, b.face, a.ascends != b.ascends});
+      neighbours.push_back({b.face, a.face, a.ascends != b.ascends});
+    });
+    std::sort(neighbours.begin(), neighbours.end(),
+              [](const Neighbour& a, const Neighbour& b) { return a.face < b.face; });
+    enum : char { unseen, as_it_is, turned };
+    Array<char> state(mesh().faces.size(), unseen);
+    Array<Index> waiting;
+    for (Index f = 0; f < face_count(); ++f) {
+      if (state[f] != unseen) continue;
+      state[f] = as_it_is;
+      waiting.push_back(f);
+      while (!waiting.empty()) {
+        const Index g = waiting.back();
+        waiting.pop_back();
+        auto n = std::lower_bound(neighbours.begin(), neighbours.end(), g,
+                                  [](const Neighbour& a, Index face) { return a.face < face; });
+        for (; n != neighbours.end() && n->face == g; ++n) {
+          if (state[n->other] != unseen) continue;
+          state[n->other] = n->agrees == (state[g] == as_it_is) ? as_it_is : turned;
+          waiting.push_back(n->other);
+        }
+      }
+    }
+    for (Index f = 0; f < face_count(); ++f) {
+      if (state[f] != turned) continue;
+      std::swap(face(f)[1], face(f)[2]);
+      ++result_.turned_faces;
+    }
+  }
+
+  void split() {
+    const auto is_sound = sound_faces();
+    auto fan = fans(mesh().faces, sorted_sides(mesh().faces, is_sound));
+    Array<Index> owner(mesh().positions.size(), -1);     // of each vertex: the fan that keeps it
+    Array<Index> copy_for(3 * mesh().faces.size(), -1);  // of each other fan: its copy
+    for (Index f = 0; f < face_count(); ++f) {
+      if (!is_sound[f]) continue;
+      for (Index k = 0; k < 3; ++k) {
+        Index& v = face(f)[static_cast<std::size_t>(k)];
+        const Index own = fan.find(3 * f + k);
+        if (owner[v] < 0) owner[v] = own;
+        if (owner[v] == own) continue;
+        if (copy_for[own] < 0) copy_for[own] = copy_of(v);
+        v = copy_for[own];
+      }
+    }
+  }
+
+  [[nodiscard]] Index copy_of(Index v) {
+    const auto at = static_cast<std::size_t>(v);
+    result_.mesh.positions.push_back(result_.mesh.positions[at]);
+    result_.vertex_of.push_back(result_.vertex_of[at]);
+    ++result_.added_vertices;
+    return static_cast<Index>(result_.mesh.positions.size()) - 1;
+  }
+
+  // An index out of range stays out of range.
+  void drop_unused() {
+    const auto count = static_cast<Index>(mesh().positions.size());
+    const auto is_vertex = [&](Index v) { return v >= 0 && v < count; };
+    Array<Index> now(mesh().positions.size(), -1);
+    for (const auto& face : mesh().faces) {
+      for (const Index v : face) {
+        if (is_vertex(v)) now[v] = 0;
+      }
+    }
+    std::size_t kept = 0;
+    for (std::size_t v = 0; v < now.size(); ++v) {
+      if (now.data()[v] < 0) continue;
+      result_.mesh.positions[kept] = result_.mesh.positions[v];
+      result_.vertex_of[kept] = result_.vertex_of[v];
+      now.data()[v] = static_cast<Index>(kept++);
+    }
+    result_.dropped_vertices = count - static_cast<Index>(kept);
+    result_.mesh.positions.resize(kept);
+    result_.vertex_of.resize(kept);
+    for (auto& face : result_.mesh.faces) {
+      for (Index& v : face) v = is_vertex(v) ? now[v] : v;
+    }
+  }
+
+  Repaired<T> result_;
+};
+
+}  // namespace detail
+
+/// Copies a mesh and mends what the options name, in the order in which they stand there; tells
+/// what it did. The mesh itself stays as it is, and nothing is mended that was not asked for.
+///
+/// Throws InvalidInput for a weld distance or a flatness that is negative or not finite. Cost:
+/// O(vertices + faces log faces).
+template <TriangleMesh M>
+[[nodiscard]] Repaired<MeshScalar<M>> repair(const M& mesh, const RepairOptions& options) {
+  const double weld = options.weld_distance.value_or(0);
+  detail::require(weld >= 0 && std::isfinite(weld), "the weld distance is ", weld);
+  detail::require(options.flat >= 0 && std::isfinite(options.flat), "the flatness is ",
+                  options.flat);
+  return detail::MeshRepairs(detail::copied(mesh)).run(options);
+}
+
+}  // namespace gelight

@@ -1,0 +1,204 @@
+#include "gelight/mesh/repair.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/mesh/check.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/tangent.hpp"
+#include "gelight/views/mesh_view.hpp"
+#include "support/hard_meshes.hpp"
+
+using namespace gelight;
+
+namespace {
+
+using Indices = std::vector<Index>;
+
+bool is_taken(const Mesh<double>& mesh) {
+  try {
+    Surface surface(mesh);
+  } catch (const InvalidInput&) {
+    return false;
+  }
+  return true;
+}
+
+bool carries_vectors(const Mesh<double>& mesh) {
+  try {
+    require_oriented(Surface(mesh));
+  } catch (const InvalidInput&) {
+    return false;
+  }
+  return true;
+}
+
+// Two sheets of 1 x 2 cells side by side, their common side doubled.
+Mesh<double> seamed_sheet() {
+  const std::vector<Mesh<double>> halves{
+      grid<double>(1, 2, 1, 2),
+      placed<double>(grid<double>(1, 2, 1, 2), Eigen::Matrix3d::Identity(), Vec3<double>(1, 0, 0))};
+  return joined<double>(halves);
+}
+
+}  // namespace
+
+TEST_CASE("without options nothing is repaired") {
+  Mesh<double> mesh = seamed_sheet();
+  mesh.faces.push_back({0, 0, 77});
+  mesh.positions[0][0] = std::numeric_limits<double>::infinity();
+  const auto same = repair(mesh, {});
+  CHECK(same.mesh.positions == mesh.positions);
+  CHECK(same.mesh.faces == mesh.faces);
+  CHECK(same.welded_vertices + same.dropped_faces + same.turned_faces + same.added_vertices +
+            same.dropped_vertices ==
+        0);
+}
+
+TEST_CASE("welding closes a seam, and paths cross it") {
+  const auto welded = repair(seamed_sheet(), {.weld_distance = 0, .drop_unused_vertices = true});
+  CHECK(welded.welded_vertices == 3);
+  CHECK(welded.dropped_vertices == 3);
+  CHECK(welded.dropped_faces == 0);
+  CHECK(check(welded.mesh).components == 1);
+  CHECK(welded.vertex_of == Indices{0, 1, 2, 3, 4, 5, 7, 9, 11});
+  // From (0, 0) to (2, 1): vertex 9 before.
+  CHECK(ExactSolver(welded.mesh).distance(Index{0})[7] == doctest::Approx(std::sqrt(5.0)));
+}
+
+TEST_CASE("welding within a distance takes each vertex to an earlier one near enough") {
+  test::Random random(3);
+  Mesh<double> mesh;
+  for (int i = 0; i < 2000; ++i) {
+    mesh.positions.push_back({test::uniform(random, -1, 1), test::uniform(random, -1, 1),
+                              test::uniform(random, -0.1, 0.1)});
+  }
+  mesh.faces.push_back({0, 1, 2});
+  const double near = 0.07;
+  const auto distance = [&](std::size_t a, std::size_t b) {
+    return std::hypot(mesh.positions[a][0] - mesh.positions[b][0],
+                      mesh.positions[a][1] - mesh.positions[b][1],
+                      mesh.positions[a][2] - mesh.positions[b][2]);
+  };
+  // The same by brute force.
+  std::vector<std::size_t> kept;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    bool is_near = false;
+    for (const std::size_t w : kept) is_near = is_near || distance(v, w) <= near;
+    if (!is_near) kept.push_back(v);
+  }
+  const auto welded = repair(mesh, {.weld_distance = near});
+  CHECK(welded.welded_vertices == static_cast<Index>(mesh.positions.size() - kept.size()));
+}
+
+TEST_CASE("faces that welding collapses or makes equal go") {
+  Mesh<double> mesh = grid<double>(1, 1);
+  mesh.positions.insert(mesh.positions.end(), {{0, 0, 0}, {1, 1, 0}});
+  mesh.faces.insert(mesh.faces.end(), {{0, 1, 4}, {4, 1, 5}});
+  const auto welded = repair(mesh, {.weld_distance = 0});
+  CHECK(welded.dropped_faces == 2);
+  CHECK(welded.face_of == Indices{0, 1});
+  CHECK(check(welded.mesh).is_accepted());
+}
+
+TEST_CASE("faces that cannot be used and faces without area go when asked") {
+  Mesh<double> mesh = grid<double>(2, 2);
+  const auto sound = mesh.faces;
+  mesh.positions.push_back({0, std::numeric_limits<double>::quiet_NaN(), 0});
+  mesh.faces.insert(mesh.faces.end(),
+                    {{0, 1, 11}, {3, 3, 4}, {-1, 0, 1}, {4, 1, 0}, {9, 0, 1}, {0, 1, 2}});
+  const auto usable = repair(mesh, {.drop_unusable_faces = true, .drop_unused_vertices = true});
+  CHECK(usable.dropped_faces == 5);
+  CHECK(usable.dropped_vertices == 1);
+  CHECK(is_taken(usable.mesh));
+  const auto areas = repair(usable.mesh, {.drop_degenerate_faces = true});
+  CHECK(areas.mesh.faces == sound);
+}
+
+TEST_CASE("orienting turns faces until those that meet agree") {
+  test::Random random(5);
+  Mesh<double> mesh = torus<double>(2, 0.7, 12, 9);
+  Index turned = 0;
+  for (std::size_t f = 1; f < mesh.faces.size(); ++f) {
+    if (test::uniform(random, 0, 1) < 0.5) continue;
+    std::swap(mesh.faces[f][0], mesh.faces[f][1]);
+    ++turned;
+  }
+  CHECK_FALSE(carries_vectors(mesh));
+  const auto oriented = repair(mesh, {.orient = true});
+  CHECK(oriented.turned_faces == turned);
+  CHECK(carries_vectors(oriented.mesh));
+
+  // A Moebius strip has no orientation: one seam is left, and told.
+  Mesh<double> strip;
+  for (int i = 0; i < 10; ++i) {
+    strip.positions.insert(strip.positions.end(), {{double(i), 0, 0}, {double(i), 1, 0}});
+    const Index a = 2 * i, b = a + 1, c = i < 9 ? a + 2 : 1, d = i < 9 ? a + 3 : 0;
+    strip.faces.insert(strip.faces.end(), {{a, c, b}, {b, c, d}});
+  }
+  CHECK(check(repair(strip, {.orient = true}).mesh).against.count == 1);
+}
+
+TEST_CASE("splitting parts the fans of a vertex, and a fin from its surface") {
+  const Mesh<double> bow{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}},
+                         {{0, 1, 2}, {0, 3, 4}}};
+  const auto parted = repair(bow, {.split_vertices = true});
+  CHECK(parted.added_vertices == 1);
+  CHECK(parted.vertex_of == Indices{0, 1, 2, 3, 4, 0});
+  CHECK(check(parted.mesh).components == 2);
+  CHECK(check(parted.mesh).nonmanifold_vertices.count == 0);
+
+  Mesh<double> fin = icosphere<double>(1);
+  const auto [a, b, c] = fin.faces[7];
+  fin.faces.push_back({a, b, static_cast<Index>(fin.positions.size())});
+  fin.positions.push_back({2, 2, 2});
+  const auto cut = repair(fin, {.split_vertices = true});
+  CHECK(cut.added_vertices == 2);
+  CHECK(check(cut.mesh).is_oriented());
+  CHECK(check(cut.mesh).components == 2);
+}
+
+TEST_CASE("all repairs together make of any random mesh one that carries vectors or says why not") {
+  test::Random random(11);
+  for (int i = 0; i < 200; ++i) {
+    CAPTURE(i);
+    Mesh<double> mesh = test::small_random_mesh(i, random);
+    const auto count = static_cast<Index>(mesh.positions.size());
+    for (auto& face : mesh.faces) {
+      if (test::uniform(random, 0, 1) > 0.05) continue;
+      face[0] = test::uniform_index(random, count + 3) - 1;
+    }
+    const auto mended = repair(mesh, {.drop_unusable_faces = true,
+                                      .weld_distance = 0,
+                                      .drop_degenerate_faces = true,
+                                      .orient = true,
+                                      .split_vertices = true,
+                                      .drop_unused_vertices = true});
+    const MeshReport report = check(mended.mesh);
+    CHECK(report.is_accepted());
+    CHECK(report.degenerate_faces.count == 0);
+    CHECK(report.unused_vertices.count == 0);
+    CHECK(report.nonmanifold_vertices.count == 0);
+    for (std::size_t v = 0; v < mended.vertex_of.size(); ++v) {
+      CHECK(mended.mesh.positions[v] ==
+            mesh.positions[static_cast<std::size_t>(mended.vertex_of[v])]);
+    }
+  }
+}
+
+TEST_CASE("a weld distance or flatness that cannot be is refused") {
+  const Mesh<double> mesh = grid<double>(1, 1);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH_AS((void)repair(mesh, {.weld_distance = -1}), "the weld distance is -1",
+                       InvalidInput);
+  CHECK_THROWS_AS((void)repair(mesh, {.weld_distance = nan}), InvalidInput);
+  CHECK_THROWS_AS((void)repair(mesh, {.flat = nan}), InvalidInput);
+}
