@@ -30,10 +30,13 @@ namespace gelight {
 ///
 /// Error, mean and largest: icospheres of 642 to 655,362 vertices 0.62 % and 2.2 % to 0.015 % and
 /// 0.12 %, falling with order 1.1; against exact distances on the GelTip membrane 0.012 % and 1.8
-/// %, on spheres stretched tenfold 0.07 % and 0.9 %; on flat sheets 0.02 % and 0.07 %. Behind a
-/// corner of the border it falls with order one half: 0.33 % and 2.1 % in a bent strip of 10 cells,
-/// 0.09 % and 0.7 % in one of 80. Next to sources on a whole border it is 0.8 % and 3.8 %. A query
-/// takes about linear time, two to four times that where triangles are thin.
+/// %, on spheres stretched five- to twentyfold 0.02 to 0.08 % and 1.3 %; on flat sheets 0.02 % and
+/// 0.07 %. Behind a corner of the border it falls with order one half: 0.33 % and 2.1 % in a bent
+/// strip of 10 cells, 0.09 % and 0.7 % in one of 80. Next to sources on a whole border it is 0.8 %
+/// and 3.8 %. Where triangles are so thin that the near is reached by way of the far, it is large
+/// at single vertices: a fan of 10,000 spokes 0.7 % and 4 %, jittered cells stretched 1e4 times 0.1
+/// % and 130 % (VirtualSourceSolver: rounding). A query takes about linear time, two to four times
+/// that where triangles are thin.
 template <std::floating_point T>
 class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>, T> {
  public:
