@@ -54,13 +54,14 @@ enum class Assurance {
   certified  ///< Proved at every vertex, or target.
 };
 
+/// What a caller wants of distances, and what they may cost.
 struct PlanRequest {
-  double tolerance = 0.01;  ///< Largest relative error allowed, in the norm below.
-  ErrorNorm norm = ErrorNorm::mean;
-  DistanceTruth truth = DistanceTruth::polyhedral;
-  Assurance assurance = Assurance::certified;  ///< How the error shall be known, at least.
-  Index sources = 1;                           ///< How many queries will share the set-up.
-  Index samples = 4;                           ///< Targets to check where the assurance is sampled.
+  double tolerance = 0.01;           ///< Largest relative error allowed, in the norm below.
+  ErrorNorm norm = ErrorNorm::mean;  ///< Which error the tolerance is for.
+  DistanceTruth truth = DistanceTruth::polyhedral;  ///< What the distances are compared with.
+  Assurance assurance = Assurance::certified;       ///< How the error shall be known, at least.
+  Index sources = 1;                                ///< How many queries will share the set-up.
+  Index samples = 4;  ///< Targets to check where the assurance is sampled.
   /// Where not empty, only these vertices' distances matter; others may be reported as +infinity.
   std::vector<Index> targets{};
   double time_limit = unreachable<double>;    ///< Seconds for all queries, as estimated.
