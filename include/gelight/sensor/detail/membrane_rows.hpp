@@ -14,6 +14,7 @@
 #include "gelight/core/types.hpp"
 #include "gelight/image/detail/normal_rows.hpp"
 #include "gelight/image/filter.hpp"
+#include "gelight/sensor/detail/lines.hpp"
 #include "gelight/sensor/detail/row_runs.hpp"
 #include "gelight/views/image_view.hpp"
 
@@ -96,9 +97,8 @@ class SlidingRows {
   /// Room for what symmetric_sums reads beyond the end, and an odd number of cache lines, so that
   /// the rows' numbers of one column do not compete for a few places in the cache.
   [[nodiscard]] static std::ptrdiff_t row_stride(Index width) {
-    constexpr Index line = 64 / sizeof(T);
-    const Index lines = (width + column_step + line - 1) / line;
-    return std::ptrdiff_t{line} * (lines + 1 - lines % 2);
+    const std::ptrdiff_t lines = whole_lines<T>(width + column_step) / line_size<T>;
+    return line_size<T> * (lines + 1 - lines % 2);
   }
 
   [[nodiscard]] std::ptrdiff_t stride() const { return stride_; }
@@ -135,7 +135,7 @@ class SlidingRows {
 
   Index count_ = 1, before_ = 0;
   std::ptrdiff_t stride_ = 0;
-  std::vector<T> numbers_;
+  Lines<T> numbers_;
   std::vector<char> used_;  // of each row: whether it is not all zero
 };
 
@@ -153,12 +153,12 @@ class MembraneRows {
 
   /// What changes while the rows of one image go through.
   struct Workspace {
-    std::vector<T> buffer;   // a row of depths
-    std::vector<T> padded;   // a row, `radius` more pixels on each side
+    Lines<T> buffer;         // a row of depths
+    Lines<T> padded;         // a row, `radius` more pixels on each side, and what fills a line
     SlidingRows<T> across;   // protrusion, smoothed along
     SlidingRows<T> missing;  // 1 where the depth is not known, smoothed along
-    std::array<std::vector<T>, band> spread, lack;  // the same, smoothed down
-    std::vector<T> membrane;  // rows of depth, a pixel more on each side: y at y mod (2 band)
+    std::array<Lines<T>, band> spread, lack;  // the same, smoothed down
+    Lines<T> membrane;  // rows of depth, a pixel more on each side: y at y mod (2 band)
     std::array<const T*, 2 * band> rows{};   // where those rows are: there, or at rest
     std::array<std::vector<char>, 2> moved;  // of each block of two bands: whether not at rest
     std::vector<char> touched;               // of each block of a row
@@ -184,7 +184,9 @@ class MembraneRows {
 
   /// How many rows below a row of the membrane are needed to make it.
   [[nodiscard]] Index radius() const { return radius_; }
-  [[nodiscard]] const T* rest(Index y) const { return rest_.data() + stride() * (y + 1) + 1; }
+  [[nodiscard]] const T* rest(Index y) const {
+    return rest_.data() + stride() * (y + 1) + line_size<T>;
+  }
 
   /// Whether a row has pixels outside the membrane.
   [[nodiscard]] bool is_masked(Index y) const { return masked_[static_cast<std::size_t>(y)] != 0; }
@@ -198,7 +200,7 @@ class MembraneRows {
     const auto blocks = static_cast<std::size_t>(block_count(width_));
     Workspace work;
     work.buffer.resize(width);
-    work.padded.resize(width + static_cast<std::size_t>(2 * radius_));
+    work.padded.resize(width + static_cast<std::size_t>(2 * whole_lines<T>(radius_)));
     work.across = {width_, window + band - 1, radius_};
     work.missing = work.across;
     for (std::size_t r = 0; r < band; ++r) {
@@ -232,7 +234,7 @@ class MembraneRows {
       return leave_out(work, y);
     }
     press_holes(work, depth, y);
-    T* const protrusion = work.padded.data() + radius_;
+    T* const protrusion = work.padded.data() + whole_lines<T>(radius_);
     protrusion_row(protrusion, depth, rest(y), allowed_, width_);
     if (!mark_touched(work, protrusion)) return work.across.clear(y);
     for (std::size_t b = 0; b < work.touched.size(); ++b) {
@@ -280,7 +282,7 @@ class MembraneRows {
     if (y >= 0 && y < height_) return work.rows[slot(y)];
     const Index first = y < 0 ? 0 : height_ - 1;
     const Index second = std::clamp(y < 0 ? 1 : height_ - 2, Index{0}, height_ - 1);
-    T* const outside = work.membrane.data() + stride() * static_cast<Index>(slot(y)) + 1;
+    T* const outside = work.membrane.data() + stride() * static_cast<Index>(slot(y)) + line_size<T>;
     extrapolate_row(outside, work.rows[slot(first)], work.rows[slot(second)], width_);
     return outside;
   }
@@ -297,11 +299,12 @@ class MembraneRows {
   }
 
  private:
-  [[nodiscard]] std::ptrdiff_t stride() const { return std::ptrdiff_t{width_} + 2; }
+  // Rows begin with a line, of which they have the last pixel before it; and they have one behind.
+  [[nodiscard]] std::ptrdiff_t stride() const { return line_size<T> + whole_lines<T>(width_ + 1); }
 
   template <class D>
   void keep_rest(const D& image) {
-    const auto row = [&](Index y) { return rest_.data() + stride() * (y + 1) + 1; };
+    const auto row = [&](Index y) { return rest_.data() + stride() * (y + 1) + line_size<T>; };
     for (Index y = 0; y < height_; ++y) {
       for (Index x = 0; x < width_; ++x) {
         row(y)[x] = static_cast<T>(ImageTraits<D>::pixel(image, x, y));
@@ -343,7 +346,7 @@ class MembraneRows {
 
   // Smooths the padded row along itself, over the workspace's runs.
   void smooth_along(Workspace& work, T* out) const {
-    T* const row = work.padded.data() + radius_;
+    T* const row = work.padded.data() + whole_lines<T>(radius_);
     for (Index k = 1; k <= radius_; ++k) {
       row[-k] = row[inside(-k, width_, Border::reflect101)];
       row[width_ - 1 + k] = row[inside(width_ - 1 + k, width_, Border::reflect101)];
@@ -360,7 +363,7 @@ class MembraneRows {
     work.holes[static_cast<std::size_t>(y)] = 1;
     work.any_holes = true;
     if (radius_ == 0) return;
-    T* const row = work.padded.data() + radius_;
+    T* const row = work.padded.data() + whole_lines<T>(radius_);
     for (Index x = 0; x < width_; ++x) row[x] = is_depth(rest(y)[x]) && !is_depth(depth[x]) ? 1 : 0;
     work.runs.assign(1, {0, width_});
     work.missing.set(y, [&](T* out) { smooth_along(work, out); });
@@ -403,7 +406,7 @@ class MembraneRows {
 
   // A few columns of all rows of the band at a time, so that they come from the first cache.
   void sum_down(const Workspace& work, const SlidingRows<T>& rows, Index y, Index count,
-                std::array<std::vector<T>, band>& out) const {
+                std::array<Lines<T>, band>& out) const {
     const T* const middle = rows.row(y - radius_) + radius_ * rows.stride();
     for (const Run& run : work.runs) {
       for (Index x = run.begin; x < run.end; x += column_step) {
@@ -419,7 +422,7 @@ class MembraneRows {
   // Row y of the membrane: at rest but for the workspace's runs.
   template <class D>
   [[nodiscard]] const T* bulged_row(Workspace& work, const D& image, Index y) const {
-    T* const z = work.membrane.data() + stride() * (y % (2 * band)) + 1;
+    T* const z = work.membrane.data() + stride() * (y % (2 * band)) + line_size<T>;
     if (!work.everything) std::copy_n(rest(y), width_, z);
     const T* const depth = row_of(image, y, work.buffer.data(), width_);
     const T* const spread = work.spread[static_cast<std::size_t>(y % band)].data();
@@ -434,7 +437,7 @@ class MembraneRows {
   Index width_, height_, radius_;
   T allowed_;
   std::vector<T> weights_, zeros_;
-  std::vector<T> rest_;  // NaN outside the membrane; a pixel more on each side
+  Lines<T> rest_;  // NaN outside the membrane; a pixel more on each side
   std::vector<char> masked_;
   Image<T> lack_;  // the share of each pixel's Gaussian that lies outside the membrane, if any does
 };

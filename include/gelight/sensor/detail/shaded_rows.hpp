@@ -16,6 +16,7 @@
 #include "gelight/image/detail/normal_rows.hpp"
 #include "gelight/image/normals.hpp"
 #include "gelight/sensor/background.hpp"
+#include "gelight/sensor/detail/lines.hpp"
 #include "gelight/sensor/detail/row_runs.hpp"
 #include "gelight/shading/detail/phong_row.hpp"
 #include "gelight/shading/phong.hpp"
@@ -62,10 +63,10 @@ template <std::floating_point T>
 class ShadedRows {
  public:
   struct Workspace {
-    using Row = std::array<T, tile_width>;
+    struct alignas(line_bytes) Row : std::array<T, tile_width> {};
     Row normal_x, normal_y, normal_z, toward, mirrored, shine;
     std::array<Row, 3> rgb;
-    std::vector<std::int32_t> packed;  // a row of the image
+    Lines<std::int32_t> packed;  // a row of the image
   };
 
   /// `rectified_to` are the membrane's normals at rest if the lights' directions shall be made
@@ -273,8 +274,8 @@ class ShadedRows {
   std::vector<T> columns_;
   std::ptrdiff_t tiles_, planes_, coordinates_;  // tiles in a row; the others in a tile
   // Tile after tile, and in each plane after plane: read from end to end.
-  std::vector<T> fixed_;
-  std::vector<Code> codes_;
+  Lines<T> fixed_;
+  Lines<Code> codes_;
   std::vector<Range> ranges_;  // of each tile and coordinate
   std::vector<LightColour<T>> colours_;
 };
