@@ -375,8 +375,8 @@ TEST_CASE("every property holds on the meshes that once failed") {
     CAPTURE(kept.first);
     REQUIRE(check(kept.second).is_accepted());
     for (const auto& property : properties()) {
-      CAPTURE(property.first);
-      CHECK(property.second(kept.second) == "");
+      CAPTURE(property.name);
+      CHECK(property.property(kept.second) == "");
     }
   }
 }
