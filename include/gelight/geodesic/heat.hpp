@@ -51,22 +51,23 @@ struct HeatOptions {
 namespace detail {
 
 /// Heat and Poisson systems of a surface, each factored when it is first solved; shared by the
-/// solvers that use them.
-struct HeatSystem {
-  double time_factor = 1;
+/// solvers that use them. (A template only so that it costs nothing to include.)
+template <std::floating_point Real>
+struct HeatSystemOf {
+  Real time_factor = 1;
   bool is_delaunay = false;
-  double mean_edge = 0;
-  double unit = 1;  // of the lengths below: the mean edge, or 1 if that is zero
+  Real mean_edge = 0;
+  Real unit = 1;  // of the lengths below: the mean edge, or 1 if that is zero
   IntrinsicTriangulation mesh;
   Array<PlanarFace> faces;
   Array<Index> component;  // of each vertex
   std::shared_ptr<const SymmetricPattern> pattern;
-  Array<double> mass;
-  SymmetricMatrix<double> laplacian;
-  SymmetricMatrix<double> heat;
+  Array<Real> mass;
+  SymmetricMatrix<Real> laplacian;
+  SymmetricMatrix<Real> heat;
   std::shared_ptr<const Dissection> dissection;
 
-  HeatSystem(const Surface<double>& surface, double time, bool intrinsic)
+  HeatSystemOf(const Surface<double>& surface, Real time, bool intrinsic)
       : time_factor(time), is_delaunay(intrinsic) {
     require(time_factor > 0 && std::isfinite(time_factor), "the heat's time factor is ",
             time_factor, ", not a positive number");
@@ -80,7 +81,7 @@ struct HeatSystem {
     laplacian = cotan_laplacian(mesh, pattern);
 
     heat = laplacian;
-    for (double& x : heat.values) x *= time_factor;
+    for (Real& x : heat.values) x *= time_factor;
     for (Index v = 0; v < pattern->size(); ++v) {
       // A vertex without faces has no area; it is its own component and never heated.
       heat.values[pattern->diagonal(v)] += mass[v] > 0 ? mass[v] : 1;
@@ -88,13 +89,13 @@ struct HeatSystem {
     dissection = dissected(surface, *pattern);
   }
 
-  [[nodiscard]] const SparseFactor<double>& heat_factor() const {
+  [[nodiscard]] const SparseFactor<Real>& heat_factor() const {
     return late_heat_.get([&] { return factored(dissection, heat); });
   }
 
   /// Of the Laplacian. A constant per component is free: it is taken out by holding one vertex at
   /// zero.
-  [[nodiscard]] const SparseFactor<double>& poisson_factor() const {
+  [[nodiscard]] const SparseFactor<Real>& poisson_factor() const {
     return late_poisson_.get([&] {
       Array<char> held(component.size(), 0);
       for (Index v = 0; v < pattern->size(); ++v) held[v] = component[v] == v;
@@ -104,15 +105,14 @@ struct HeatSystem {
 
   static std::shared_ptr<const Dissection> dissected(const Surface<double>& surface,
                                                      const SymmetricPattern& pattern) {
-    std::vector<Vec3<double>> points;
+    std::vector<Vec3<Real>> points;
     points.reserve(static_cast<std::size_t>(surface.vertex_count()));
     for (Index v = 0; v < surface.vertex_count(); ++v) points.push_back(surface.position(v));
     return std::make_shared<Dissection>(pattern, points);
   }
 
   /// The matrix with the rows and columns of some vertices replaced by the identity's.
-  static SymmetricMatrix<double> with_held(SymmetricMatrix<double> matrix,
-                                           const Array<char>& held) {
+  static SymmetricMatrix<Real> with_held(SymmetricMatrix<Real> matrix, const Array<char>& held) {
     const auto& pattern = *matrix.pattern;
     for (Index j = 0; j < pattern.size(); ++j) {
       for (Index e = pattern.begin(j); e < pattern.begin(j + 1); ++e) {
@@ -124,7 +124,7 @@ struct HeatSystem {
 
   /// The function, up to a constant per component, whose gradient is nearest to a unit field with
   /// this integrated divergence.
-  [[nodiscard]] Array<double> integrate(Array<double> divergence) const {
+  [[nodiscard]] Array<Real> integrate(Array<Real> divergence) const {
     for (Index v = 0; v < pattern->size(); ++v) {
       if (component[v] == v) divergence[v] = 0;
     }
@@ -143,8 +143,10 @@ struct HeatSystem {
   }
 
  private:
-  Late<SparseFactor<double>> late_heat_, late_poisson_;
+  Late<SparseFactor<Real>> late_heat_, late_poisson_;
 };
+
+using HeatSystem = HeatSystemOf<double>;
 
 }  // namespace detail
 
