@@ -17,6 +17,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const double z = bytes.take<std::int8_t>();
   const Index vertex = bytes.below(16);
   const auto mesh = fuzz::take_mesh(bytes, 16, 24);
+  // Of lengths near the ends of the range squares overflow or vanish.
+  for (const auto& p : mesh.positions) {
+    for (const double c : p) {
+      if (c != 0 && !(std::fabs(c) < 1e100 && std::fabs(c) > 1e-100)) return 0;
+    }
+  }
   try {
     const VectorHeatSolver solver(mesh);
     const double length = std::hypot(x, y, z);

@@ -140,6 +140,9 @@ inline std::vector<std::pair<std::string, Mesh<double>>> kept_meshes() {
          {6, 2, 10},
          {8, 6, 7},
          {9, 8, 1}}}},
+      {"a tetrahedron on a line: windows circled for ever round what has no girth",
+       {{{0.375, 0, 0}, {-4.25, 0, 0}, {3.5, 0, 0}, {0, 0, 0}},
+        {{0, 3, 1}, {3, 1, 2}, {0, 3, 2}, {1, 2, 0}}}},
   };
 }
 

@@ -408,7 +408,7 @@ class ExactField {
   }
 
   [[nodiscard]] bool begins_lines(Index vertex) const {
-    if (faces_->bend(vertex) != detail::PlanarFaces::Bend::none) return true;
+    if (faces_->bends_at(vertex)) return true;
     return std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) {
       return source.point == vertex_point<double>(vertex);
     });

@@ -28,17 +28,20 @@ class PlanarFaces {
   /// The angle of h's face at h's origin, in radians.
   [[nodiscard]] double angle(Index h) const { return std::atan2(apex_[h].y(), apex_[h].x()); }
 
-  /// How shortest paths can pass a vertex: not at all (or straight on, where it is flat); bending
-  /// at a saddle or a re-entrant corner of the border; or in any direction, at a vertex that is not
-  /// a plain one: on a zero-length edge, on an edge of three faces or more, where several fans
-  /// meet.
-  enum class Bend : unsigned char { none, saddle, any };
+  /// How shortest paths can pass a vertex: not at all (or straight on, where it is flat), nor near
+  /// it at a tip; bending at a saddle or a re-entrant corner of the border; or in any direction, at
+  /// a vertex that is not a plain one: on a zero-length edge, on an edge of three faces or more,
+  /// where several fans meet.
+  enum class Bend : unsigned char { none, tip, saddle, any };
   [[nodiscard]] Bend bend(Index vertex) const { return bends_[vertex]; }
+  [[nodiscard]] bool bends_at(Index vertex) const { return bends_[vertex] >= Bend::saddle; }
 
  private:
   // Paths round a saddle of less excess angle than this are found without windows of its own: they
   // are longer than those of the neighbouring windows by half its square at most, relative.
   static constexpr double smallest_excess = 1e-11;
+  // A tip's angles sum to less than this, in radians; much less than pi.
+  static constexpr double sharpest = 1;
 
   void lay_flat(const Surface<double>& surface, Index first) {
     // The area from the two shorter edges: its rounding error is proportional to their product.
@@ -87,6 +90,7 @@ class PlanarFaces {
     }
     if (border_edges > 2 || fan_size(surface, vertex) < std::ssize(corners)) return Bend::any;
     const double flat = border_edges > 0 ? std::numbers::pi : 2 * std::numbers::pi;
+    if (border_edges == 0 && sum < sharpest) return Bend::tip;
     return sum > flat + smallest_excess ? Bend::saddle : Bend::none;
   }
 

@@ -85,12 +85,7 @@ class WindowTrimmer {
  public:
   explicit WindowTrimmer(WindowList& list) : list_(list) {}
 
-  /// For an edge of a given length.
-  void trim(double length) {
-    // From a vertex in the middle of the edge all that lies beyond is seen through one point, where
-    // its distance ties with others.
-    const double nearest = *std::max_element(list_.y, list_.y + list_.size);
-    if (nearest > -on_edge * length) return;
+  void trim() {
     std::ptrdiff_t top = 0;
     for (std::ptrdiff_t i = 1; i < list_.size; ++i) {
       Verdict verdict = Verdict::keep;
@@ -110,8 +105,6 @@ class WindowTrimmer {
   // Overlaps grow as windows travel, and do no harm: they wait until they are this share of the
   // narrower window. (Measured: a tenth makes no more windows than nothing does, in half the time.)
   static constexpr double worth_parting = 0.1;
-  // An image this share of the edge's length below the edge is on it, but for rounding.
-  static constexpr double on_edge = 16 * std::numeric_limits<double>::epsilon();
   // A gap of this share is rounding.
   static constexpr double touching = 1e-12;
 

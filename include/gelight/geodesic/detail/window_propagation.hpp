@@ -118,6 +118,8 @@ class WindowPropagation {
   static constexpr int pops_between_polls = 256;
   // What is not clearly shorter is by this share.
   static constexpr double tie = 0.6 * (1 - clearly_shorter);
+  // A face no higher than this share of its edge has its apex on the edge, but for rounding.
+  static constexpr double on_edge = 16 * std::numeric_limits<double>::epsilon();
 
   void reset(const Mesh& surface, const PlanarFaces& faces, const Sources& sources,
              const PropagationLimits& limits) {
@@ -250,7 +252,7 @@ class WindowPropagation {
       emit_everywhere(vertex, {distance, Origin::Kind::source, arrivals[vertex].origin, -1});
     } else if (is_behind_ring(vertex)) {
       emit_everywhere(vertex, {distance, Origin::Kind::vertex, vertex, -1});
-    } else if (faces_->bend(vertex) != PlanarFaces::Bend::none) {
+    } else if (faces_->bends_at(vertex)) {
       bend(vertex, {distance, Origin::Kind::vertex, vertex, -1});
     }
   }
@@ -438,19 +440,35 @@ class WindowPropagation {
     ++counts.lists;
     counts.loaded += list_.size;
     const double length = surface_->length(h);
-    drop_useless(
-        {length, reach_of(surface_->origin(h), length), reach_of(surface_->tip(h), length)}, list_);
+    const bool is_flat = faces_->apex(h).y() <= on_edge * length;
+    drop_useless({length, reach_of(surface_->origin(h), length, is_flat),
+                  reach_of(surface_->tip(h), length, is_flat)},
+                 list_);
     if (bound_ < unreachable<double>) drop_beyond(bound_, rest_at(h), list_);
     if (limits_->ring < unreachable<double>) drop_behind_rings(length);
     if (list_.size > 1) {
       sort_windows(list_);
-      WindowTrimmer(list_).trim(length);
+      if (!sees_through_a_point(h)) WindowTrimmer(list_).trim();
     }
     if (list_.size == 0) return;
     counts.propagated += list_.size;
     if (keeps(Mesh::face_of(h))) keep(h);
     reach_apex(h, crossing_.aim(list_, length, faces_->apex(h)));
     cross(h);
+  }
+
+  // Whether windows come from a vertex in the middle of h's edge, in a face without area behind it:
+  // all that lies beyond is seen through that one point, where its distance ties with others.
+  [[nodiscard]] bool sees_through_a_point(Index h) const {
+    for (Index t = surface_->twin(h); t != h; t = surface_->twin(t)) {
+      if (faces_->apex(t).y() > on_edge * surface_->length(t)) continue;
+      const Index apex = surface_->apex(t);
+      for (std::ptrdiff_t i = 0; i < list_.size; ++i) {
+        const Origin& origin = origins[list_.origin[i]];
+        if (origin.kind == Origin::Kind::vertex && origin.index == apex) return true;
+      }
+    }
+    return false;
   }
 
   // Windows go on for one edge behind the ring, to reach all vertices there.
@@ -464,13 +482,17 @@ class WindowPropagation {
     list_.size = count;
   }
 
-  // The distance of an edge's end. One from where paths go on in all directions serves all that a
-  // window over the edge does, so that of two that tie the window goes: else it would circle for
-  // ever round a vertex whose angles sum to zero, as where edges have no length.
-  [[nodiscard]] double reach_of(Index vertex, double length) const {
+  // The distance of an edge's end. Of two that tie the window goes where the end serves all that it
+  // does, since from there paths go on in all directions; where no shortest path passes so near to
+  // the end; and where the window enters a face without area, into which it looks along the edge.
+  // Else windows would circle for ever round vertices whose angles sum to nothing, as where edges
+  // have no length, at the tips of needles, and round what is a line.
+  [[nodiscard]] double reach_of(Index vertex, double length, bool is_flat) const {
     const double distance = distances[vertex];
-    return faces_->bend(vertex) == PlanarFaces::Bend::any ? distance - tie * (distance + length)
-                                                          : distance;
+    const auto bend = faces_->bend(vertex);
+    const bool is_enough =
+        is_flat || bend == PlanarFaces::Bend::any || bend == PlanarFaces::Bend::tip;
+    return is_enough ? distance - tie * (distance + length) : distance;
   }
 
   void reach_apex(Index h, const FaceCrossing::Nearest& nearest) {
