@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
+#include <utility>
 #include <vector>
 
 #include "gelight/core/types.hpp"
@@ -13,25 +15,27 @@ namespace gelight::detail {
 
 /// The point named by the smallest element that holds it: a point of an edge or a face whose
 /// weight is all at one vertex, say, is that vertex. Equal points become equal in name too.
-inline SurfacePoint<double> simplified(const Surface<double>& surface, SurfacePoint<double> point) {
-  using Kind = SurfacePoint<double>::Kind;
+template <std::floating_point T>
+SurfacePoint<T> simplified(const Surface<T>& surface, SurfacePoint<T> point) {
+  using Kind = typename SurfacePoint<T>::Kind;
   std::array<Index, 3> vertices{point.element[0], point.element[1], -1};
   if (point.kind == Kind::vertex) return point;
   if (point.kind == Kind::face) vertices = surface.face(point.element[0]);
-  std::vector<std::pair<Index, double>> used;
+  std::vector<std::pair<Index, T>> used;
   for (std::size_t k = 0; k < 3; ++k) {
     if (point.weights[k] > 0) used.emplace_back(vertices[k], point.weights[k]);
   }
   if (used.size() == 3) return point;
   std::sort(used.begin(), used.end());
-  if (used.size() == 1) return vertex_point<double>(used[0].first);
+  if (used.size() == 1) return vertex_point<T>(used[0].first);
   return {Kind::edge, {used[0].first, used[1].first}, {used[0].second, used[1].second, 0}};
 }
 
 /// About what a vertex adds to the distance of the last, on a mesh of edges long and short too: the
 /// length that a tenth of the edges fall short of.
-inline double short_edge_length(const Surface<double>& surface) {
-  std::vector<double> lengths;
+template <std::floating_point T>
+T short_edge_length(const Surface<T>& surface) {
+  std::vector<T> lengths;
   lengths.reserve(static_cast<std::size_t>(surface.halfedge_count()));
   for (Index h = 0; h < surface.halfedge_count(); ++h) {
     if (surface.length(h) > 0) lengths.push_back(surface.length(h));

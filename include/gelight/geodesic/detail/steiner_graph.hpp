@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <limits>
 #include <memory>
@@ -20,12 +21,14 @@ namespace gelight::detail {
 
 /// The vertices of a surface and some points on each of its edges, evenly spaced; straight lines
 /// join those of one face (Lanthier, Maheshwari, Sack 2001, doi:10.1007/s00453-001-0027-5). Lines
-/// are not stored: each is measured in its face when a path tries it.
-class SteinerGraph {
+/// are not stored: each is measured in its face when a path tries it. (A template only so that it
+/// costs nothing to include.)
+template <std::floating_point Real>
+class SteinerGraphOf {
  public:
   /// Nodes are the vertices, then `per_edge` points of each edge, from its first half-edge's
   /// origin on.
-  SteinerGraph(const Surface<double>& surface, Index per_edge)
+  SteinerGraphOf(const Surface<double>& surface, Index per_edge)
       : surface_(surface), faces_(surface), per_edge_(per_edge) {
     for (Index h = 0; h < surface.halfedge_count(); ++h) {
       if (is_first(h)) halfedges_.push_back(h);
@@ -40,8 +43,8 @@ class SteinerGraph {
   }
 
   /// Distance along the graph of every vertex from the sources. Start distances are not negative.
-  [[nodiscard]] Array<double> distance(const Sources& sources) const {
-    const Pool<Front>::Borrowed borrowed(*pool_);
+  [[nodiscard]] Array<Real> distance(const Sources& sources) const {
+    const typename Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.nodes.assign(static_cast<std::size_t>(node_count_), {});
     front.queue.reset(spacing_);
@@ -55,7 +58,7 @@ class SteinerGraph {
         leave_edge(node, front);
       }
     }
-    Array<double> out(static_cast<std::size_t>(surface_.vertex_count()));
+    Array<Real> out(static_cast<std::size_t>(surface_.vertex_count()));
     for (Index v = 0; v < surface_.vertex_count(); ++v) out[v] = front.nodes[v].distance;
     return out;
   }
@@ -64,7 +67,7 @@ class SteinerGraph {
   using Mesh = Surface<double>;
 
   struct Node {
-    double distance = unreachable<double>;
+    Real distance = unreachable<Real>;
     Index face = -1;  // through which it was reached, or -1 where along an edge
   };
 
@@ -72,7 +75,7 @@ class SteinerGraph {
     Array<Node> nodes;
     BucketQueue queue;
 
-    void reach(Index node, double d, Index face) {
+    void reach(Index node, Real d, Index face) {
       if (!(d < nodes[node].distance)) return;
       nodes[node] = {d, face};
       queue.push(node, d);
@@ -110,21 +113,21 @@ class SteinerGraph {
     return begin >= 0 ? begin + i : ~begin - i;
   }
 
-  [[nodiscard]] double share(Index i) const { return (i + 1.0) / (per_edge_ + 1.0); }
+  [[nodiscard]] Real share(Index i) const { return (i + 1.0) / (per_edge_ + 1.0); }
 
   void start(const Source<double>& source, Front& front) const {
     const auto point = simplified(surface_, source.point);
     if (point.kind == SurfacePoint<double>::Kind::vertex) {
       return front.reach(point.element[0], source.distance, -1);
     }
-    const Vec3<double> at = surface_.position(point);
+    const Vec3<Real> at = surface_.position(point);
     for_each_face_at(surface_, point, [&](Index f) {
       for (Index h = 3 * f; h < 3 * f + 3; ++h) {
-        const Vec3<double> origin = surface_.position(surface_.origin(h)) - at;
-        const Vec3<double> tip = surface_.position(surface_.tip(h)) - at;
+        const Vec3<Real> origin = surface_.position(surface_.origin(h)) - at;
+        const Vec3<Real> tip = surface_.position(surface_.tip(h)) - at;
         front.reach(surface_.origin(h), source.distance + stable_norm(origin), f);
         for (Index i = 0; i < per_edge_; ++i) {
-          const double gap = stable_norm(origin + share(i) * (tip - origin));
+          const Real gap = stable_norm(origin + share(i) * (tip - origin));
           front.reach(node_on(h, i), source.distance + gap, f);
         }
       }
@@ -139,7 +142,7 @@ class SteinerGraph {
       front.reach(node_on(h, 0), from.distance + surface_.length(h) * share(0), -1);
       front.reach(node_on(in, per_edge_ - 1), from.distance + surface_.length(in) * share(0), -1);
       if (Mesh::face_of(h) == from.face) continue;
-      const Vec2<double> tip(surface_.length(h), 0);
+      const Vec2<Real> tip(surface_.length(h), 0);
       reach_side(Mesh::next(h), from.distance, tip, faces_.apex(h) - tip, front);
     }
   }
@@ -149,47 +152,49 @@ class SteinerGraph {
     const Index number = node - surface_.vertex_count();
     const Index first = halfedges_[number / per_edge_];
     const Index place = number % per_edge_;
-    const double gap = surface_.length(first) * share(0);
+    const Real gap = surface_.length(first) * share(0);
     front.reach(node_on(first, place - 1), from.distance + gap, -1);
     front.reach(node_on(first, place + 1), from.distance + gap, -1);
     Index h = first;
     do {
-      const double t = points_[h] >= 0 ? share(place) : 1 - share(place);
+      const Real t = points_[h] >= 0 ? share(place) : 1 - share(place);
       if (Mesh::face_of(h) != from.face) cross(h, t, from.distance, front);
       h = surface_.twin(h);
     } while (h != first);
   }
 
   // From the point at (1 - t) origin + t tip of half-edge h to the other two sides of its face.
-  void cross(Index h, double t, double d, Front& front) const {
-    const Vec2<double> tip((1 - t) * surface_.length(h), 0);
-    const Vec2<double> origin(-t * surface_.length(h), 0);
-    const Vec2<double> apex = faces_.apex(h) + origin;
+  void cross(Index h, Real t, Real d, Front& front) const {
+    const Vec2<Real> tip((1 - t) * surface_.length(h), 0);
+    const Vec2<Real> origin(-t * surface_.length(h), 0);
+    const Vec2<Real> apex = faces_.apex(h) + origin;
     front.reach(surface_.apex(h), d + length(apex), Mesh::face_of(h));
     reach_side(Mesh::next(h), d, tip, apex - tip, front);
     reach_side(Mesh::previous(h), d, apex, origin - apex, front);
   }
 
   // The points of half-edge h, which runs from `begin` along `way`, from a node at (0, 0).
-  void reach_side(Index h, double d, const Vec2<double>& begin, const Vec2<double>& way,
+  void reach_side(Index h, Real d, const Vec2<Real>& begin, const Vec2<Real>& way,
                   Front& front) const {
     for (Index i = 0; i < per_edge_; ++i) {
       front.reach(node_on(h, i), d + length(begin + share(i) * way), Mesh::face_of(h));
     }
   }
 
-  static double length(const Vec2<double>& v) { return std::sqrt(v.x() * v.x() + v.y() * v.y()); }
+  static Real length(const Vec2<Real>& v) { return std::sqrt(v.x() * v.x() + v.y() * v.y()); }
 
   Surface<double> surface_;
   PlanarFaces faces_;
   Index per_edge_;
   Index node_count_ = 0;
-  double spacing_ = 0;
+  Real spacing_ = 0;
   Array<Index> halfedges_;  // of each edge: the first
   // Of each half-edge: the node of its first point, from where they are counted up, or ~node, from
   // where they are counted down.
   Array<Index> points_;
   std::shared_ptr<Pool<Front>> pool_ = std::make_shared<Pool<Front>>();
 };
+
+using SteinerGraph = SteinerGraphOf<double>;
 
 }  // namespace gelight::detail
