@@ -39,17 +39,19 @@ EXACT = 1e-8  # where an error of rounding alone is drawn
 
 def load(folder):
     """All benchmarks of a folder's JSON files that succeeded, one context, and what failed."""
-    rows, context, failed = [], {}, []
+    rows, context, failed, commits = [], {}, [], {}
     for path in sorted(glob.glob(os.path.join(folder, "*.json"))):
         with open(path) as file:
             data = json.load(file)
         context = data["context"]
+        commits[context.get("commit", "unknown")] = True
         for row in data["benchmarks"]:
             row["path"] = row["name"].split("/")
             if row.get("error_occurred"):
                 failed.append("{}: {}".format(row["name"], row["error_message"]))
             else:
                 rows.append(row)
+    context["commit"] = ", ".join(commits)
     return rows, context, failed
 
 
@@ -353,7 +355,7 @@ def chart_scene(rows, folder, context):
         y += 0.5
     axes.text(330, -0.1, "99 % of\npixels within", ha="right", va="center", fontsize=7,
               color="0.25")
-    axes.text(1500, -0.1, "smoothing: a frame\nelse: once a sensor", ha="right", va="center",
+    axes.text(1500, -0.1, "time", ha="right", va="center",
               fontsize=7, color="0.25")
     axes.axvline(seen, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
     axes.axvspan(least, seen, color="0.94", zorder=0)
@@ -366,7 +368,8 @@ def chart_scene(rows, folder, context):
     axes.set_yticklabels(names, fontsize=8)
     axes.set_xticks([0.01, 0.1, 1, 10, 100])
     axes.set_xticklabels(["0.01", "0.1", "1", "10", "100"])
-    axes.set_xlabel("mean change in grey levels where something touches the membrane")
+    axes.set_xlabel("mean change in grey levels where something touches the membrane\n"
+                    "(time: of smoothing, for each frame; else of the light fields, once a sensor)")
     axes.grid(True, axis="x", color="0.88", linewidth=0.6)
     axes.set_title("Where precision shows in a GelTip's image, and where it is wasted",
                    fontsize=11, fontweight="bold")
