@@ -119,10 +119,10 @@ void measure(benchmark::State& state, const Case& on, const Dial& dial) {
   Query query;
   Distances distances;
   std::vector<double> setups, firsts, times;
-  for (std::size_t i = 0; i < sources.size(); ++i) {
+  for (int i = 0; i < 5; ++i) {
     query = nullptr;
     setups.push_back(seconds([&] { query = dial.make(on.mesh); }));
-    firsts.push_back(seconds([&] { distances = query(sources[i]); }));
+    firsts.push_back(seconds([&] { distances = query(sources[0]); }));
   }
   Errors errors, smooth;
   for (auto _ : state) {
