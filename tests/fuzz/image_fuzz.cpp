@@ -42,9 +42,12 @@ void run(fuzz::Bytes& bytes) {
   std::vector<T> memory;
   const auto depth = take_view(bytes, memory, width, height);
   const bool any_bits = bytes.below(2) == 0;
+  bool is_moderate = true;  // of others squares overflow or vanish
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {
       depth(x, y) = any_bits ? bytes.take<T>() : T(0.03) + T(1e-4) * bytes.take<std::int8_t>();
+      const T size = std::fabs(depth(x, y));
+      is_moderate &= size == 0 || (size > T(1e-12) && size < T(1e12));
     }
   }
   const ImageView<const T> in = depth;
@@ -58,11 +61,13 @@ void run(fuzz::Bytes& bytes) {
   const Camera<T> camera{20, 21, 5, 5, width, height};
   for (const auto& n : sobel_normals(in, camera, BorderNormals::extrapolated).pixels()) {
     const T norm = n.norm();
-    fuzz::expect(norm == 0 || std::fabs(norm - 1) < T(1e-3), "a normal that is not unit");
+    fuzz::expect(!is_moderate || norm == 0 || std::fabs(norm - 1) < T(1e-3),
+                 "a normal that is not unit");
   }
   for (const auto& n : central_normals(in, camera).pixels()) {
     const T norm = n.norm();
-    fuzz::expect(norm == 0 || std::fabs(norm - 1) < T(1e-3), "a normal that is not unit");
+    fuzz::expect(!is_moderate || norm == 0 || std::fabs(norm - 1) < T(1e-3),
+                 "a normal that is not unit");
   }
   const std::vector<Light<T>> lights{
       {Image<Vec3<T>>(width, height, Vec3<T>(1, 0, T(0.1)).normalized()), {1, T(0.5), 0}}};

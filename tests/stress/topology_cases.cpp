@@ -581,7 +581,7 @@ std::vector<Case> topology_cases() {
   cases.push_back({"34", "1e3, 1e6, 1e8 from the origin",
                    "the truth is that of the positions as rounded", far_away, on_sheets});
   cases.push_back({"35",
-                   "40,962 vertices; a million in the long run (stress_load)",
+                   "40,962 vertices; a million with `stress_load long`",
                    "",
                    {},
                    {},

@@ -1,0 +1,143 @@
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "stress/stress.hpp"
+#include "support/hard_meshes.hpp"
+
+// stress_load           a short run: 10,201 vertices, 500 solves (CTest)
+// stress_load long      1,002,001 vertices, 10,000 solves; some minutes and GB
+// Prints seconds and peak memory of every solver; fails where memory grows from solve to solve or
+// cancelling takes more than 50 ms.
+
+namespace {
+
+std::atomic<std::size_t> allocated = 0;  // bytes ever asked for
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  allocated += size;
+  if (void* const memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace {
+
+using namespace gelight;
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double peak_megabytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+int failures = 0;
+void expect(bool holds, const std::string& what) {
+  if (holds) return;
+  std::printf("FAILED: %s\n", what.c_str());
+  ++failures;
+}
+
+bool within(const std::vector<double>& distance, double most) {
+  return std::all_of(distance.begin(), distance.end(),
+                     [most](double d) { return d >= 0 && d < most; });
+}
+
+// A jittered sheet. Peak memory is that of the process so far, in which solvers that need more come
+// later.
+void time_solvers(Index cells) {
+  test::Random random(1);
+  const auto mesh = test::jittered_grid(cells, 0.2, random);
+  for (const auto& method : stress::methods()) {
+    const auto begin = Clock::now();
+    const auto query = method.make(mesh, stress::Precision::in_double);
+    const double made = since(begin);
+    const auto asked = Clock::now();
+    const auto distance = query->distance(stress::from(0));
+    std::printf("%-26s %9zu vertices: set-up %7.3f s, query %7.3f s, peak so far %6.0f MB\n",
+                method.name.c_str(), distance.size(), made, since(asked), peak_megabytes());
+    expect(within(distance, 1.5 * 1.5 * cells), method.name + " gives what is no distance");
+  }
+}
+
+void no_growth(int solves) {
+  const auto mesh = icosphere<double>(4);
+  const ExactSolver solver(mesh);
+  const auto count = static_cast<Index>(mesh.positions.size());
+  const auto solve = [&](int k) { (void)solver.distance(static_cast<Index>(k) * 7 % count); };
+  for (int k = 0; k < 50; ++k) solve(k);
+  const double before = peak_megabytes();
+  const std::size_t asked_before = allocated;
+  for (int k = 50; k < 50 + solves; ++k) solve(k);
+  const double bytes = static_cast<double>(allocated - asked_before) / solves;
+  std::printf("%d exact solves: memory grew by %.1f MB, %.0f bytes asked for in each\n", solves,
+              peak_megabytes() - before, bytes);
+  expect(peak_megabytes() - before < 4, "memory grows from solve to solve");
+  // Its result, twice (as doubles and as asked for), and the list of sources.
+  expect(bytes < 17.0 * count + 1000, "a used solver asks for more than its result");
+}
+
+// The same disc of faces on meshes of one and four times as many vertices. What a query costs
+// beyond the disc is clearing a few numbers per vertex and half-edge.
+void bounded(int level) {
+  for (const int k : {level, level + 1}) {
+    const auto mesh = icosphere<double>(k);
+    const ExactSolver solver(mesh, {.max_distance = 20 * std::ldexp(1.1, -k)});
+    std::size_t reached = 0;
+    for (const double d : solver.distance(Index{12})) reached += d < unreachable<double>;
+    const auto begin = Clock::now();
+    for (int again = 0; again < 20; ++again) (void)solver.distance(Index{12});
+    std::printf("max_distance: %zu of %zu vertices reached, %.3f ms a query\n", reached,
+                mesh.positions.size(), 1e3 * since(begin) / 20);
+  }
+}
+
+void cancels(int level) {
+  const ExactSolver solver(icosphere<double>(level));
+  for (const double after : {0.01, 0.05, 0.1}) {
+    const auto begin = Clock::now();
+    double asked_at = 0, longest = 0;
+    try {
+      (void)solver.solve(Index{0}, {.cancelled = [&] {
+                           longest = std::max(longest, since(begin) - asked_at);
+                           asked_at = since(begin);
+                           return asked_at > after;
+                         }});
+      std::printf("solved before it could be cancelled\n");
+    } catch (const Cancelled&) {
+      const double late = since(begin) - asked_at + longest;
+      std::printf("cancelled after %.0f ms: at most %.1f ms late\n", 1e3 * after, 1e3 * late);
+      expect(late < 0.05, "cancelling takes more than 50 ms");
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const bool is_long = argc > 1 && std::string(argv[1]) == "long";
+  cancels(is_long ? 8 : 6);
+  no_growth(is_long ? 10000 : 500);
+  bounded(is_long ? 7 : 4);
+  time_solvers(is_long ? 1000 : 100);
+  return failures > 0 ? 1 : 0;
+}
