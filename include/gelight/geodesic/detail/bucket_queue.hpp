@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -18,7 +19,8 @@ class BucketQueue {
   /// Empties the queue. Keys are not negative; `step` is about what a vertex adds to the distance
   /// of the last.
   void reset(double step) {
-    scale_ = step > 0 ? buckets_per_step / step : 1;
+    // Finite, so that a key of zero has a number where the step is next to nothing.
+    scale_ = step > 0 ? std::min(buckets_per_step / step, std::numeric_limits<double>::max()) : 1;
     front_ = count_ = 0;
     round_end_ = bucket_count;
     later_.clear();
