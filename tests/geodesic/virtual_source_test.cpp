@@ -1,5 +1,11 @@
 #include "gelight/geodesic/virtual_source.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <vector>
+
 #include "support/marching_cases.hpp"
 
 using namespace gelight;
@@ -58,6 +64,48 @@ TEST_CASE("behind a corner of the border") {
     const auto error = test::corner_error<Solver>(n);
     MESSAGE(n << " cells: mean " << error.mean << ", max " << error.max);
     CHECK(error.max < 3e-3);
+  }
+}
+
+// Along the edges of a prism's open end every vertex has a bent way as long as the straight one.
+TEST_CASE("of two ways equally long the straighter is kept: a prism of six sides is exact") {
+  constexpr Index sides = 6, rings = 12;
+  Mesh<double> prism;
+  for (Index k = 0; k < rings; ++k) {
+    for (Index j = 0; j < sides; ++j) {
+      const double turn = 2 * std::numbers::pi * j / sides;
+      prism.positions.push_back({std::cos(turn), std::sin(turn), 1.0 * k});
+      if (k == 0) continue;
+      const Index a = sides * (k - 1) + j, b = sides * (k - 1) + (j + 1) % sides;
+      prism.faces.push_back({a, b, b + sides});
+      prism.faces.push_back({a, b + sides, a + sides});
+    }
+  }
+  const auto d = Solver(prism).distance(0);
+  for (Index v = 0; v < sides * rings; ++v) {
+    const Index j = v % sides, k = v / sides;
+    const double unrolled = std::hypot(std::min(j, sides - j), k);
+    CHECK(d[static_cast<std::size_t>(v)] == doctest::Approx(unrolled).epsilon(1e-13));
+  }
+}
+
+TEST_CASE("a source in the middle of an edge of a face without area sees through it") {
+  auto mesh = grid<double>(8, 8, 8, 8);
+  // Face 0 is (0, 1, 10): its edge from 10 to 0 gets a vertex in the middle and a flat face.
+  const auto middle = static_cast<Index>(mesh.positions.size());
+  const auto face = mesh.faces[0];
+  const auto p = mesh.positions[static_cast<std::size_t>(face[2])];
+  const auto q = mesh.positions[static_cast<std::size_t>(face[0])];
+  mesh.positions.push_back({(p[0] + q[0]) / 2, (p[1] + q[1]) / 2, 0});
+  mesh.faces[0] = {face[0], face[1], middle};
+  mesh.faces.push_back({middle, face[1], face[2]});
+  mesh.faces.push_back({face[2], face[0], middle});
+  const auto d = Solver(mesh).distance(middle);
+  for (std::size_t v = 0; v < d.size(); ++v) {
+    const auto& at = mesh.positions[v];
+    const auto& source = mesh.positions.back();
+    const double straight = std::hypot(at[0] - source[0], at[1] - source[1]);
+    CHECK(d[v] == doctest::Approx(straight).epsilon(1e-13));
   }
 }
 
