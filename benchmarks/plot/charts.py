@@ -40,7 +40,9 @@ EXACT = 1e-8  # where an error of rounding alone is drawn
 def load(folder):
     """All benchmarks of a folder's JSON files that succeeded, one context, and what failed."""
     rows, context, failed, commits = [], {}, [], {}
-    for path in sorted(glob.glob(os.path.join(folder, "*.json"))):
+    paths = [p for name in ("pareto*", "scene") for p in glob.glob(
+        os.path.join(folder, name + ".json"))]
+    for path in sorted(paths):
         with open(path) as file:
             data = json.load(file)
         context = data["context"]
@@ -151,6 +153,8 @@ def legend(figure, methods, **options):
 
 def chart_distances(rows, folder, context):
     rows = [r for r in rows if r["path"][0] == "distance"]
+    if not rows:
+        return
     meshes = [m for m in dict.fromkeys(r["path"][1] for r in rows)]
     kinds = [("query", "one more source", lambda r: r["median_s"]),
              ("first", "mesh to first answer", lambda r: r["setup_s"] + r["first_s"])]
@@ -320,8 +324,12 @@ def chart_images(rows, folder, context):
         place.set_xlabel("milliseconds")
         place.set_ylabel(label)
         place.grid(True, color="0.88", linewidth=0.6)
+        if topic == "smoothing":
+            place.set_ylim(top=30 * max(values))
         if setting != "sigma 20":  # the colours of the panel beside it
-            place.legend(fontsize=7, frameon=True, framealpha=0.6, edgecolor="none")
+            place.legend(fontsize=7, frameon=True, framealpha=0.6, edgecolor="none",
+                         loc="lower left" if topic in ("log_map", "frame") else "upper right",
+                         ncol=2 if topic == "smoothing" else 1)
     figure.suptitle("Vectors and images: left is faster, down is more accurate", fontsize=13,
                     fontweight="bold")
     figure.tight_layout(rect=(0, 0.015, 1, 0.99))
@@ -377,6 +385,48 @@ def chart_scene(rows, folder, context):
     save(figure, folder, "scene", context)
 
 
+def chart_stability(rows, folder, context):
+    """Error against how bad the triangles are, for every method: where each breaks."""
+    rows = [r for r in rows if r["path"][0] == "stability"]
+    if not rows:
+        return
+    panels = [("aspect", "Stretched: needles", "stretched by"),
+              ("obtuse", "Sheared: angles near 180 degrees", "shear"),
+              ("graded", "Graded: small cells beside large", "largest width / smallest"),
+              ("rough", "Rough: random heights (against exact)", "height, in cells")]
+    figure, axes = plt.subplots(2, 2, figsize=(11, 8), sharey=True)
+    colours = dict(STYLE, **{"heat, intrinsic Delaunay": ("#D55E00", "P")})
+    for place, (kind, title, label) in zip(axes.flat, panels):
+        here = [r for r in rows if r["path"][1] == kind]
+        for method in dict.fromkeys(r["path"][2] for r in here):
+            colour, shape = colours[method]
+            points = sorted((r["degree"], r["mean"], r["most"]) for r in here
+                            if r["path"][2] == method)
+            x, mean, most = ([max(v, 1e-16) for v in column] for column in zip(*points))
+            x = [v if v > 1e-16 else 0.3 for v in x]  # no shear, on a logarithmic axis
+            place.plot(x, mean, marker=shape, color=colour, markersize=7, linewidth=1.2,
+                       markeredgecolor="white", label=method, zorder=3)
+            place.plot(x, most, color=colour, linewidth=0.8, linestyle=(0, (2, 2)), zorder=2)
+        place.set_xscale("log")
+        place.set_yscale("log")
+        plain_ticks(place.xaxis)
+        place.set_ylim(1e-16, 1e3)
+        place.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 1])
+        place.set_yticklabels(["1e-15", "1e-12", "1e-9", "1e-6", "0.01 %", "1 %", "100 %"])
+        place.grid(True, which="major", color="0.88", linewidth=0.6)
+        place.set_title(title, fontsize=10)
+        place.set_xlabel(label)
+    for place in axes[:, 0]:
+        place.set_ylabel("relative error (marks: mean; dotted: largest)")
+    figure.suptitle("Bad triangles: where each method breaks, on a sheet of 40 x 40 cells",
+                    fontsize=13, fontweight="bold")
+    figure.tight_layout(rect=(0, 0.05, 1, 0.99))
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncol=6, frameon=False, fontsize=9,
+                  bbox_to_anchor=(0.5, 0.015))
+    save(figure, folder, "stability", context)
+
+
 def main():
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.join(os.path.dirname(__file__),
                                                                 "..", "results")
@@ -384,7 +434,7 @@ def main():
                                 "axes.spines.right": False, "svg.fonttype": "none"})
     rows, context, failed = load(folder)
     for chart in (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images,
-                  chart_scene):
+                  chart_scene, chart_stability):
         chart(rows, folder, context)
     for line in failed:
         print("wrong answer:", line, file=sys.stderr)
