@@ -155,7 +155,7 @@ class TactileRenderer {
     detail::require_apart(frame.image, depth, "the depth image");
     lend_workspace([&](Workspace& work) {
       if (!work.changes.update(frame.depth, depth, work.membrane.buffer.data())) return;
-      render_wide(frame.image, frame.depth, Extent::changed, work);
+      render_wide(frame.image, ImageView<const T>(frame.depth), Extent::changed, work);
     });
   }
 
@@ -232,7 +232,12 @@ class TactileRenderer {
 
   template <class D>
   void render_all(ImageView<Rgb8> out, const D& depth, Extent extent) const {
-    lend_workspace([&](Workspace& work) { render_wide(out, depth, extent, work); });
+    if constexpr (std::convertible_to<const D&, ImageView<const T>>) {
+      const ImageView<const T> view = depth;  // so that what follows is compiled once for them all
+      lend_workspace([&](Workspace& work) { render_wide(out, view, extent, work); });
+    } else {
+      lend_workspace([&](Workspace& work) { render_wide(out, depth, extent, work); });
+    }
   }
 
   template <class D>
