@@ -297,7 +297,11 @@ std::vector<double> euclidean(const Mesh<double>& mesh, const Sources& sources) 
 
 Mesh<double> rounded_to_float(Mesh<double> mesh) {
   for (auto& p : mesh.positions) {
-    for (double& x : p) x = double{static_cast<float>(x)};
+    for (double& x : p) {
+      // Volatile, since g++ 12 with -O3 takes some of the roundings out of the unrolled loop.
+      const volatile float rounded = static_cast<float>(x);
+      x = double{rounded};
+    }
   }
   return mesh;
 }
