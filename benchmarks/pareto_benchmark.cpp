@@ -328,7 +328,7 @@ int main(int argc, char** argv) {
                             plan(state, on, known, tolerance, certified);
                           })
             ->UseManualTime()
-            ->Iterations(9)
+            ->Iterations(5)
             ->Unit(kMillisecond);
       }
     }
