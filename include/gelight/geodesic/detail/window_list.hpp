@@ -110,8 +110,14 @@ class WindowStore {
     std::uint32_t handle;
   };
 
+  /// Empties the store; in time proportional to what was used of it, where that was little.
   void reset(Index halfedges) {
-    first_.assign(static_cast<std::size_t>(halfedges), none);
+    if (std::ssize(first_) == halfedges && std::ssize(touched_) < touched_limit()) {
+      for (const Index h : touched_) first_[h] = none;
+    } else {
+      first_.assign(static_cast<std::size_t>(halfedges), none);
+    }
+    touched_.clear();
     free_.fill(none);
     used_slabs_ = 0;
     slab_fill_ = slab_words;
@@ -135,6 +141,7 @@ class WindowStore {
   void add(Index h, const Batch& batch, std::ptrdiff_t count) {
     header_of(batch.handle).count = static_cast<Index>(count);
     std::uint32_t* link = &first_[h];
+    if (*link == none && std::ssize(touched_) < touched_limit()) touched_.push_back(h);
     while (*link != none && columns_of(*link).begin[0] < batch.windows.begin[0]) {
       link = &header_of(*link).next;
     }
@@ -174,6 +181,8 @@ class WindowStore {
   // Slabs of 1 MB; a larger batch has slabs of its own. Handles count words of 8 bytes.
   static constexpr std::ptrdiff_t slab_words = std::ptrdiff_t{1} << 17;
   static constexpr std::size_t word = sizeof(double);
+
+  [[nodiscard]] std::ptrdiff_t touched_limit() const { return std::ssize(first_) / 16 + 1; }
 
   static double middle(const WindowColumns& windows, std::ptrdiff_t i) {
     return windows.begin[i] + windows.end[i];
@@ -254,6 +263,7 @@ class WindowStore {
   }
 
   Array<std::uint32_t> first_;            // of each half-edge: its first batch
+  Array<Index> touched_;                  // half-edges that had a batch, up to the limit
   std::array<std::uint32_t, 32> free_{};  // of each size class: a batch that is free
   Array<std::unique_ptr<std::byte[]>> slabs_;
   Array<std::size_t> slab_sizes_;

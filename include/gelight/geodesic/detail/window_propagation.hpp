@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <functional>
 #include <limits>
@@ -80,8 +81,9 @@ struct PropagationCounts {
 /// doi:10.1145/1559755.1559761).
 ///
 /// Distances only ever shrink towards the true ones, so that the order of propagation is a matter
-/// of speed alone.
-class WindowPropagation {
+/// of speed alone. (A template only so that it costs nothing to include.)
+template <std::floating_point Real>
+class WindowPropagationOf {
  public:
   Array<double> distances;  // of each vertex
   Array<Arrival> arrivals;  // of each vertex
@@ -111,11 +113,15 @@ class WindowPropagation {
       propagate_active();
     }
     update_bound();
+    is_done_ = true;
   }
 
  private:
   using Mesh = Surface<double>;
   static constexpr int pops_between_polls = 256;
+  // No shortest path crosses an edge twice, and meshes of every kind take one or two lists per
+  // half-edge. What goes on after so many goes round a tube of no girth, and finds nothing more.
+  static constexpr std::ptrdiff_t most_lists_per_halfedge = 1000;
   // What is not clearly shorter is by this share.
   static constexpr double tie = 0.6 * (1 - clearly_shorter);
   // A face no higher than this share of its edge has its apex on the edge, but for rounding.
@@ -128,19 +134,37 @@ class WindowPropagation {
     sources_ = &sources;
     limits_ = &limits;
     bound_ = limits.distance;
-    const auto vertices = static_cast<std::size_t>(surface.vertex_count());
-    distances.assign(vertices, unreachable<double>);
-    arrivals.assign(vertices, {});
+    forget_vertices(surface.vertex_count());
     origins.clear();
     if (keeps_any()) kept.reset(surface.halfedge_count());
     counts = {};
     was_cancelled = false;
-    heap_.reset(surface.vertex_count());
-    settled_.assign(vertices, 0);
     waiting_.reset(surface.halfedge_count());
-    is_active_.assign(static_cast<std::size_t>(surface.halfedge_count()), 0);
+    most_lists_ =
+        (std::ptrdiff_t{surface.face_count()} + most_lists_per_halfedge) * surface.halfedge_count();
     active_.clear();
     settled_since_bound_ = 0;
+  }
+
+  // As nothing is known of any vertex; in time proportional to those that the last run reached,
+  // where it came to its end on a mesh of this size.
+  void forget_vertices(Index count) {
+    if (is_done_ && std::ssize(distances) == count) {
+      for (const Index v : reached_) {
+        distances[v] = unreachable<double>;
+        arrivals[v] = {};
+        settled_[v] = 0;
+      }
+    } else {
+      const auto vertices = static_cast<std::size_t>(count);
+      distances.assign(vertices, unreachable<double>);
+      arrivals.assign(vertices, {});
+      settled_.assign(vertices, 0);
+      heap_.reset(count);
+      is_active_.assign(static_cast<std::size_t>(surface_->halfedge_count()), 0);
+    }
+    reached_.clear();
+    is_done_ = false;
   }
 
   // --- sources -------------------------------------------------------------------------------
@@ -166,8 +190,8 @@ class WindowPropagation {
   }
 
   // A source at a point of half-edge h's frame, in h's face or on h itself.
-  void add_source_in_face(Index h, const Vec2<double>& point, Index origin) {
-    const Vec2<double> apex = faces_->apex(h);
+  void add_source_in_face(Index h, const Vec2<Real>& point, Index origin) {
+    const Vec2<Real> apex = faces_->apex(h);
     const Arrival arrival{{0, 0}, Arrival::from_source, origins[origin].index};
     const double start = origins[origin].start;
     arrive(surface_->origin(h), start + point.norm(), arrival);
@@ -179,20 +203,19 @@ class WindowPropagation {
     if (point.y() > 0) emit(h, point, origin);
   }
 
-  [[nodiscard]] Vec2<double> tip(Index h) const { return {surface_->length(h), 0}; }
+  [[nodiscard]] Vec2<Real> tip(Index h) const { return {surface_->length(h), 0}; }
 
   // A point in the frame with origin a and x towards b.
-  static Vec2<double> into_frame(const Vec2<double>& p, const Vec2<double>& a,
-                                 const Vec2<double>& b) {
-    const Vec2<double> along = stable_unit(b - a), from = p - a;
+  static Vec2<Real> into_frame(const Vec2<Real>& p, const Vec2<Real>& a, const Vec2<Real>& b) {
+    const Vec2<Real> along = stable_unit(b - a), from = p - a;
     return {along.dot(from), along.x() * from.y() - along.y() * from.x()};
   }
 
   // A window over half-edge h or a part of it, seen from a point of its own face.
-  void emit(Index h, const Vec2<double>& point, Index origin) {
+  void emit(Index h, const Vec2<Real>& point, Index origin) {
     emit(h, point, 0, surface_->length(h), origin);
   }
-  void emit(Index h, const Vec2<double>& point, double begin, double end, Index origin) {
+  void emit(Index h, const Vec2<Real>& point, double begin, double end, Index origin) {
     const double length = surface_->length(h);
     if (length == 0 || surface_->is_border(h)) return;
     const WindowStore::Batch batch = waiting_.allocate(1);
@@ -234,6 +257,7 @@ class WindowPropagation {
     if (distances[vertex] + rest_at_vertex(vertex) <= bound_) leave(vertex);
     if (settled_[vertex]) return;
     settled_[vertex] = 1;
+    reached_.push_back(vertex);
     for (const Index out : surface_->corners(vertex)) {
       activate(out);
       activate(Mesh::previous(out));
@@ -299,7 +323,7 @@ class WindowPropagation {
       return emit_everywhere(vertex, from);
     }
     Index corner = -1;
-    Vec2<double> back;
+    Vec2<Real> back;
     if (last.entry >= 0) {
       corner = Mesh::previous(last.entry);
       back = into_frame(last.image, faces_->apex(last.entry), {0, 0}).normalized();
@@ -313,7 +337,7 @@ class WindowPropagation {
   }
 
   // The edge between two vertices, as a direction at the first.
-  [[nodiscard]] std::pair<Index, Vec2<double>> edge_from(Index vertex, Index other) const {
+  [[nodiscard]] std::pair<Index, Vec2<Real>> edge_from(Index vertex, Index other) const {
     for (const Index out : surface_->corners(vertex)) {
       if (surface_->tip(out) == other) return {out, {1, 0}};
       if (surface_->apex(out) == other) return {out, faces_->apex(out).normalized()};
@@ -400,6 +424,7 @@ class WindowPropagation {
   }
 
   void wait(Index h, const WindowStore::Batch& batch, std::ptrdiff_t count) {
+    if (counts.lists > most_lists_) return waiting_.release(batch);
     counts.created += count;
     waiting_.add(h, batch, count);
     if (settled_[surface_->origin(h)] || settled_[surface_->tip(h)]) activate(h);
@@ -495,7 +520,7 @@ class WindowPropagation {
     return is_enough ? distance - tie * (distance + length) : distance;
   }
 
-  void reach_apex(Index h, const FaceCrossing::Nearest& nearest) {
+  void reach_apex(Index h, const typename FaceCrossingOf<Real>::Nearest& nearest) {
     const std::ptrdiff_t n = nearest.window;
     Arrival last{{list_.x[n], list_.y[n]}, h, list_.origin[n]};
     if (!nearest.is_straight) last.bend = nearest.crossing;
@@ -556,13 +581,18 @@ class WindowPropagation {
   const PropagationLimits* limits_ = nullptr;
   double bound_ = unreachable<double>;
   IndexedHeap heap_;
-  Array<char> settled_;  // of each vertex: whether it was ever the nearest one
+  Array<char> settled_;   // of each vertex: whether it was ever the nearest one
+  Array<Index> reached_;  // vertices with a distance
+  bool is_done_ = false;  // the last run came to its end: nothing waits to be settled
   WindowStore waiting_;
   Array<char> is_active_;  // of each half-edge: whether it is in the queue
   Array<Index> active_;
   WindowList list_, scratch_;
-  FaceCrossing crossing_;
+  FaceCrossingOf<Real> crossing_;
   std::ptrdiff_t settled_since_bound_ = 0;
+  std::ptrdiff_t most_lists_ = 0;
 };
+
+using WindowPropagation = WindowPropagationOf<double>;
 
 }  // namespace gelight::detail
