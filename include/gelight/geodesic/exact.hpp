@@ -16,6 +16,7 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/detail/directions.hpp"
 #include "gelight/geodesic/detail/planar_faces.hpp"
 #include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/detail/trace.hpp"
@@ -238,7 +239,7 @@ class ExactField {
   template <class Visit>
   void for_each_end(const Point& p, const double& limit, const Visit& visit) const {
     const Vec3<double> place = surface_.position(p);
-    const auto gap = [&](const Vec3<double>& from) { return detail::stable_norm(place - from); };
+    const auto gap = [&](const Vec3<double>& from) { return detail::straight(place, from); };
     for_each_face(p, [&](Index f, const Weights& weights) {
       if (keeps_windows(f)) through_windows(f, weights, limit, visit);
       for (const Index v : surface_.face(f)) {
@@ -296,8 +297,9 @@ class ExactField {
     for (Index h = 3 * f; h < 3 * f + 3; ++h) {
       const auto k = static_cast<std::size_t>(h % 3);
       if (weights[(k + 2) % 3] == 0) continue;
-      const Vec2<double> at = weights[(k + 1) % 3] * Vec2<double>(surface_.length(h), 0) +
-                              weights[(k + 2) % 3] * faces_->apex(h);
+      const double at_tip = weights[(k + 1) % 3], at_apex = weights[(k + 2) % 3];
+      const Vec2<double> at(at_tip * surface_.length(h) + at_apex * faces_->apex(h).x(),
+                            at_apex * faces_->apex(h).y());
       windows_->for_each(h, [&](const detail::WindowColumns& w, std::ptrdiff_t count) {
         for (std::ptrdiff_t i = 0; i < count; ++i) {
           const double start = origins_[w.origin[i]].start, rest = limit - start;
@@ -421,7 +423,7 @@ class ExactField {
       const Vec3<double> direction = direction_of(end);
       const bool known = std::any_of(
           directions.begin(), directions.end(),
-          [&](const Vec3<double>& d) { return (d - direction).norm() < same_direction; });
+          [&](const Vec3<double>& d) { return detail::straight(d, direction) < same_direction; });
       if (known) continue;
       directions.push_back(direction);
       out.push_back({static_cast<T>(end.distance + offset_), direction.template cast<T>(),
@@ -431,28 +433,15 @@ class ExactField {
   }
 
   [[nodiscard]] Vec3<double> direction_of(const End& end) const {
-    if (end.back.size() > 1) return unit(end.back[1], end.back[0]);
+    if (end.back.size() > 1) return detail::unit_way(surface_, end.back[1], end.back[0]);
     if (end.last.entry == Arrival::none) return Vec3<double>::Zero();
-    if (end.last.entry < 0) return unit(beginning(end), end.point);
-    return in_space(end.last.entry, end.at - line_start(end.last));
+    if (end.last.entry < 0) return detail::unit_way(surface_, beginning(end), end.point);
+    return detail::unit_way(surface_, end.last.entry, line_start(end.last), end.at);
   }
 
   // Where the last straight line to an end begins, in the frame of the half-edge it crosses.
   static Vec2<double> line_start(const Arrival& last) {
     return last.is_straight() ? last.image : Vec2<double>(last.bend, 0);
-  }
-
-  [[nodiscard]] Vec3<double> unit(const Point& from, const Point& to) const {
-    return detail::stable_unit(surface_.position(to) - surface_.position(from));
-  }
-
-  // A direction in the plane of half-edge h's face.
-  [[nodiscard]] Vec3<double> in_space(Index h, const Vec2<double>& direction) const {
-    const Vec3<double> o = surface_.position(surface_.origin(h));
-    const Vec3<double> x = detail::stable_unit(surface_.position(surface_.tip(h)) - o);
-    const Vec3<double> to_apex = surface_.position(surface_.apex(h)) - o;
-    const Vec3<double> y = detail::stable_unit(to_apex - x.dot(to_apex) * x);
-    return detail::stable_unit(direction.x() * x + direction.y() * y);
   }
 
   // Where the last straight line to an end begins.
@@ -491,19 +480,14 @@ class ExactField {
 
   [[nodiscard]] ExactDeparture<T> departure_along(const Point& source, const Point& next) const {
     ExactDeparture<T> out{};
-    const Vec3<double> direction = unit(source, next);
+    const Vec3<double> direction = detail::unit_way(surface_, source, next);
     out.direction = direction.template cast<T>();
     for_each_face(source, [&](Index f, const Weights& weights) {
       if (!share_face(next, face_point<double>(f, {1.0 / 3, 1.0 / 3, 1.0 / 3}))) return;
       Index h = 3 * f;
       while (source.kind != Point::Kind::face && !starts_at(h, weights)) ++h;
-      const Vec3<double> o = surface_.position(surface_.origin(h));
-      const Vec3<double> x = surface_.position(surface_.tip(h)) - o;
-      const Vec3<double> up =
-          cross<double>(cross<double>(x, surface_.position(surface_.apex(h)) - o), x);
       out.halfedge = h;
-      out.angle = static_cast<T>(std::atan2(direction.dot(detail::stable_unit(up)),
-                                            direction.dot(detail::stable_unit(x))));
+      out.angle = static_cast<T>(detail::angle_from(surface_, h, direction));
     });
     return out;
   }
@@ -675,7 +659,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     if (p.kind == Point::Kind::face) corners = surface_.face(p.element[0]);
     detail::Target target{corners, {}};
     for (std::size_t k = 0; k < 3; ++k) {
-      target.gaps[k] = detail::stable_norm(surface_.position(p) - surface_.position(corners[k]));
+      target.gaps[k] = detail::straight(surface_.position(p), surface_.position(corners[k]));
     }
     limits.targets.push_back(target);
     if (p.kind == Point::Kind::vertex || limits.keep_windows) return;

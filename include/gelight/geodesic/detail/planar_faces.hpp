@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <numbers>
 
@@ -13,10 +14,12 @@
 namespace gelight::detail {
 
 /// Every face laid flat, once per half-edge: the half-edge's origin at (0, 0), its tip at
-/// (length, 0) and the apex at `apex(h)`, whose y is not negative.
-class PlanarFaces {
+/// (length, 0) and the apex at `apex(h)`, whose y is not negative. (A template only so that it
+/// costs nothing to include.)
+template <std::floating_point Real>
+class PlanarFacesOf {
  public:
-  explicit PlanarFaces(const Surface<double>& surface) {
+  explicit PlanarFacesOf(const Surface<double>& surface) {
     const Index faces = surface.face_count();
     apex_.resize(static_cast<std::size_t>(surface.halfedge_count()));
     for (Index f = 0; f < faces; ++f) lay_flat(surface, 3 * f);
@@ -56,7 +59,7 @@ class PlanarFaces {
         apex_[h] = {surface.length(Surface<double>::previous(h)), 0};
         continue;
       }
-      const Vec3<double> along = vector(surface, h) / length;
+      const Vec3<Real> along = vector(surface, h) / length;
       const Index next = Surface<double>::next(h), previous = Surface<double>::previous(h);
       // From the nearer end, so that the error is proportional to the distance from there.
       const double x = surface.length(previous) < surface.length(next)
@@ -66,8 +69,10 @@ class PlanarFaces {
     }
   }
 
-  static Vec3<double> vector(const Surface<double>& surface, Index h) {
-    return surface.position(surface.tip(h)) - surface.position(surface.origin(h));
+  static Vec3<Real> vector(const Surface<double>& surface, Index h) {
+    const Vec3<Real> origin = surface.position(surface.origin(h));
+    const Vec3<Real> tip = surface.position(surface.tip(h));
+    return tip - origin;
   }
 
   void classify_vertices(const Surface<double>& surface) {
@@ -114,5 +119,7 @@ class PlanarFaces {
   Array<Vec2<double>> apex_;
   Array<Bend> bends_;
 };
+
+using PlanarFaces = PlanarFacesOf<double>;
 
 }  // namespace gelight::detail

@@ -57,7 +57,9 @@ class Shadow {
 
   // The angle of a face at the vertex, given by its half-edge out of the vertex.
   [[nodiscard]] Vec2<double> rotation(Index corner) const {
-    return faces_.apex(corner) / surface_.length(Mesh::previous(corner));
+    const Vec2<double>& apex = faces_.apex(corner);
+    const double length = surface_.length(Mesh::previous(corner));
+    return {apex.x() / length, apex.y() / length};
   }
 
   // Of the face of a half-edge at the vertex: the half-edge out of it, and the other half-edge

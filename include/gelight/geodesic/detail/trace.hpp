@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <concepts>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -13,15 +14,17 @@
 
 namespace gelight::detail {
 
-/// Follows shortest paths back to their sources, from what the vertices remember.
-class Trace {
+/// Follows shortest paths back to their sources, from what the vertices remember. (A template
+/// only so that it costs nothing to include.)
+template <std::floating_point Real>
+class TraceOf {
  public:
   using Mesh = Surface<double>;
   using Point = SurfacePoint<double>;
 
-  Trace(const Mesh& surface, const PlanarFaces& faces, const Sources& sources,
-        const Array<double>& distances, const Array<Arrival>& arrivals,
-        const Array<Origin>& origins)
+  TraceOf(const Mesh& surface, const PlanarFaces& faces, const Sources& sources,
+          const Array<double>& distances, const Array<Arrival>& arrivals,
+          const Array<Origin>& origins)
       : surface_(surface),
         faces_(faces),
         sources_(sources),
@@ -31,7 +34,7 @@ class Trace {
 
   /// The path from `from`, at `at` in the frame of half-edge `last.entry` (where there is one), to
   /// the source.
-  [[nodiscard]] std::vector<Point> back(const Point& from, const Vec2<double>& at,
+  [[nodiscard]] std::vector<Point> back(const Point& from, const Vec2<Real>& at,
                                         const Arrival& last) const {
     std::vector<Point> path{from};
     const Index vertex = last_piece(at, last, unreachable<double>, path);
@@ -44,7 +47,7 @@ class Trace {
     for (Index left = surface_.vertex_count(); vertex >= 0 && left > 0; --left) {
       append(path, vertex_point<double>(vertex));
       const Arrival& last = arrivals_[vertex];
-      const Vec2<double> at = last.entry < 0 ? Vec2<double>(0, 0) : faces_.apex(last.entry);
+      const Vec2<Real> at = last.entry < 0 ? Vec2<Real>(0, 0) : faces_.apex(last.entry);
       vertex = last_piece(at, last, distances_[vertex], path);
     }
     return path;
@@ -63,7 +66,7 @@ class Trace {
 
   // Goes back over one straight piece, from a place at a distance; returns the vertex where it
   // begins, or `arrived`.
-  Index last_piece(const Vec2<double>& at, const Arrival& last, double distance,
+  Index last_piece(const Vec2<Real>& at, const Arrival& last, double distance,
                    std::vector<Point>& path) const {
     if (last.entry == Arrival::from_vertex) return last.origin;
     if (last.entry == Arrival::from_source) return reach_source(last.origin, path);
@@ -77,10 +80,10 @@ class Trace {
 
   // Goes back straight through faces; returns the vertex at which the straight line ends. It is
   // nearer to the source, or in needles and on edges of no length the way could go in a circle.
-  Index cross_faces(Vec2<double> at, const Arrival& last, double distance,
+  Index cross_faces(Vec2<Real> at, const Arrival& last, double distance,
                     std::vector<Point>& path) const {
     Index h = last.entry, origin = last.origin;
-    Vec2<double> image = last.image;
+    Vec2<Real> image = last.image;
     double bend = last.bend;
     const double start = origins_[last.origin].start;
     const double tie = rounding * (start + (at - image).norm());
@@ -92,7 +95,7 @@ class Trace {
       const bool near_origin = 2 * x < length;
       const Index beside = near_origin ? surface_.origin(h) : surface_.tip(h);
       const double gap = near_origin ? x : length - x;
-      const double rest = start + (Vec2<double>(x, 0) - image).norm();
+      const double rest = start + (Vec2<Real>(x, 0) - image).norm();
       if (distances_[beside] + gap <= rest + tie && distances_[beside] < distance) return beside;
       append(path, edge_point<double>(surface_.origin(h), surface_.tip(h), x / length));
 
@@ -118,7 +121,7 @@ class Trace {
     return nearer_end(h, at.x(), distance);
   }
 
-  static double crossing(const Vec2<double>& at, const Vec2<double>& image, double length) {
+  static double crossing(const Vec2<Real>& at, const Vec2<Real>& image, double length) {
     const double height = at.y() - image.y();
     if (!(height > 0)) return std::clamp(at.x(), 0.0, length);
     return std::clamp(image.x() + (at.x() - image.x()) * (-image.y() / height), 0.0, length);
@@ -126,11 +129,11 @@ class Trace {
 
   // The line from `at` on half-edge h to the image beyond h's face: returns the half-edge by which
   // it leaves the face, with both points in its frame.
-  Index step(Index h, Vec2<double>& at, Vec2<double>& image) const {
-    const Vec2<double> apex = faces_.apex(h), tip(surface_.length(h), 0);
+  Index step(Index h, Vec2<Real>& at, Vec2<Real>& image) const {
+    const Vec2<Real> apex = faces_.apex(h), tip(surface_.length(h), 0);
     const Side left = side(Mesh::previous(h), apex, {0, 0}, at, image);
     const Side right = side(Mesh::next(h), tip, apex, at, image);
-    const Vec2<double> to_image = image - at, to_apex = apex - at;
+    const Vec2<Real> to_image = image - at, to_apex = apex - at;
     const bool is_right = to_image.x() * to_apex.y() - to_image.y() * to_apex.x() > 0;
     // Where the image lies on a side, or the line runs along one, its direction is rounding.
     const Side &aimed = is_right ? right : left, &other = is_right ? left : right;
@@ -143,21 +146,21 @@ class Trace {
 
   struct Side {
     Index halfedge;
-    Vec2<double> at, image;  // in its frame
-    double way;              // from one to the other through it
+    Vec2<Real> at, image;  // in its frame
+    double way;            // from one to the other through it
   };
 
-  [[nodiscard]] Side side(Index h, const Vec2<double>& from, const Vec2<double>& to,
-                          const Vec2<double>& at, const Vec2<double>& image) const {
+  [[nodiscard]] Side side(Index h, const Vec2<Real>& from, const Vec2<Real>& to,
+                          const Vec2<Real>& at, const Vec2<Real>& image) const {
     const double length = surface_.length(h);
     if (length == 0) return {h, at, image, unreachable<double>};
-    const Vec2<double> along = (to - from).normalized();
-    const auto turned = [&](const Vec2<double>& p) -> Vec2<double> {
-      const Vec2<double> d = p - from;
+    const Vec2<Real> along = (to - from).normalized();
+    const auto turned = [&](const Vec2<Real>& p) -> Vec2<Real> {
+      const Vec2<Real> d = p - from;
       return {along.dot(d), along.x() * d.y() - along.y() * d.x()};
     };
     Side out{h, turned(at), turned(image), 0};
-    const Vec2<double> bend(crossing(out.at, out.image, length), 0);
+    const Vec2<Real> bend(crossing(out.at, out.image, length), 0);
     out.way = (out.at - bend).norm() + (bend - out.image).norm();
     return out;
   }
@@ -193,5 +196,7 @@ class Trace {
   const Array<Arrival>& arrivals_;
   const Array<Origin>& origins_;
 };
+
+using Trace = TraceOf<double>;
 
 }  // namespace gelight::detail

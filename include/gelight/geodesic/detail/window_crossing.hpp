@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <limits>
 
@@ -36,18 +37,22 @@ inline constexpr double on_line = 1e-30;
 
 /// Windows on a half-edge on their way across its face, which lies in the half-edge's frame with
 /// its base from (0, 0) to (base, 0) and its apex above.
-class FaceCrossing {
+/// (A template only so that it costs nothing to include.)
+template <std::floating_point Real>
+class FaceCrossingOf {
+  using Lane = Eigen::Array<Real, lane_size, 1>;
+
  public:
   /// The window by which the apex is nearest, and how its path there crosses the base.
   struct Nearest {
-    double distance = std::numeric_limits<double>::infinity();
+    Real distance = std::numeric_limits<Real>::infinity();
     std::ptrdiff_t window = -1;
-    double crossing = 0;
+    Real crossing = 0;
     bool is_straight = false;  // or bent at an end of the window
   };
 
   /// Aims every window of a list at the apex.
-  Nearest aim(const WindowList& list, double base, const Vec2<double>& apex) {
+  Nearest aim(const WindowList& list, Real base, const Vec2<Real>& apex) {
     base_ = base;
     apex_ = apex;
     size_ = list.size;
@@ -109,10 +114,10 @@ class FaceCrossing {
 
   /// Windows [0, count) of the list as they leave by the left side of the face, of a given length,
   /// in the frame from the base's origin to the apex. Returns how many there are.
-  std::ptrdiff_t cross_left(const WindowList& list, std::ptrdiff_t count, double length,
+  std::ptrdiff_t cross_left(const WindowList& list, std::ptrdiff_t count, Real length,
                             const WindowColumns& out) const {
-    const double ax = apex_.x(), ay = apex_.y(), norm = apex_.norm();
-    const double ux = ax / norm, uy = ay / norm;
+    const Real ax = apex_.x(), ay = apex_.y(), norm = apex_.norm();
+    const Real ux = ax / norm, uy = ay / norm;
     for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
       const Lane x = load(list.x + i), y = load(list.y + i), aim = load(&aim_[i]);
       const auto share = [&](const Lane& p) -> Lane {
@@ -131,10 +136,10 @@ class FaceCrossing {
 
   /// Windows [first, size) of the list as they leave by the right side of the face, of a given
   /// length, in the frame from the apex to the base's tip. Returns how many there are.
-  std::ptrdiff_t cross_right(const WindowList& list, std::ptrdiff_t first, double length,
+  std::ptrdiff_t cross_right(const WindowList& list, std::ptrdiff_t first, Real length,
                              const WindowColumns& out) const {
-    const double ax = base_ - apex_.x(), ay = apex_.y();
-    const double norm = std::sqrt(ax * ax + ay * ay), ux = ax / norm, uy = ay / norm;
+    const Real ax = base_ - apex_.x(), ay = apex_.y();
+    const Real norm = std::sqrt(ax * ax + ay * ay), ux = ax / norm, uy = ay / norm;
     for (std::ptrdiff_t i = first; i < size_; i += lane_size) {
       const std::ptrdiff_t o = i - first;
       const Lane x = base_ - load(list.x + i), y = load(list.y + i), aim = load(&aim_[i]);
@@ -156,10 +161,10 @@ class FaceCrossing {
 
  private:
   // A window of fewer units in the last place is no window.
-  static constexpr double narrow = 4 * std::numeric_limits<double>::epsilon();
+  static constexpr Real narrow = 4 * std::numeric_limits<Real>::epsilon();
 
   static std::ptrdiff_t compact(const WindowList& list, std::ptrdiff_t first, std::ptrdiff_t count,
-                                double length, const WindowColumns& out) {
+                                Real length, const WindowColumns& out) {
     std::copy_n(list.origin + first, count, out.origin);
     std::ptrdiff_t kept = 0;
     for (std::ptrdiff_t i = 0; i < count; ++i) {
@@ -170,12 +175,17 @@ class FaceCrossing {
     return kept;
   }
 
-  double base_ = 0;
-  Vec2<double> apex_{0, 0};
+  static Lane load(const Real* column) { return Eigen::Map<const Lane>(column); }
+  static void store(Real* column, const Lane& lane) { Eigen::Map<Lane>(column).operator=(lane); }
+
+  Real base_ = 0;
+  Vec2<Real> apex_{0, 0};
   std::ptrdiff_t size_ = 0;
   Nearest nearest_;
-  Array<double> aim_;       // where on the base the line from each image to the apex crosses it
-  Array<double> distance_;  // of the apex through each window
+  Array<Real> aim_;       // where on the base the line from each image to the apex crosses it
+  Array<Real> distance_;  // of the apex through each window
 };
+
+using FaceCrossing = FaceCrossingOf<double>;
 
 }  // namespace gelight::detail

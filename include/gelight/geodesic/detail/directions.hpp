@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cmath>
+#include <concepts>
+
+#include "gelight/core/types.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+// Directions and lengths in space on a surface's faces.
+
+namespace gelight::detail {
+
+/// Straight distance through space.
+template <std::floating_point T>
+[[nodiscard]] T straight(const Vec3<T>& a, const Vec3<T>& b) {
+  return stable_norm(a - b);
+}
+
+/// The unit vector from one point to another; zero where they are at one place.
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> unit_way(const Surface<T>& surface, const SurfacePoint<T>& from,
+                               const SurfacePoint<T>& to) {
+  return stable_unit(surface.position(to) - surface.position(from));
+}
+
+/// The unit vector in space from one point to another of half-edge h's frame in its face.
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> unit_way(const Surface<T>& surface, Index h, const Vec2<T>& from,
+                               const Vec2<T>& to) {
+  const Vec3<T> o = surface.position(surface.origin(h));
+  const Vec3<T> x = stable_unit(surface.position(surface.tip(h)) - o);
+  const Vec3<T> to_apex = surface.position(surface.apex(h)) - o;
+  const Vec3<T> y = stable_unit(to_apex - x.dot(to_apex) * x);
+  return stable_unit((to.x() - from.x()) * x + (to.y() - from.y()) * y);
+}
+
+/// The angle from half-edge h to a direction, towards the inside of its face, in radians.
+template <std::floating_point T>
+[[nodiscard]] T angle_from(const Surface<T>& surface, Index h, const Vec3<T>& direction) {
+  const Vec3<T> o = surface.position(surface.origin(h));
+  const Vec3<T> x = surface.position(surface.tip(h)) - o;
+  const Vec3<T> up = cross<T>(cross<T>(x, surface.position(surface.apex(h)) - o), x);
+  return std::atan2(direction.dot(stable_unit(up)), direction.dot(stable_unit(x)));
+}
+
+}  // namespace gelight::detail
