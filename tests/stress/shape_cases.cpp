@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <ctime>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -312,20 +312,23 @@ std::vector<Problem> fans(Precision) {
 void fan_time(Findings& findings, Precision precision) {
   // Rounded to float, 30,000 spokes are no fan any more.
   if (precision == Precision::in_float) return;
-  // Quadratic in the valence, the larger would take a hundred times longer; linear, ten times.
+  // Quadratic in the valence, the larger would take a hundred times longer; linear, ten times, and
+  // several times that where only the smaller fits into a cache. A limit between tells them apart
+  // and is no statement of speed.
   for (const Method& method : methods()) {
     std::array<double, 2> seconds{};
     for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
       const auto mesh = fan(i == 0 ? 3000 : 30000);
       seconds[i] = 1e9;
       for (int round = 0; round < 3; ++round) {
-        const auto start = std::chrono::steady_clock::now();
+        // The processor's time: other programs at work do not count.
+        const std::clock_t start = std::clock();
         (void)method.make(mesh, precision)->distance(from(1));
-        const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-        seconds[i] = std::min(seconds[i], taken.count());
+        seconds[i] =
+            std::min(seconds[i], static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
       }
     }
-    findings.expect(seconds[1] < 40 * seconds[0] + 0.05,
+    findings.expect(seconds[1] < 60 * seconds[0] + 0.1,
                     method.name + " takes " + std::to_string(seconds[0]) + " s for 3,000 spokes, " +
                         std::to_string(seconds[1]) + " s for ten times as many");
   }

@@ -26,8 +26,8 @@ struct SensorPreset {
 /// The GelTip (Gomes, Paoletti, Luo, Simulation of Curved GelSight Sensors for Sim2Real Learning):
 /// a finger of 11.46 mm radius and 45.5 mm length, a camera in the middle of its open end that
 /// looks at the tip with 90 degrees from top to bottom, and three LEDs at vertices of the rim, a
-/// third of a turn apart to half an edge, the first next to the x axis. Throws InvalidInput for a size
-/// that is not positive and as `membrane` does for the mesh's edge length.
+/// third of a turn apart to half an edge, the first next to the x axis. Throws InvalidInput for a
+/// size that is not positive and as `membrane` does for the mesh's edge length.
 template <std::floating_point T>
 [[nodiscard]] SensorPreset<T> geltip(Index width = 640, Index height = 480,
                                      T edge_length = T(0.001)) {
