@@ -119,9 +119,10 @@ class WindowPropagationOf {
  private:
   using Mesh = Surface<double>;
   static constexpr int pops_between_polls = 256;
-  // No shortest path crosses an edge twice, and meshes of every kind take one or two lists per
-  // half-edge. What goes on after so many goes round a tube of no girth, and finds nothing more.
-  static constexpr std::ptrdiff_t most_lists_per_halfedge = 1000;
+  // Meshes of every kind take one or two lists per half-edge for a whole solve. What goes on after
+  // so many in one turn, in which no vertex came nearer, goes round a tube of no girth, at no
+  // length, and finds nothing more.
+  static constexpr std::ptrdiff_t most_lists_per_halfedge = 64;
   // What is not clearly shorter is by this share.
   static constexpr double tie = 0.6 * (1 - clearly_shorter);
   // A face no higher than this share of its edge has its apex on the edge, but for rounding.
@@ -140,8 +141,7 @@ class WindowPropagationOf {
     counts = {};
     was_cancelled = false;
     waiting_.reset(surface.halfedge_count());
-    most_lists_ =
-        (std::ptrdiff_t{surface.face_count()} + most_lists_per_halfedge) * surface.halfedge_count();
+    most_lists_ = most_lists_per_halfedge * surface.halfedge_count();
     active_.clear();
     settled_since_bound_ = 0;
   }
@@ -246,6 +246,7 @@ class WindowPropagationOf {
   }
 
   void set(Index vertex, double distance, const Arrival& last) {
+    lists_in_turn_ = 0;
     distances[vertex] = distance;
     arrivals[vertex] = last;
     heap_.push(vertex, distance);
@@ -390,6 +391,7 @@ class WindowPropagationOf {
   }
 
   void propagate_active() {
+    lists_in_turn_ = 0;
     for (std::ptrdiff_t i = 0; i < std::ssize(active_); ++i) {
       const Index h = active_[i];
       is_active_[h] = 0;
@@ -424,7 +426,7 @@ class WindowPropagationOf {
   }
 
   void wait(Index h, const WindowStore::Batch& batch, std::ptrdiff_t count) {
-    if (counts.lists > most_lists_) return waiting_.release(batch);
+    if (lists_in_turn_ > most_lists_) return waiting_.release(batch);
     counts.created += count;
     waiting_.add(h, batch, count);
     if (settled_[surface_->origin(h)] || settled_[surface_->tip(h)]) activate(h);
@@ -463,6 +465,7 @@ class WindowPropagationOf {
       list_.start[i] = origins[list_.origin[i]].start;
     }
     ++counts.lists;
+    ++lists_in_turn_;
     counts.loaded += list_.size;
     const double length = surface_->length(h);
     const bool is_flat = faces_->apex(h).y() <= on_edge * length;
@@ -591,6 +594,7 @@ class WindowPropagationOf {
   FaceCrossingOf<Real> crossing_;
   std::ptrdiff_t settled_since_bound_ = 0;
   std::ptrdiff_t most_lists_ = 0;
+  std::ptrdiff_t lists_in_turn_ = 0;  // since a vertex was settled or came nearer
 };
 
 using WindowPropagation = WindowPropagationOf<double>;
