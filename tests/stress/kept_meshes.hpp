@@ -143,6 +143,18 @@ inline std::vector<std::pair<std::string, Mesh<double>>> kept_meshes() {
       {"a tetrahedron on a line: windows circled for ever round what has no girth",
        {{{0.375, 0, 0}, {-4.25, 0, 0}, {3.5, 0, 0}, {0, 0, 0}},
         {{0, 3, 1}, {3, 1, 2}, {0, 3, 2}, {1, 2, 0}}}},
+      {"two vertices at one place: a path ended at the one, which was as far as the other",
+       {{{0, 0, 7.875},
+         {0, 0, -0.0625},
+         {0.0625, 0, 0},
+         {0, 0, 0},
+         {4, 0, 0},
+         {0, 0.3125, -0.0625},
+         {0, 0.4375, 3.9375},
+         {-0.0625, -0.5, 0},
+         {0, 0, 0},
+         {-0.0625, 0, 0.0625}},
+        {{8, 1, 4}, {9, 1, 3}, {1, 0, 3}, {8, 0, 1}, {9, 6, 1}, {8, 9, 0}}}},
   };
 }
 

@@ -48,7 +48,9 @@ class TraceOf {
       append(path, vertex_point<double>(vertex));
       const Arrival& last = arrivals_[vertex];
       const Vec2<Real> at = last.entry < 0 ? Vec2<Real>(0, 0) : faces_.apex(last.entry);
-      vertex = last_piece(at, last, distances_[vertex], path);
+      const Index next = last_piece(at, last, distances_[vertex], path);
+      if (next == vertex) break;
+      vertex = next;
     }
     return path;
   }
@@ -165,14 +167,16 @@ class TraceOf {
     return out;
   }
 
-  // The end of h by which a point x along it is reached, if it is nearer than `distance`.
+  // The end of h by which a point x along it is reached, if it is not farther than `distance`.
   [[nodiscard]] Index nearer_end(Index h, double x, double distance) const {
     const double by_origin = distances_[surface_.origin(h)] + x;
     const double by_tip = distances_[surface_.tip(h)] + surface_.length(h) - x;
     const Index end = by_origin < by_tip ? surface_.origin(h) : surface_.tip(h);
     const Index other = by_origin < by_tip ? surface_.tip(h) : surface_.origin(h);
     if (distances_[end] < distance) return end;
-    return distances_[other] < distance ? other : arrived;
+    if (distances_[other] < distance) return other;
+    // Vertices at one place are equally far; the way to one of them may lead by another.
+    return distances_[end] <= distance ? end : arrived;
   }
 
   [[nodiscard]] bool is_in_face(Index origin, Index h) const {
