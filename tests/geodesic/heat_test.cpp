@@ -13,14 +13,13 @@
 
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
+#include "support/relative_error.hpp"
 
 using namespace gelight;
+using test::Error;
+using test::error_of;
 
 namespace {
-
-struct Error {
-  double mean = 0, max = 0;
-};
 
 Vec3<double> at(const Mesh<double>& mesh, std::size_t v) {
   return {mesh.positions[v][0], mesh.positions[v][1], mesh.positions[v][2]};
@@ -28,22 +27,6 @@ Vec3<double> at(const Mesh<double>& mesh, std::size_t v) {
 
 double arc(const Vec3<double>& a, const Vec3<double>& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-// Relative errors where the truth is not zero.
-Error error_of(const std::vector<double>& d, auto&& truth) {
-  Error error;
-  double count = 0;
-  for (std::size_t v = 0; v < d.size(); ++v) {
-    const double t = truth(v);
-    if (t == 0) continue;
-    const double off = std::abs(d[v] - t) / t;
-    error.mean += off;
-    error.max = std::max(error.max, off);
-    ++count;
-  }
-  error.mean /= count;
-  return error;
 }
 
 Error sphere_error(int level, Index source, const HeatOptions& options = {}) {

@@ -15,38 +15,16 @@
 #include "gelight/mesh/tangent.hpp"
 #include "gelight/views/mesh_view.hpp"
 #include "support/hard_meshes.hpp"
+#include "support/seamed_sheet.hpp"
 
 using namespace gelight;
+using test::carries_vectors;
+using test::is_taken;
+using test::seamed_sheet;
 
 namespace {
 
 using Indices = std::vector<Index>;
-
-bool is_taken(const Mesh<double>& mesh) {
-  try {
-    Surface surface(mesh);
-  } catch (const InvalidInput&) {
-    return false;
-  }
-  return true;
-}
-
-bool carries_vectors(const Mesh<double>& mesh) {
-  try {
-    require_oriented(Surface(mesh));
-  } catch (const InvalidInput&) {
-    return false;
-  }
-  return true;
-}
-
-// Two sheets of 1 x 2 cells side by side, their common side doubled.
-Mesh<double> seamed_sheet() {
-  const std::vector<Mesh<double>> halves{
-      grid<double>(1, 2, 1, 2),
-      placed<double>(grid<double>(1, 2, 1, 2), Eigen::Matrix3d::Identity(), Vec3<double>(1, 0, 0))};
-  return joined<double>(halves);
-}
 
 }  // namespace
 

@@ -18,32 +18,14 @@
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
 #include "support/hard_meshes.hpp"
+#include "support/relative_error.hpp"
 
 // What fast marching and virtual sources must both hold.
 
 namespace gelight::test {
 
-struct Error {
-  double mean = 0, max = 0;
-};
-
 inline Vec3<double> at(const Mesh<double>& mesh, std::size_t v) {
   return {mesh.positions[v][0], mesh.positions[v][1], mesh.positions[v][2]};
-}
-
-inline Error error_of(const std::vector<double>& d, auto&& truth) {
-  Error error;
-  double count = 0;
-  for (std::size_t v = 0; v < d.size(); ++v) {
-    const double t = truth(v);
-    if (t == 0) continue;
-    const double off = std::abs(d[v] - t) / t;
-    error.mean += off;
-    error.max = std::max(error.max, off);
-    ++count;
-  }
-  error.mean /= count;
-  return error;
 }
 
 template <class Solver>
