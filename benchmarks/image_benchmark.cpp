@@ -19,6 +19,7 @@
 #include "gelight/image/plane_fit.hpp"
 #include "gelight/image/similarity.hpp"
 #include "gelight/image/smooth.hpp"
+#include "gelight/membrane/elastic.hpp"
 #include "gelight/sensor/detail/shaded_rows.hpp"
 #include "gelight/sensor/noise.hpp"
 #include "gelight/shading/shadow.hpp"

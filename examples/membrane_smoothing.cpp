@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "gelight/image/filter.hpp"
-#include "gelight/image/smooth.hpp"
+#include "gelight/membrane/elastic.hpp"
 #include "support/lesson.hpp"
 #include "support/plot.hpp"
 

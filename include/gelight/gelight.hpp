@@ -37,6 +37,7 @@
 #include "gelight/light/linear.hpp"
 #include "gelight/light/plane.hpp"
 #include "gelight/light/transport.hpp"
+#include "gelight/membrane/elastic.hpp"
 #include "gelight/membrane/springs.hpp"
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/intrinsic.hpp"
