@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <complex>
+#include <concepts>
 #include <numbers>
 
 #include "gelight/core/array.hpp"
@@ -13,21 +14,23 @@
 namespace gelight {
 
 /// Two unit vectors at right angles in a tangent plane; x cross y is the surface's normal.
-struct TangentBasis {
-  Vec3<double> x;  ///< unit
-  Vec3<double> y;  ///< unit, a quarter turn from x towards the left
+template <std::floating_point Real>
+struct TangentBasisOf {
+  Vec3<Real> x;  ///< unit
+  Vec3<Real> y;  ///< unit, a quarter turn from x towards the left
 
   /// The unit normal of the plane.
-  [[nodiscard]] Vec3<double> normal() const { return cross(x, y); }
+  [[nodiscard]] Vec3<Real> normal() const { return cross(x, y); }
   /// The vector in space of coordinates in the plane, written as a complex number.
-  [[nodiscard]] Vec3<double> embed(std::complex<double> z) const {
-    return z.real() * x + z.imag() * y;
-  }
+  [[nodiscard]] Vec3<Real> embed(std::complex<Real> z) const { return z.real() * x + z.imag() * y; }
   /// Coordinates of a vector's part in the plane, written as a complex number.
-  [[nodiscard]] std::complex<double> project(const Vec3<double>& v) const {
+  [[nodiscard]] std::complex<Real> project(const Vec3<Real>& v) const {
     return {v.dot(x), v.dot(y)};
   }
 };
+
+/// A basis in double.
+using TangentBasis = TangentBasisOf<double>;
 
 /// Throws InvalidInput unless every edge has at most two faces, and those run it in opposite ways:
 /// without that, a tangent vector has no left and right.
@@ -50,14 +53,16 @@ inline void require_oriented(const Surface<double>& surface) {
 ///
 /// The plane is that of the mean normal, weighted by the faces' angles; it is turned so that the
 /// angles fit the edges' own directions best. Each fan of a bow-tie vertex is turned by itself.
-class TangentFrames {
+/// (A template only so that it costs nothing to include.)
+template <std::floating_point Real>
+class TangentFramesOf {
  public:
   /// Throws InvalidInput as require_oriented does. Linear in the faces.
-  explicit TangentFrames(const Surface<double>& surface)
-      : TangentFrames(surface, intrinsic_triangulation(surface)) {}
+  explicit TangentFramesOf(const Surface<double>& surface)
+      : TangentFramesOf(surface, intrinsic_triangulation(surface)) {}
 
   /// With the angles of other edge lengths, the half-edges being the same.
-  TangentFrames(const Surface<double>& surface, const IntrinsicTriangulation& mesh)
+  TangentFramesOf(const Surface<double>& surface, const IntrinsicTriangulation& mesh)
       : surface_(surface) {
     require_oriented(surface);
     measure_corners(mesh);
@@ -69,21 +74,21 @@ class TangentFrames {
   }
 
   /// The plane at a vertex.
-  [[nodiscard]] const TangentBasis& basis(Index vertex) const { return bases_[vertex]; }
+  [[nodiscard]] const TangentBasisOf<Real>& basis(Index vertex) const { return bases_[vertex]; }
 
   /// Direction of half-edge h in the tangent plane of its origin, and that of the way back in the
   /// plane of its tip: angles from the basis' x, in radians.
   ///@{
-  [[nodiscard]] double angle(Index h) const { return angles_[h]; }
-  [[nodiscard]] double angle_back(Index h) const { return far_angles_[surface_.next(h)]; }
+  [[nodiscard]] Real angle(Index h) const { return angles_[h]; }
+  [[nodiscard]] Real angle_back(Index h) const { return far_angles_[surface_.next(h)]; }
   ///@}
 
   /// Angle between h and the edge before it in their face.
-  [[nodiscard]] double corner(Index h) const { return corners_[h]; }
+  [[nodiscard]] Real corner(Index h) const { return corners_[h]; }
 
   /// What turns a vector at h's origin into the parallel one at its tip.
-  [[nodiscard]] std::complex<double> transport(Index h) const {
-    return std::polar(1.0, angle_back(h) + std::numbers::pi - angle(h));
+  [[nodiscard]] std::complex<Real> transport(Index h) const {
+    return std::polar(Real(1), angle_back(h) + std::numbers::pi_v<Real> - angle(h));
   }
 
  private:
@@ -106,30 +111,30 @@ class TangentFrames {
     }
     for (const Index h : surface_.corners(v)) {
       if (far_angles_[h] != unvisited) continue;
-      double total = 0;
+      Real total = 0;
       Index g = h;
       do {
         total += corners_[g];
         g = surface_.twin(surface_.previous(g));
       } while (g != h);
-      walk_fan(v, h, 2 * std::numbers::pi / total);
+      walk_fan(v, h, 2 * std::numbers::pi_v<Real> / total);
     }
   }
 
   // Sums the corners from half-edge `first` on, counter-clockwise, then turns them all together.
-  void walk_fan(Index v, Index first, double scale) {
-    double sum = 0;
-    std::complex<double> turn = 0;
+  void walk_fan(Index v, Index first, Real scale) {
+    Real sum = 0;
+    std::complex<Real> turn = 0;
     for (Index h = first; h >= 0; h = next_in_fan(h, first)) {
       angles_[h] = sum;
-      turn += projected(v, surface_.tip(h)) * std::polar(1.0, -sum);
+      turn += projected(v, surface_.tip(h)) * std::polar(Real(1), -sum);
       sum += scale * corners_[h];
       far_angles_[h] = sum;
       const Index before = surface_.previous(h);
       if (!surface_.is_border(before)) continue;
-      turn += projected(v, surface_.origin(before)) * std::polar(1.0, -sum);
+      turn += projected(v, surface_.origin(before)) * std::polar(Real(1), -sum);
     }
-    const double offset = turn == 0.0 ? 0 : std::arg(turn);
+    const Real offset = turn == 0.0 ? 0 : std::arg(turn);
     for (Index h = first; h >= 0; h = next_in_fan(h, first)) {
       angles_[h] += offset;
       far_angles_[h] += offset;
@@ -144,16 +149,16 @@ class TangentFrames {
     return following == first ? -1 : following;
   }
 
-  [[nodiscard]] std::complex<double> projected(Index from, Index to) const {
+  [[nodiscard]] std::complex<Real> projected(Index from, Index to) const {
     return bases_[from].project(surface_.position(to) - surface_.position(from));
   }
 
   void choose_basis(Index v) {
-    Vec3<double> normal = Vec3<double>::Zero();
-    Vec3<double> along = Vec3<double>::UnitX();
+    Vec3<Real> normal = Vec3<Real>::Zero();
+    Vec3<Real> along = Vec3<Real>(1, 0, 0);
     for (const Index h : surface_.corners(v)) {
-      const Vec3<double> a = surface_.position(surface_.tip(h)) - surface_.position(v);
-      const Vec3<double> b = surface_.position(surface_.apex(h)) - surface_.position(v);
+      const Vec3<Real> a = surface_.position(surface_.tip(h)) - surface_.position(v);
+      const Vec3<Real> b = surface_.position(surface_.apex(h)) - surface_.position(v);
       normal +=
           corners_[h] * detail::stable_unit(cross(detail::stable_unit(a), detail::stable_unit(b)));
       if (h == surface_.corners(v).front()) along = a;
@@ -161,18 +166,21 @@ class TangentFrames {
     normal = detail::stable_unit(normal);
     // Faces without area, or normals that cancel, leave any plane through the first edge.
     if (!(normal.squaredNorm() > 0)) normal = detail::unit_orthogonal(along);
-    Vec3<double> x = detail::stable_unit(along - normal.dot(along) * normal);
+    Vec3<Real> x = detail::stable_unit(along - normal.dot(along) * normal);
     if (!(x.squaredNorm() > 0)) x = detail::unit_orthogonal(normal);
     bases_[v] = {x, cross(normal, x)};
   }
 
-  static constexpr double unvisited = -1e300;
+  static constexpr Real unvisited = -1e300;
 
   Surface<double> surface_;
-  detail::Array<TangentBasis> bases_;  // of each vertex
-  detail::Array<double> corners_;      // of each half-edge: the angle at its origin
-  detail::Array<double> angles_;       // of each half-edge, at its origin
-  detail::Array<double> far_angles_;   // of the edge before each half-edge, at the same vertex
+  detail::Array<TangentBasisOf<Real>> bases_;  // of each vertex
+  detail::Array<Real> corners_;                // of each half-edge: the angle at its origin
+  detail::Array<Real> angles_;                 // of each half-edge, at its origin
+  detail::Array<Real> far_angles_;  // of the edge before each half-edge, at the same vertex
 };
+
+/// The tangent planes of a surface, in double.
+using TangentFrames = TangentFramesOf<double>;
 
 }  // namespace gelight

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <concepts>
-#include <utility>
 #include <vector>
 
 #include "gelight/core/types.hpp"
@@ -21,14 +20,18 @@ SurfacePoint<T> simplified(const Surface<T>& surface, SurfacePoint<T> point) {
   std::array<Index, 3> vertices{point.element[0], point.element[1], -1};
   if (point.kind == Kind::vertex) return point;
   if (point.kind == Kind::face) vertices = surface.face(point.element[0]);
-  std::vector<std::pair<Index, T>> used;
+  std::array<Index, 3> used{};
+  std::array<T, 3> weights{};
+  std::size_t count = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    if (point.weights[k] > 0) used.emplace_back(vertices[k], point.weights[k]);
+    if (!(point.weights[k] > 0)) continue;
+    used[count] = vertices[k];
+    weights[count++] = point.weights[k];
   }
-  if (used.size() == 3) return point;
-  std::sort(used.begin(), used.end());
-  if (used.size() == 1) return vertex_point<T>(used[0].first);
-  return {Kind::edge, {used[0].first, used[1].first}, {used[0].second, used[1].second, 0}};
+  if (count == 3) return point;
+  if (count == 1) return vertex_point<T>(used[0]);
+  if (used[0] < used[1]) return {Kind::edge, {used[0], used[1]}, {weights[0], weights[1], 0}};
+  return {Kind::edge, {used[1], used[0]}, {weights[1], weights[0], 0}};
 }
 
 /// About what a vertex adds to the distance of the last, on a mesh of edges long and short too: the
@@ -64,13 +67,13 @@ inline void for_each_face_at(const Surface<double>& surface, const SurfacePoint<
 }
 
 /// Length of the straight line from a point to a vertex of a face that holds both.
-inline double straight_distance(const Surface<double>& surface, const SurfacePoint<double>& point,
-                                Index vertex) {
-  using Kind = SurfacePoint<double>::Kind;
+template <std::floating_point T>
+T straight_distance(const Surface<T>& surface, const SurfacePoint<T>& point, Index vertex) {
+  using Kind = typename SurfacePoint<T>::Kind;
   const auto& [a, b] = point.element;
   const auto& w = point.weights;
   // Differences of positions first: they are exact far from the origin, where positions are not.
-  const auto from = [&](Index v) -> Vec3<double> {
+  const auto from = [&](Index v) -> Vec3<T> {
     return surface.position(v) - surface.position(vertex);
   };
   if (point.kind == Kind::vertex) return stable_norm(from(a));

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <numbers>
 
@@ -44,52 +45,55 @@ namespace gelight::detail {
 }
 
 /// The tangent planes of all points of a surface, in which directions are angles: at vertices those
-/// of TangentFrames; of a face and on an edge from the (first) half-edge's own direction.
-class TangentPlanes {
+/// of TangentFrames; of a face and on an edge from the (first) half-edge's own direction. (A
+/// template only so that it costs nothing to include.)
+template <std::floating_point Real>
+class TangentPlanesOf {
  public:
   /// Throws InvalidInput as TangentFrames does.
-  explicit TangentPlanes(const Surface<double>& surface) : surface_(surface), frames_(surface) {}
+  explicit TangentPlanesOf(const Surface<double>& surface) : surface_(surface), frames_(surface) {}
 
   /// With the angles of other edge lengths, the half-edges being the same.
-  TangentPlanes(const Surface<double>& surface, const IntrinsicTriangulation& mesh)
+  TangentPlanesOf(const Surface<double>& surface, const IntrinsicTriangulation& mesh)
       : surface_(surface), frames_(surface, mesh) {}
 
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
-  [[nodiscard]] const TangentFrames& frames() const { return frames_; }
+  [[nodiscard]] const TangentFramesOf<Real>& frames() const { return frames_; }
 
   /// The plane on an edge halves the angle between its faces.
-  [[nodiscard]] TangentBasis basis(const SurfacePoint<double>& point) const {
+  [[nodiscard]] TangentBasisOf<Real> basis(const SurfacePoint<double>& point) const {
     using Kind = SurfacePoint<double>::Kind;
     if (point.kind == Kind::vertex) return frames_.basis(point.element[0]);
     const Index h = first_halfedge(point);
-    Vec3<double> normal = unit_normal(surface_.face_of(h));
+    Vec3<Real> normal = unit_normal(surface_.face_of(h));
     if (point.kind == Kind::edge && !surface_.is_border(h)) {
       normal += unit_normal(surface_.face_of(surface_.twin(h)));
     }
-    const Vec3<double> x =
+    const Vec3<Real> x =
         stable_unit(surface_.position(surface_.tip(h)) - surface_.position(surface_.origin(h)));
-    Vec3<double> y = stable_unit(cross(normal, x));
+    Vec3<Real> y = stable_unit(cross(normal, x));
     if (!(y.squaredNorm() > 0)) y = unit_orthogonal(x);
     return {x, y};
   }
 
   /// A direction from a point into a face that holds it, given as an angle from the face's first
   /// half-edge, as an angle in the point's tangent plane.
-  [[nodiscard]] double angle_at(const SurfacePoint<double>& point, Index face, double angle) const {
+  [[nodiscard]] Real angle_at(const SurfacePoint<double>& point, Index face, Real angle) const {
     using Kind = SurfacePoint<double>::Kind;
     if (point.kind == Kind::face) return angle;
     if (point.kind == Kind::edge) {
       const Index h = first_halfedge(point);
       if (surface_.face_of(h) == face) return angle - side_angle(h);
-      return angle - side_angle(surface_.twin(h)) + std::numbers::pi;
+      return angle - side_angle(surface_.twin(h)) + std::numbers::pi_v<Real>;
     }
     Index h = 3 * face;
     while (surface_.origin(h) != point.element[0]) ++h;
-    const double far = frames_.angle_back(surface_.previous(h));
-    const double corner = frames_.corner(h);
-    const double scale = corner > 0 ? (far - frames_.angle(h)) / corner : 1;
-    const double from_middle = angle - side_angle(h) - corner / 2;
-    return (frames_.angle(h) + far) / 2 + scale * std::remainder(from_middle, 2 * std::numbers::pi);
+    const Real far = frames_.angle_back(surface_.previous(h));
+    const Real corner = frames_.corner(h);
+    const Real scale = corner > 0 ? (far - frames_.angle(h)) / corner : 1;
+    const Real from_middle = angle - side_angle(h) - corner / 2;
+    return (frames_.angle(h) + far) / 2 +
+           scale * std::remainder(from_middle, 2 * std::numbers::pi_v<Real>);
   }
 
   /// The half-edge from which angles on an edge or in a face are counted.
@@ -100,23 +104,25 @@ class TangentPlanes {
   }
 
   /// The direction of a half-edge, as an angle from the first one of its face.
-  [[nodiscard]] double side_angle(Index h) const {
+  [[nodiscard]] Real side_angle(Index h) const {
     const Index first = h - h % 3;
     if (h == first) return 0;
-    const double second = std::numbers::pi - frames_.corner(first + 1);
-    return h == first + 1 ? second : second + std::numbers::pi - frames_.corner(first + 2);
+    const Real second = std::numbers::pi_v<Real> - frames_.corner(first + 1);
+    return h == first + 1 ? second : second + std::numbers::pi_v<Real> - frames_.corner(first + 2);
   }
 
  private:
-  [[nodiscard]] Vec3<double> unit_normal(Index f) const {
+  [[nodiscard]] Vec3<Real> unit_normal(Index f) const {
     const auto [a, b, c] = surface_.face(f);
-    const Vec3<double> ab = surface_.position(b) - surface_.position(a);
-    const Vec3<double> ac = surface_.position(c) - surface_.position(a);
+    const Vec3<Real> ab = surface_.position(b) - surface_.position(a);
+    const Vec3<Real> ac = surface_.position(c) - surface_.position(a);
     return stable_unit(cross(stable_unit(ab), stable_unit(ac)));
   }
 
   Surface<double> surface_;
-  TangentFrames frames_;
+  TangentFramesOf<Real> frames_;
 };
+
+using TangentPlanes = TangentPlanesOf<double>;
 
 }  // namespace gelight::detail
