@@ -61,6 +61,21 @@ TEST_CASE("everything that Surface refuses is told at once, with its places") {
   CHECK_FALSE(check(Mesh<double>{{{0, 0, 0}}, {}}).is_accepted());
 }
 
+TEST_CASE("what is too large or too small to be computed with is told as it is refused") {
+  Mesh<double> mesh = grid<double>(2, 2);
+  mesh.positions[4] = {0, 2e75, 0};
+  CHECK(check(mesh).too_far.first == Indices{4});
+  CHECK_FALSE(check(mesh).is_accepted());
+  CHECK_FALSE(is_taken(mesh));
+  for (const double scale : {1e-80, 1e-70, 1e70}) {
+    CAPTURE(scale);
+    mesh = grid<double>(2, 2, scale, scale);
+    CHECK(check(mesh).is_too_small == (scale == 1e-80));
+    CHECK(check(mesh).is_accepted() == (scale > 1e-80));
+    CHECK(is_taken(mesh) == (scale > 1e-80));
+  }
+}
+
 TEST_CASE("no more indices than asked for, but all are counted") {
   Mesh<double> mesh = grid<double>(1, 1);
   for (int i = 0; i < 20; ++i) mesh.positions.push_back({1.0 + i, 5, 5});

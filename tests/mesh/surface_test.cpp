@@ -14,6 +14,7 @@ using gelight::Index;
 using gelight::InvalidInput;
 using gelight::Mesh;
 using gelight::Surface;
+using gelight::test::contains;
 
 namespace {
 
@@ -86,6 +87,18 @@ TEST_CASE("bad meshes are refused with the value and its place") {
   mesh = tetrahedron();
   mesh.positions[3][1] = nan;
   CHECK(message_of(mesh) == "vertex 3 has position (0, nan, 1), which is not finite");
+  mesh.positions[3][1] = -0x1p300;
+  CHECK(contains(message_of(mesh), "vertex 3 has position (0, -2.03"));
+  CHECK(contains(message_of(mesh), "too far out: products of lengths would overflow"));
+  mesh.positions = {{0, 0, 0}, {1e-80, 0, 0}, {0, 1e-80, 0}, {0, 0, 0}};
+  CHECK(contains(message_of(mesh), "long: products of lengths would vanish"));
+  mesh.positions[3] = {0, 1, 0};
+  CHECK(Surface<double>(mesh).length(0) == 0);
+}
+
+TEST_CASE("of no size at all is a mesh too") {
+  const Mesh<double> mesh{{{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, {{0, 1, 2}}};
+  CHECK(Surface<double>(mesh).length(0) == 0);
 }
 
 TEST_CASE("surface points are found where their weights say, or refused") {

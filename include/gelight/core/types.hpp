@@ -29,6 +29,10 @@ inline constexpr T unreachable = std::numeric_limits<T>::infinity();
 
 namespace detail {
 
+/// Within these a product of four lengths neither overflows nor vanishes: coordinates beyond the
+/// one are refused, and lengths below the other count as none.
+inline constexpr double largest_coordinate = 1e75, shortest_length = 1e-75;
+
 template <class V>
 using PlainVector = Eigen::Matrix<typename V::Scalar, V::RowsAtCompileTime, 1>;
 

@@ -36,6 +36,8 @@ struct MeshReport {
 
   // Refused by Surface, and so by every solver.
   Finding not_finite;         ///< vertices with a coordinate that is not finite
+  Finding too_far;            ///< vertices with a coordinate beyond 1e75
+  bool is_too_small = false;  ///< whether no edge is as long as 1e-75, though some have length
   Finding out_of_range;       ///< faces with an index that is no vertex
   Finding repeated_vertices;  ///< faces with a vertex twice
   Finding repeated_faces;     ///< faces with the three vertices of an earlier one
@@ -55,8 +57,9 @@ struct MeshReport {
 
   /// Whether a Surface, and so every distance solver, can be made of it.
   [[nodiscard]] bool is_accepted() const {
-    return vertices > 0 && faces > 0 && not_finite.count == 0 && out_of_range.count == 0 &&
-           repeated_vertices.count == 0 && repeated_faces.count == 0;
+    return vertices > 0 && faces > 0 && not_finite.count == 0 && too_far.count == 0 &&
+           !is_too_small && out_of_range.count == 0 && repeated_vertices.count == 0 &&
+           repeated_faces.count == 0;
   }
   /// Whether VectorHeatSolver takes it too.
   [[nodiscard]] bool is_oriented() const {
@@ -118,19 +121,27 @@ class MeshChecks {
   void look_at_vertices() {
     const auto nearest = nearest_earlier(mesh_.positions, 0);
     for (Index v = 0; v < report_.vertices; ++v) {
-      if (!all_finite(position(v))) add(report_.not_finite, v);
+      if (!all_finite(position(v))) {
+        add(report_.not_finite, v);
+      } else if (!is_in_reach(position(v))) {
+        add(report_.too_far, v);
+      }
       if (nearest[v] != v) add(report_.duplicate_vertices, v);
     }
   }
 
   void look_at_edges(const Array<FaceSide>& sides) {
+    double longest = 0;
     for_each_edge(sides, [&](auto first, auto last) {
       const Index v = first->low;
       if (last - first == 1) add(report_.border_edges, v);
       if (last - first > 2) add(report_.fins, v);
       if (last - first == 2 && first->ascends == (first + 1)->ascends) add(report_.against, v);
-      if (position(v) == position(first->high)) add(report_.zero_edges, v);
+      const double length = stable_norm(difference(position(v), position(first->high)));
+      if (length < shortest_length) add(report_.zero_edges, v);
+      if (length > longest) longest = length;
     });
+    report_.is_too_small = longest > 0 && longest < shortest_length;
   }
 
   void look_at_fans(const Array<FaceSide>& sides) {
@@ -187,6 +198,8 @@ inline std::ostream& operator<<(std::ostream& out, const MeshReport& report) {
   out << report.vertices << " vertices, " << report.faces << " faces, " << report.components
       << " components";
   line(report.not_finite, "vertices that are not finite", "refused");
+  line(report.too_far, "vertices farther out than 1e75", "refused");
+  if (report.is_too_small) out << "\nno edge is as long as 1e-75 (refused)";
   line(report.out_of_range, "faces with an index out of range", "refused");
   line(report.repeated_vertices, "faces with a vertex twice", "refused");
   line(report.repeated_faces, "faces with the vertices of an earlier one", "refused");

@@ -28,8 +28,10 @@ class Surface {
   using Scalar = T;  ///< what coordinates are made of
 
   /// Copies what it needs of any mesh, in O(vertices + faces log valence).
-  /// Throws InvalidInput for a mesh without faces, a coordinate that is not finite, a face with an
-  /// index out of range or a vertex twice, and two faces with the same three vertices.
+  /// Throws InvalidInput for a mesh without faces, a coordinate that is not finite or beyond 1e75,
+  /// a face with an index out of range or a vertex twice, and two faces with the same three
+  /// vertices. An edge of less than 1e-75 counts as of no length; a mesh of such edges only is
+  /// refused.
   template <TriangleMesh M>
   requires(!std::same_as<M, Surface>) explicit Surface(const M& mesh) {
     auto data = std::make_shared<Data>();
@@ -158,6 +160,9 @@ class Surface {
       const Vec3<T> q(static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2]));
       detail::require(q.allFinite(), "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
                       "), which is not finite");
+      detail::require(q.template cast<double>().cwiseAbs().maxCoeff() <= detail::largest_coordinate,
+                      "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
+                      "), too far out: products of lengths would overflow");
       data.positions[v] = q;
     }
   }
@@ -242,13 +247,18 @@ class Surface {
   static void measure(Data& data) {
     data.lengths.resize(data.vertices.size());
     const auto count = static_cast<Index>(data.vertices.size());
+    double longest = 0;
     for (Index h = 0; h < count; ++h) {
       // From the lower vertex to the higher, so that twins agree to the last bit.
       const auto [a, b] = std::minmax(data.vertices[h], data.vertices[next(h)]);
       const Vec3<double> edge =
           data.positions[b].template cast<double>() - data.positions[a].template cast<double>();
-      data.lengths[h] = static_cast<T>(detail::stable_norm(edge));
+      const double length = detail::stable_norm(edge);
+      longest = std::max(longest, length);
+      data.lengths[h] = length < detail::shortest_length ? T(0) : static_cast<T>(length);
     }
+    detail::require(longest == 0 || longest >= detail::shortest_length, "the longest edge is ",
+                    longest, " long: products of lengths would vanish");
   }
 
   std::shared_ptr<const Data> data_;

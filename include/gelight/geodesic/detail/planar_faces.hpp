@@ -52,7 +52,7 @@ class PlanarFacesOf {
     std::sort(by_length.begin(), by_length.end(),
               [&](Index a, Index b) { return surface.length(a) < surface.length(b); });
     const double doubled_area =
-        cross(vector(surface, by_length[0]), vector(surface, by_length[1])).norm();
+        stable_norm(cross(vector(surface, by_length[0]), vector(surface, by_length[1])));
     for (Index h = first; h < first + 3; ++h) {
       const double length = surface.length(h);
       if (length == 0) {

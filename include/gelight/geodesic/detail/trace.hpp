@@ -81,7 +81,8 @@ class TraceOf {
   }
 
   // Goes back straight through faces; returns the vertex at which the straight line ends. It is
-  // nearer to the source, or in needles and on edges of no length the way could go in a circle.
+  // nearer to the source, or at the place of the last one and new, or in needles and on edges of no
+  // length the way could go in a circle.
   Index cross_faces(Vec2<Real> at, const Arrival& last, double distance,
                     std::vector<Point>& path) const {
     Index h = last.entry, origin = last.origin;
@@ -98,7 +99,9 @@ class TraceOf {
       const Index beside = near_origin ? surface_.origin(h) : surface_.tip(h);
       const double gap = near_origin ? x : length - x;
       const double rest = start + (Vec2<Real>(x, 0) - image).norm();
-      if (distances_[beside] + gap <= rest + tie && distances_[beside] < distance) return beside;
+      const bool is_back =
+          distances_[beside] < distance || (distances_[beside] == distance && !is_on(path, beside));
+      if (is_back && distances_[beside] + gap <= rest + tie) return beside;
       append(path, edge_point<double>(surface_.origin(h), surface_.tip(h), x / length));
 
       Index across = surface_.twin(h);
@@ -121,6 +124,10 @@ class TraceOf {
       h = step(across, at, image);
     }
     return nearer_end(h, at.x(), distance);
+  }
+
+  static bool is_on(const std::vector<Point>& path, Index vertex) {
+    return std::find(path.begin(), path.end(), vertex_point<double>(vertex)) != path.end();
   }
 
   static double crossing(const Vec2<Real>& at, const Vec2<Real>& image, double length) {

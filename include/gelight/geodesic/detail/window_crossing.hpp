@@ -51,7 +51,7 @@ class FaceCrossingOf {
     bool is_straight = false;  // or bent at an end of the window
   };
 
-  /// Aims every window of a list at the apex.
+  /// Aims every window of a list at the apex. No window is nearest where no distance is a number.
   Nearest aim(const WindowList& list, Real base, const Vec2<Real>& apex) {
     base_ = base;
     apex_ = apex;
@@ -78,6 +78,7 @@ class FaceCrossingOf {
       nearest_.window = i;
     }
     const std::ptrdiff_t n = nearest_.window;
+    if (n < 0) return nearest_;
     nearest_.crossing = std::clamp(aim_[n], list.begin[n], list.end[n]);
     nearest_.is_straight = nearest_.crossing == aim_[n];
     return nearest_;

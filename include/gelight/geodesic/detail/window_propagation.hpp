@@ -125,6 +125,9 @@ class WindowPropagationOf {
   static constexpr std::ptrdiff_t most_lists_per_halfedge = 64;
   // What is not clearly shorter is by this share.
   static constexpr double tie = 0.6 * (1 - clearly_shorter);
+  // What unfolding leaves in doubt of a path's direction, in radians; where its last piece is
+  // short, as much more as that is shorter than the edge before it.
+  static constexpr double angle_rounding = 1e-12;
   // A face no higher than this share of its edge has its apex on the edge, but for rounding.
   static constexpr double on_edge = 16 * std::numeric_limits<double>::epsilon();
 
@@ -325,16 +328,22 @@ class WindowPropagationOf {
     }
     Index corner = -1;
     Vec2<Real> back;
+    double doubt = angle_rounding;
     if (last.entry >= 0) {
       corner = Mesh::previous(last.entry);
-      back = into_frame(last.image, faces_->apex(last.entry), {0, 0}).normalized();
+      back = into_frame(last.image, faces_->apex(last.entry), {0, 0});
+      doubt += angle_rounding * surface_->length(last.entry) / back.norm();
+      back = stable_unit(back);
     } else {
       std::tie(corner, back) = edge_from(vertex, last.origin);
     }
+    // Arriving over no way, as from a vertex at the same place, a path has no direction.
+    if (!(doubt < 1)) return emit_everywhere(vertex, from);
     const Index origin = add_origin(from);
-    Shadow(*surface_, *faces_, vertex).cast(corner, back, [&](Index h, double begin, double end) {
-      emit_from_apex(h, begin, end, origin);
-    });
+    Shadow(*surface_, *faces_, vertex, doubt)
+        .cast(corner, back, [&](Index h, double begin, double end) {
+          emit_from_apex(h, begin, end, origin);
+        });
   }
 
   // The edge between two vertices, as a direction at the first.
@@ -480,8 +489,10 @@ class WindowPropagationOf {
     }
     if (list_.size == 0) return;
     counts.propagated += list_.size;
+    const auto nearest = crossing_.aim(list_, length, faces_->apex(h));
+    if (nearest.window < 0) return;  // all lengths were lost, being of less than 1e-150
     if (keeps(Mesh::face_of(h))) keep(h);
-    reach_apex(h, crossing_.aim(list_, length, faces_->apex(h)));
+    reach_apex(h, nearest);
     cross(h);
   }
 
@@ -492,11 +503,18 @@ class WindowPropagationOf {
       if (faces_->apex(t).y() > on_edge * surface_->length(t)) continue;
       const Index apex = surface_->apex(t);
       for (std::ptrdiff_t i = 0; i < list_.size; ++i) {
-        const Origin& origin = origins[list_.origin[i]];
+        const Origin& origin = beginning(origins[list_.origin[i]]);
         if (origin.kind == Origin::Kind::vertex && origin.index == apex) return true;
       }
     }
     return false;
+  }
+
+  // Where windows begin that may have crossed edges of three faces or more since.
+  [[nodiscard]] const Origin& beginning(const Origin& origin) const {
+    const Origin* from = &origin;
+    while (from->kind == Origin::Kind::crossing) from = &origins[from->previous];
+    return *from;
   }
 
   // Windows go on for one edge behind the ring, to reach all vertices there.

@@ -98,6 +98,12 @@ template <std::floating_point T>
   return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
 }
 
+/// Whether Surface takes a position: false for what is not finite, too.
+template <std::floating_point T>
+[[nodiscard]] bool is_in_reach(const std::array<T, 3>& p) {
+  return std::all_of(p.begin(), p.end(), [](T x) { return std::abs(x) <= largest_coordinate; });
+}
+
 template <std::floating_point T>
 [[nodiscard]] Vec3<double> difference(const std::array<T, 3>& a, const std::array<T, 3>& b) {
   return {double{a[0]} - double{b[0]}, double{a[1]} - double{b[1]}, double{a[2]} - double{b[2]}};
