@@ -16,8 +16,11 @@ class Shadow {
  public:
   using Mesh = Surface<double>;
 
-  Shadow(const Mesh& surface, const PlanarFaces& faces, Index vertex)
-      : surface_(surface), faces_(faces), vertex_(vertex) {}
+  /// The limits are moved outwards by an angle `overlap`, so that rounding leaves an overlap rather
+  /// than a gap: hardly on the opposite edge of a plain face, and over all of it where a face has
+  /// no area.
+  Shadow(const Mesh& surface, const PlanarFaces& faces, Index vertex, double overlap)
+      : surface_(surface), faces_(faces), vertex_(vertex), overlap_(overlap) {}
 
   /// Calls visit(h, begin, end) for every part in shadow of an edge opposite to the vertex:
   /// half-edge h of a face at the vertex, from one position on it to another. The path comes from
@@ -33,10 +36,6 @@ class Shadow {
   }
 
  private:
-  // The limits are moved outwards by this share of the opposite edge, so that rounding leaves an
-  // overlap rather than a gap.
-  static constexpr double overlap = 1e-12;
-
   // Where the shadow begins: the half-edge over which a turn comes into the face, and at which
   // share of the opposite edge, counted from that half-edge. -1 where a border comes first.
   struct Limit {
@@ -79,12 +78,12 @@ class Shadow {
       const Index entering = surface_.twin(side);
       const Vec2<double> opening = rotation(corner_of(entering));
       const Vec2<double> rest(-turned.x(), turned.y());  // to the angle pi
-      if (rest.y() >= 0 && cross(rest, opening) >= 0) {
+      const double beyond = cross(rest, opening);
+      if (rest.y() >= -overlap_ && beyond >= -overlap_) {
         const double near = surface_.length(entering);
         const double far = surface_.length(other_side(entering));
-        const double to_near = near * rest.y(), to_far = far * cross(rest, opening);
-        const double share = to_near / (to_near + to_far);
-        return {entering, std::max(share - overlap, 0.0)};
+        const double to_near = near * (rest.y() - overlap_), to_far = far * (beyond + overlap_);
+        return {entering, to_near > 0 ? to_near / (to_near + to_far) : 0};
       }
       turned = rotated(turned, opening);
       side = other_side(entering);
@@ -121,6 +120,7 @@ class Shadow {
   const Mesh& surface_;
   const PlanarFaces& faces_;
   Index vertex_;
+  double overlap_;
 };
 
 }  // namespace gelight::detail

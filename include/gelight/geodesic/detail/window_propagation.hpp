@@ -256,6 +256,7 @@ class WindowPropagationOf {
   }
 
   void settle(Index vertex) {
+    lists_in_turn_ = 0;
     // Looking at all targets costs as much as they are many.
     if (++settled_since_bound_ > std::ssize(limits_->targets)) update_bound();
     if (distances[vertex] + rest_at_vertex(vertex) <= bound_) leave(vertex);
@@ -341,9 +342,8 @@ class WindowPropagationOf {
     if (!(doubt < 1)) return emit_everywhere(vertex, from);
     const Index origin = add_origin(from);
     Shadow(*surface_, *faces_, vertex, doubt)
-        .cast(corner, back, [&](Index h, double begin, double end) {
-          emit_from_apex(h, begin, end, origin);
-        });
+        .cast(corner, back,
+              [&](Index h, double begin, double end) { emit_from_apex(h, begin, end, origin); });
   }
 
   // The edge between two vertices, as a direction at the first.
@@ -400,7 +400,6 @@ class WindowPropagationOf {
   }
 
   void propagate_active() {
-    lists_in_turn_ = 0;
     for (std::ptrdiff_t i = 0; i < std::ssize(active_); ++i) {
       const Index h = active_[i];
       is_active_[h] = 0;
