@@ -114,7 +114,8 @@ class SpringBed {
     return contact;
   }
 
-  /// The same into a contact whose images are used again.
+  /// The same into a contact whose images are used again. (They are worked in: should memory run
+  /// out in a gel with tension, they hold something unfinished.)
   template <ImageOf<T> D>
   void press_into(SpringContact<T>& contact, const D& depth, double force) const {
     solve(contact, depth, {force, {0, 0}, false});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -19,13 +20,22 @@ class Store {
   template <class Make, class Work>
   void lend(const Make& make, const Work& work) {
     std::unique_ptr<Item> item = take();
-    if (item == nullptr) item = std::make_unique<Item>(make());
+    if (item == nullptr) {
+      item = std::make_unique<Item>(make());
+      make_room();
+    }
     work(*item);
     const std::lock_guard lock(mutex_);
     items_.push_back(std::move(item));
   }
 
  private:
+  // For all items there are, so that none is lost for want of memory when the work is done.
+  void make_room() {
+    const std::lock_guard lock(mutex_);
+    items_.reserve(++made_);
+  }
+
   [[nodiscard]] std::unique_ptr<Item> take() {
     const std::lock_guard lock(mutex_);
     if (items_.empty()) return nullptr;
@@ -35,6 +45,7 @@ class Store {
   }
 
   std::mutex mutex_;
+  std::size_t made_ = 0;
   std::vector<std::unique_ptr<Item>> items_;
 };
 
