@@ -327,7 +327,9 @@ TEST_CASE("out of memory at any allocation") {
       {"log map", [&] { (void)vectors.log_map(0); }},
       {"smoothing", [&] { (void)gaussian(pressed<float>(), 1.5, 5); }},
   };
-  for (const auto& [name, act] : table) {
+  for (const auto& entry : table) {
+    const std::string& name = entry.first;
+    const Act& act = entry.second;
     CAPTURE(name);
     int places = 0;
     for (long allocations = 0; runs_out(act, allocations); allocations = next(allocations)) {
