@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -44,7 +43,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   template <TriangleMesh M>
   explicit FastMarchingSolver(const M& mesh) : surface_(mesh) {
     step_ = detail::short_edge_length(surface_);
-    const auto faces = planar_faces(intrinsic_triangulation(surface_));
+    const auto corners = measured_corners(surface_);
     detail::Spokes spokes(surface_);
     begin_.reserve(static_cast<std::size_t>(surface_.vertex_count()) + 1);
     spokes_.reserve(static_cast<std::size_t>(surface_.halfedge_count() + surface_.vertex_count()));
@@ -52,8 +51,8 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
       begin_.push_back(static_cast<Index>(spokes_.size()));
       spokes.visit(v, [&](Index edge, Index corner) {
         const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
-        spokes_.push_back({end, surface_.length(edge), no_face, 0});
-        if (corner >= 0) measure(corner, faces, spokes_.back());
+        const Corner between = corner < 0 ? Corner{no_face, 0} : corners[corner];
+        spokes_.push_back({end, surface_.length(edge), between});
       });
     }
     begin_.push_back(static_cast<Index>(spokes_.size()));
@@ -92,12 +91,16 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     return distance;
   }
 
-  /// An edge as its vertex sees it, and the face between it and the edge before.
+  /// A corner of a face.
+  struct Corner {
+    double dot;          // of its two edges, or no_face
+    double double_area;  // of the face
+  };
+  /// An edge as its vertex sees it, and the corner between it and the edge before.
   struct Spoke {
     Index end;
     double length;
-    double dot;          // of the two edges, or no_face
-    double double_area;  // of the face
+    Corner between;
   };
   static constexpr double no_face = unreachable<double>;
 
@@ -150,11 +153,12 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
       const Spoke& spoke = spokes_[s];
       const Vertex& end = front.vertices[spoke.end];
       double nearest = d + spoke.length;
-      if (spoke.dot != no_face) {
+      if (spoke.between.dot != no_face) {
         const Spoke& before = spokes_[s - 1];
         const Vertex& other = front.vertices[before.end];
         const auto over = [&](double length, const Vertex& second, double known) {
-          return start + across(length, spoke, d - start, second.distance - start, known - start);
+          return start +
+                 across(length, spoke.between, d - start, second.distance - start, known - start);
         };
         if (crosses(other)) {
           nearest = std::min(nearest, over(before.length, other, std::min(nearest, end.to_beat)));
@@ -165,19 +169,23 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     }
   }
 
-  static void measure(Index corner, const detail::Array<PlanarFace>& faces, Spoke& spoke) {
-    const auto& [x1, x2, y2] = faces[Surface<double>::face_of(corner)];
-    const std::array<Vec2<double>, 3> at{Vec2<double>(0, 0), Vec2<double>(x1, 0),
-                                         Vec2<double>(x2, y2)};
-    const auto k = static_cast<std::size_t>(corner % 3);
-    spoke.dot = (at[(k + 1) % 3] - at[k]).dot(at[(k + 2) % 3] - at[k]);
-    spoke.double_area = x1 * y2;
+  // By their half-edges.
+  static detail::Array<Corner> measured_corners(const Surface<double>& surface) {
+    detail::Array<Corner> corners(static_cast<std::size_t>(surface.halfedge_count()));
+    for (Index h = 0; h < surface.halfedge_count(); h += 3) {
+      const auto [x1, x2, y2] = detail::laid_out(
+          detail::mollified({surface.length(h), surface.length(h + 1), surface.length(h + 2)}, 1));
+      corners[h] = {x1 * x2, x1 * y2};
+      corners[h + 1] = {x1 * (x1 - x2), x1 * y2};
+      corners[h + 2] = {x2 * (x2 - x1) + y2 * y2, x1 * y2};
+    }
+    return corners;
   }
 
   // Distance of the third vertex of a face from an edge at whose ends it is `a` and `b`, the first
   // of them where the face's dot product was taken: by the straight line through the edge from the
   // place that has those distances. Infinite where there is none, or none shorter than `known`.
-  [[nodiscard]] static double across(double length, const Spoke& face, double a, double b,
+  [[nodiscard]] static double across(double length, const Corner& face, double a, double b,
                                      double known) {
     // In the plane, with the edge from (0, 0) to (length, 0).
     const double inverse = 1 / length;
