@@ -58,6 +58,61 @@ struct DistanceBounds {
   }
 };
 
+namespace detail {
+
+/// Bounds of the distance from sources whose start distances count from the least of them. (A
+/// template only so that it costs nothing to include.)
+template <std::floating_point Real>
+class BoundFinder {
+ public:
+  BoundFinder(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces)
+      : surface_(surface), faces_(faces) {}
+
+  [[nodiscard]] Array<Real> upper(const Sources& sources) const {
+    return UpperMarchOf<Real>(surface_, faces_)(sources);
+  }
+
+  /// From distances that are infinite where no path leads, and finite and not negative elsewhere:
+  /// the better at each vertex of those from the distances as they are, and lowered where too
+  /// steep.
+  [[nodiscard]] Array<Real> lower(const Sources& sources, Array<Real> distances) const {
+    const LowerPotentialOf<Real> potential(surface_, faces_);
+    const Array<Real> as_given = potential.bounds(distances, sources);
+    Array<Real> best = potential.bounds(potential.lowered(std::move(distances)), sources);
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      best[v] = std::max({best[v], as_given[v], Real{0}});
+    }
+    return best;
+  }
+
+ private:
+  const Surface<Real>& surface_;
+  const PlanarFacesOf<Real>& faces_;
+};
+
+/// To the next number in this direction, but for zero and infinity.
+template <std::floating_point T>
+[[nodiscard]] T rounded(double value, T direction) {
+  if (value == 0 || std::isinf(value)) return static_cast<T>(value);
+  return std::nextafter(static_cast<T>(value), direction);
+}
+
+/// Bounds that count from `offset`, from such that count from zero.
+template <std::floating_point T, std::floating_point Real>
+[[nodiscard]] DistanceBounds<T> moved(const Array<Real>& lower, const Array<Real>& upper,
+                                      double offset) {
+  DistanceBounds<T> out;
+  out.lower.reserve(upper.size());
+  out.upper.reserve(upper.size());
+  for (Index v = 0; v < std::ssize(upper); ++v) {
+    out.lower.push_back(rounded(std::min(lower[v], upper[v]) + offset, -unreachable<T>));
+    out.upper.push_back(rounded(upper[v] + offset, unreachable<T>));
+  }
+  return out;
+}
+
+}  // namespace detail
+
 /// Bounds, proved and true in floating point, on the exact polyhedral distance of every vertex,
 /// from approximate distances of any origin.
 ///
@@ -101,19 +156,15 @@ class Certifier {
   [[nodiscard]] DistanceBounds<T> bounds_of(detail::Sources sources,
                                             std::span<const T> distances) const {
     require_distances(distances);
-    double offset = unreachable<double>;
-    for (const auto& source : sources) offset = std::min(offset, source.distance);
-    for (auto& source : sources) source.distance -= offset;
-    const Values upper = detail::UpperMarch(surface_, *faces_)(sources);
-    const Values lower = lower_bounds(sources, upper, distances, offset);
-    DistanceBounds<T> out;
-    out.lower.reserve(upper.size());
-    out.upper.reserve(upper.size());
+    const double offset = detail::move_to_zero(sources);
+    const detail::BoundFinder<double> finder(surface_, *faces_);
+    const Values upper = finder.upper(sources);
+    Values potential = upper;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      out.lower.push_back(rounded(lower[v] + offset, -unreachable<T>));
-      out.upper.push_back(rounded(upper[v] + offset, unreachable<T>));
+      const double given = double{distances[static_cast<std::size_t>(v)]} - offset;
+      if (upper[v] < unreachable<double>) potential[v] = std::clamp(given, 0.0, upper[v]);
     }
-    return out;
+    return detail::moved<T>(finder.lower(sources, std::move(potential)), upper, offset);
   }
 
   void require_distances(std::span<const T> distances) const {
@@ -123,31 +174,6 @@ class Certifier {
     for (std::size_t v = 0; v < distances.size(); ++v) {
       detail::require(!std::isnan(distances[v]), "the distance of vertex ", v, " is not a number");
     }
-  }
-
-  // The better of two at each vertex: of the distances as they are, and lowered where too steep.
-  [[nodiscard]] Values lower_bounds(const detail::Sources& sources, const Values& upper,
-                                    std::span<const T> distances, double offset) const {
-    Values potential = upper;
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      const double given = double{distances[static_cast<std::size_t>(v)]} - offset;
-      if (upper[v] < unreachable<double>) {
-        potential[v] = std::clamp(given, 0.0, upper[v]);
-      }
-    }
-    const detail::LowerPotential lower(surface_, *faces_);
-    const Values as_given = lower.bounds(potential, sources);
-    Values best = lower.bounds(lower.lowered(std::move(potential)), sources);
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      best[v] = std::clamp(std::max(best[v], as_given[v]), 0.0, upper[v]);
-    }
-    return best;
-  }
-
-  // To the next number in this direction, but for zero and infinity.
-  [[nodiscard]] static T rounded(double value, T direction) {
-    if (value == 0 || std::isinf(value)) return static_cast<T>(value);
-    return std::nextafter(static_cast<T>(value), direction);
   }
 
   Surface<double> surface_;

@@ -1,15 +1,10 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <functional>
-#include <limits>
 #include <memory>
-#include <mutex>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <sstream>
@@ -18,13 +13,13 @@
 #include <vector>
 
 #include "gelight/concepts/mesh.hpp"
-#include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/late.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/certify.hpp"
 #include "gelight/geodesic/detail/mesh_statistics.hpp"
-#include "gelight/geodesic/detail/window_propagation.hpp"
+#include "gelight/geodesic/detail/method_models.hpp"
+#include "gelight/geodesic/detail/target_search.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
@@ -97,92 +92,56 @@ struct PlannedDistances {
 
 namespace detail {
 
-using DistanceFunction = std::function<std::vector<double>(const Sources&)>;
+/// Solvers of a mesh, made when they are first needed.
+template <std::floating_point Real>
+class PlannedSolvers {
+ public:
+  PlannedSolvers(const Surface<Real>& surface, const std::vector<Index>& targets)
+      : surface_(surface) {
+    for (const Index v : targets) options_.targets.push_back(vertex_point<Real>(v));
+  }
 
-/// What is known beforehand about a method: nanoseconds a vertex of set-up and of a query at 10,000
-/// vertices, the power of the number of vertices (beyond linear) by which a query grows, bytes a
-/// vertex, the error expected on a mesh, and how to make it.
-struct MethodModel {
-  const char* name;
-  double setup_ns, query_ns, growth, bytes;
-  RelativeError (*error)(const MeshStatistics&);
-  DistanceFunction (*make)(const Surface<double>&, const std::vector<Index>& targets);
+  [[nodiscard]] std::vector<Real> distance(Method method, const Sources& sources) const {
+    const std::span<const Source<Real>> from(sources);
+    switch (method) {
+      case Method::dijkstra:
+        return dijkstra_.get([&] { return DijkstraSolver<Real>(surface_); }).distance(from);
+      case Method::virtual_source:
+        return virtual_source_.get([&] { return VirtualSourceSolver<Real>(surface_); })
+            .distance(from);
+      case Method::fast_marching:
+        return fast_marching_.get([&] { return FastMarchingSolver<Real>(surface_); })
+            .distance(from);
+      default:
+        return exact_.get([&] { return ExactSolver<Real>(surface_, options_); }).distance(from);
+    }
+  }
+
+  [[nodiscard]] const PlanarFacesOf<Real>& faces() const {
+    return faces_.get([&] { return PlanarFacesOf<Real>(surface_); });
+  }
+
+ private:
+  Surface<Real> surface_;
+  ExactOptions<Real> options_;
+  Late<DijkstraSolver<Real>> dijkstra_;
+  Late<VirtualSourceSolver<Real>> virtual_source_;
+  Late<FastMarchingSolver<Real>> fast_marching_;
+  Late<ExactSolver<Real>> exact_;
+  Late<PlanarFacesOf<Real>> faces_;
 };
-
-template <class Solver>
-DistanceFunction distances_by(const Surface<double>& surface, const std::vector<Index>&) {
-  auto solver = std::make_shared<const Solver>(surface);
-  return [solver](const Sources& sources) {
-    return solver->distance(std::span<const Source<double>>(sources));
-  };
-}
-
-inline DistanceFunction exact_distances(const Surface<double>& surface,
-                                        const std::vector<Index>& targets) {
-  ExactOptions<double> options;
-  for (const Index v : targets) options.targets.push_back(vertex_point<double>(v));
-  auto solver = std::make_shared<const ExactSolver<double>>(surface, std::move(options));
-  return [solver](const Sources& sources) {
-    return solver->distance(std::span<const Source<double>>(sources));
-  };
-}
-
-/// From the cheapest to the exact one. Times on one core of an AMD EPYC; errors are such that the
-/// meshes of benchmarks/pareto and of the tests stay below them.
-inline constexpr std::array<MethodModel, 4> distance_methods{{
-    {"dijkstra", 45, 45, 0.1, 400,
-     [](const MeshStatistics& s) {
-       return RelativeError{0.12 * s.aspect, 0.8 * s.aspect};
-     },
-     distances_by<DijkstraSolver<double>>},
-    {"virtual_source", 10, 300, 0.25, 450,
-     [](const MeshStatistics& s) {
-       const bool is_regular = s.aspect < 3 && s.obtuse < 0.02 && !s.has_corners;
-       if (is_regular && s.is_flat) return RelativeError{1e-9, 1e-8};
-       if (is_regular && s.is_convex) return RelativeError{0.2 * s.turn * s.turn, 0.1 * s.turn};
-       return RelativeError{0.02, 0.3};
-     },
-     distances_by<VirtualSourceSolver<double>>},
-    {"fast_marching", 140, 110, 0.3, 600,
-     [](const MeshStatistics& s) {
-       const double bend = s.bend / (1 + 3.5 * s.bend);
-       const double mean = 2e-5 + 0.005 * s.obtuse +
-                           0.055 * bend * (0.45 + std::sqrt(s.aspect) / 2) +
-                           (s.has_corners ? 0.004 : 0);
-       return RelativeError{std::min(0.02, mean), std::min(0.1, 20 * mean)};
-     },
-     distances_by<FastMarchingSolver<double>>},
-    {"exact", 120, 1400, 0.5, 600,
-     [](const MeshStatistics& s) {
-       return RelativeError{1e-14 * s.aspect, 1e-14 * s.aspect * s.aspect};
-     },
-     exact_distances},
-}};
-
-/// The certificate, as such a model; its error is what it typically proves of fast marching's
-/// distances: nothing is lost but time where it proves less.
-inline constexpr MethodModel certificate_model{
-    "certificate",
-    110,
-    680,
-    0.1,
-    1100,
-    [](const MeshStatistics& s) {
-      const double mean = 1e-5 + 0.1 * s.obtuse + 0.2 * s.bend * (1 + 0.1 * s.aspect);
-      return RelativeError{mean, 20 * mean};
-    },
-    nullptr};
-
-/// What checking one target exactly costs, as a share of an exact query.
-inline constexpr double sample_share = 0.1;
 
 }  // namespace detail
 
 /// Distances to a given error rather than by a given method: chooses the cheapest method expected
 /// to satisfy a request, runs it, checks what it was asked to check, and escalates to the exact
 /// solver where that fails. What it reports as certified was proved for every vertex (or target) of
-/// that very answer, by Certifier; as sampled, computed exactly for so many targets; all else is
-/// expected, which is no more than experience.
+/// that very answer, as Certifier does; as sampled, computed exactly for so many targets; all else
+/// is expected, which is no more than experience. Exact distances are sampled, not certified.
+///
+/// What a method is expected to be off is for the worst source of the mesh, since the planner
+/// chooses before it knows any. A certificate that is in doubt is tried, and given up as soon as
+/// its lower bounds show that it fails: the try costs about a quarter of an exact solve.
 ///
 /// Against the smooth surface nothing can be checked: the error of the mesh itself is taken for 0.3
 /// times the mean squared angle between faces, which is 0.10 (kappa h)^2 on a sphere of curvature
@@ -202,11 +161,9 @@ class DistancePlanner {
   /// source or sample, a limit or slowness that is not positive, a target out of range.
   template <TriangleMesh M>
   explicit DistancePlanner(const M& mesh, PlanRequest request = {})
-      : surface_(mesh),
-        request_(std::move(request)),
-        statistics_(surface_),
-        solvers_(std::make_shared<Solvers>()) {
+      : surface_(mesh), request_(std::move(request)), statistics_(surface_) {
     require_request();
+    solvers_ = std::make_shared<const Solvers>(surface_, request_.targets);
     choose();
   }
 
@@ -228,20 +185,13 @@ class DistancePlanner {
   ///@}
 
  private:
-  using Model = detail::MethodModel;
-  static constexpr std::size_t exact_index = detail::distance_methods.size() - 1;
-  static constexpr double rounding = 1e-12;  // by which a search is wider than the bounds
+  using Method = detail::Method;
+  using Solvers = detail::PlannedSolvers<double>;
   // How far beyond the given distance a target is searched for: in tolerances, and as a share; and
   // beyond one that should be exact.
   static constexpr double search_width = 4, widest_search = 0.05, exact_search = 1e-9;
-  // How often an error of the distances shows in the bounds: those are taken from them.
-  static constexpr double errors_in_bounds = 3;
-
-  struct Solvers {
-    std::array<detail::Late<detail::DistanceFunction>, detail::distance_methods.size()> methods;
-    detail::Late<Certifier<double>> certifier;
-    detail::Late<detail::PlanarFaces> faces;
-  };
+  // A certificate is tried where about so many tolerances should be provable.
+  static constexpr double worth_trying = 1.5;
 
   void require_request() const {
     const PlanRequest& r = request_;
@@ -274,76 +224,64 @@ class DistancePlanner {
     return request_.truth == DistanceTruth::smooth ? Assurance::expected : request_.assurance;
   }
 
-  [[nodiscard]] double seconds(const Model& model) const {
-    const double n = surface_.vertex_count();
-    const double query = model.query_ns * std::pow(n / 1e4, model.growth);
-    return 1e-9 * request_.slowness * n * (model.setup_ns + request_.sources * query);
+  [[nodiscard]] double expected_error(Method method) const {
+    return in_norm(detail::MethodErrors(statistics_).of(method));
   }
-  // What a certificate is expected to prove of a method's distances.
-  [[nodiscard]] double provable(const Model& model) const {
-    return std::max(in_norm(detail::certificate_model.error(statistics_)),
-                    errors_in_bounds * in_norm(model.error(statistics_)));
-  }
-  [[nodiscard]] bool is_exact(const Model& model) const {
-    return &model == &detail::distance_methods[exact_index];
+  [[nodiscard]] double provable(Method method) const {
+    return in_norm(detail::MethodErrors(statistics_).provable(method));
   }
   // Exact distances need none: where one reaches the tolerance, it does so for others too.
-  [[nodiscard]] bool needs_certificate(const Model& model) const {
-    return asked() == Assurance::certified && !is_exact(model);
+  [[nodiscard]] bool needs_certificate(Method method) const {
+    return asked() == Assurance::certified && method != Method::exact;
   }
-  [[nodiscard]] bool needs_samples(const Model& model) const {
-    return asked() != Assurance::expected && !needs_certificate(model);
+  [[nodiscard]] bool needs_samples(Method method) const {
+    return asked() != Assurance::expected && !needs_certificate(method);
   }
-  [[nodiscard]] double seconds_with_checks(const Model& model) const {
-    double sum = seconds(model);
-    if (needs_certificate(model)) sum += seconds(detail::certificate_model);
-    if (needs_samples(model)) {
-      sum +=
-          request_.samples * detail::sample_share * seconds(detail::distance_methods[exact_index]);
+  [[nodiscard]] double seconds(const detail::MethodCost& cost) const {
+    return request_.slowness * cost.seconds(surface_.vertex_count(), request_.sources);
+  }
+  [[nodiscard]] double seconds_with_checks(Method method) const {
+    double sum = seconds(detail::cost_of(method));
+    if (needs_certificate(method)) sum += seconds(detail::certificate_cost);
+    if (needs_samples(method)) {
+      sum += request_.samples * detail::sample_share * seconds(detail::cost_of(Method::exact));
     }
     return sum;
   }
-  [[nodiscard]] double bytes(const Model& model) const {
-    return surface_.vertex_count() *
-           std::max(model.bytes, needs_certificate(model) ? detail::certificate_model.bytes : 0.0);
+  [[nodiscard]] double bytes(Method method) const {
+    const double checks = needs_certificate(method) ? detail::certificate_cost.bytes : 0;
+    return surface_.vertex_count() * std::max(detail::cost_of(method).bytes, checks);
   }
 
-  [[nodiscard]] bool satisfies(const Model& model) const {
-    const double error =
-        needs_certificate(model) ? provable(model) : in_norm(model.error(statistics_));
-    return error <= share_of_method();
+  [[nodiscard]] bool satisfies(Method method) const {
+    if (expected_error(method) > share_of_method()) return false;
+    return !needs_certificate(method) || provable(method) <= worth_trying * share_of_method();
   }
-  [[nodiscard]] bool within_limits(const Model& model) const {
-    return seconds_with_checks(model) <= request_.time_limit &&
-           bytes(model) <= request_.memory_limit;
+  [[nodiscard]] bool within_limits(Method method) const {
+    return seconds_with_checks(method) <= request_.time_limit &&
+           bytes(method) <= request_.memory_limit;
   }
 
   // The cheapest of the methods that satisfy and keep the limits; else, of those that keep the
   // limits, the most accurate; else the one that takes least memory.
   void choose() {
-    const auto& methods = detail::distance_methods;
-    std::optional<std::size_t> cheapest, best;
-    std::size_t smallest = 0;
-    for (std::size_t i = 0; i < methods.size(); ++i) {
-      if (bytes(methods[i]) < bytes(methods[smallest])) smallest = i;
-      if (!within_limits(methods[i])) continue;
-      const bool satisfied = satisfies(methods[i]);
-      if (satisfied && (!cheapest || seconds_with_checks(methods[i]) <
-                                         seconds_with_checks(methods[*cheapest]))) {
-        cheapest = i;
+    std::optional<Method> cheapest, best;
+    Method smallest = Method::dijkstra;
+    for (const Method method : detail::all_methods) {
+      if (bytes(method) < bytes(smallest)) smallest = method;
+      if (!within_limits(method)) continue;
+      if (satisfies(method) &&
+          (!cheapest || seconds_with_checks(method) < seconds_with_checks(*cheapest))) {
+        cheapest = method;
       }
-      if (!best ||
-          in_norm(methods[i].error(statistics_)) < in_norm(methods[*best].error(statistics_))) {
-        best = i;
-      }
+      if (!best || expected_error(method) < expected_error(*best)) best = method;
     }
     chosen_ = cheapest ? *cheapest : best ? *best : smallest;
-    const Model& model = methods[chosen_];
-    plan_.method = model.name;
+    plan_.method = detail::cost_of(chosen_).name;
     plan_.expected_to_satisfy = cheapest.has_value() && floor() < request_.tolerance;
-    plan_.expected_error = in_norm(model.error(statistics_)) + floor();
-    plan_.seconds = seconds_with_checks(model);
-    plan_.bytes = bytes(model);
+    plan_.expected_error = expected_error(chosen_) + floor();
+    plan_.seconds = seconds_with_checks(chosen_);
+    plan_.bytes = bytes(chosen_);
     if (floor() >= request_.tolerance) {
       plan_.refine_to = statistics_.mean_edge * std::sqrt(request_.tolerance / (2 * floor()));
     }
@@ -352,7 +290,6 @@ class DistancePlanner {
 
   [[nodiscard]] std::string reason(bool has_satisfying, bool within_limits) const {
     std::ostringstream text;
-    const char* norm = request_.norm == ErrorNorm::mean ? "mean" : "largest";
     text.precision(2);
     if (plan_.refine_to > 0) {
       text << "refine to edges of " << plan_.refine_to << ": the mesh itself is off the smooth "
@@ -361,17 +298,16 @@ class DistancePlanner {
     }
     text << plan_.method << ": ";
     if (has_satisfying) {
-      text << "the cheapest whose expected " << norm << " error, " << plan_.expected_error
+      text << "the cheapest whose expected " << norm() << " error, " << plan_.expected_error
            << ", is within " << request_.tolerance;
     } else if (within_limits) {
-      text << "the most accurate within the limits; its expected " << norm << " error is "
+      text << "the most accurate within the limits; its expected " << norm() << " error is "
            << plan_.expected_error;
     } else {
       text << "no method keeps the limits; this one needs the least memory";
     }
-    const Model& model = detail::distance_methods[chosen_];
-    if (needs_certificate(model)) {
-      text << "; of that " << provable(model) << " should be provable";
+    if (needs_certificate(chosen_)) {
+      text << "; of that " << provable(chosen_) << " should be provable";
     } else if (asked() == Assurance::certified) {
       text << "; bounds as close cannot be expected, so targets are checked exactly instead";
     }
@@ -382,73 +318,88 @@ class DistancePlanner {
 
   [[nodiscard]] PlannedDistances<T> run(const detail::Sources& sources) const {
     PlannedDistances<T> result = attempt(chosen_, sources);
-    if (!result.satisfies && chosen_ != exact_index && plan_.expected_to_satisfy &&
-        within_limits(detail::distance_methods[exact_index])) {
-      PlannedDistances<T> exact = attempt(exact_index, sources);
-      exact.reason = result.reason + "; escalated: " + exact.reason;
-      return exact;
-    }
-    return result;
+    if (result.satisfies || !may_escalate()) return result;
+    PlannedDistances<T> exact = attempt(Method::exact, sources);
+    exact.reason = result.reason + "; escalated: " + exact.reason;
+    return exact;
+  }
+  [[nodiscard]] bool may_escalate() const {
+    return chosen_ != Method::exact && plan_.expected_to_satisfy && within_limits(Method::exact);
   }
 
-  [[nodiscard]] PlannedDistances<T> attempt(std::size_t method,
-                                            const detail::Sources& sources) const {
-    const Model& model = detail::distance_methods[method];
-    const auto& solve =
-        solvers_->methods[method].get([&] { return model.make(surface_, request_.targets); });
-    const std::vector<double> distances = solve(sources);
-    PlannedDistances<T> result;
-    result.method = model.name;
-    for (const double d : distances) result.distances.push_back(static_cast<T>(d));
-    const Finding found = find_error(model, sources, distances);
-    result.achieved = found.achieved;
-    result.error = found.error;
-    result.checked = found.checked;
-    result.satisfies = result.error <= request_.tolerance && result.achieved >= least(method);
-    result.reason = describe(result);
-    return result;
-  }
-
-  // Exact distances are not known better by a certificate than they are: samples are enough.
-  [[nodiscard]] Assurance least(std::size_t method) const {
-    return method == exact_index ? std::min(asked(), Assurance::sampled) : asked();
-  }
-
-  /// How an answer's error is known, what it is, and how many targets were checked for it.
+  /// How an answer's error is known, what it is, how many targets were checked for it, in words.
   struct Finding {
     Assurance achieved;
     double error;
     Index checked;
+    std::string words;
   };
 
-  [[nodiscard]] Finding find_error(const Model& model, const detail::Sources& sources,
+  [[nodiscard]] PlannedDistances<T> attempt(Method method, const detail::Sources& sources) const {
+    const std::vector<double> distances = solvers_->distance(method, sources);
+    const Finding found = find_error(method, sources, distances);
+    PlannedDistances<T> result;
+    result.method = detail::cost_of(method).name;
+    result.distances.assign(distances.begin(), distances.end());
+    result.achieved = found.achieved;
+    result.error = found.error;
+    result.checked = found.checked;
+    result.satisfies = result.error <= request_.tolerance && result.achieved >= least(method);
+    result.reason = result.method + ": " + found.words;
+    return result;
+  }
+
+  // Exact distances are not known better by a certificate than they are: samples are enough.
+  [[nodiscard]] Assurance least(Method method) const {
+    return method == Method::exact ? std::min(asked(), Assurance::sampled) : asked();
+  }
+
+  [[nodiscard]] Finding find_error(Method method, const detail::Sources& sources,
                                    const std::vector<double>& distances) const {
-    if (asked() == Assurance::expected) {
-      return {Assurance::expected, in_norm(model.error(statistics_)) + floor(), 0};
-    }
-    if (needs_samples(model)) {
+    if (needs_certificate(method)) return certify(sources, distances);
+    if (needs_samples(method)) {
       const double width = std::min(widest_search, search_width * request_.tolerance);
-      return sample(sources, distances, is_exact(model) ? exact_search : width);
+      return sample(sources, distances, method == Method::exact ? exact_search : width);
     }
-    const auto& certifier = solvers_->certifier.get([&] { return Certifier<double>(surface_); });
-    const DistanceBounds<double> bounds =
-        certifier.bounds(std::span<const Source<double>>(sources), distances);
-    return {Assurance::certified, in_norm(at_targets(bounds).error_of(at_targets(distances))), 0};
+    const double error = expected_error(method) + floor();
+    return {Assurance::expected, error, 0,
+            "expected to be within " + in_words(error) + ", not checked"};
   }
 
-  template <class Values>
-  [[nodiscard]] std::vector<double> at_targets(const Values& values) const {
-    if (request_.targets.empty()) return {values.begin(), values.end()};
-    std::vector<double> out;
-    for (const Index v : request_.targets) out.push_back(values[static_cast<std::size_t>(v)]);
-    return out;
-  }
-  [[nodiscard]] DistanceBounds<double> at_targets(const DistanceBounds<double>& bounds) const {
-    return {at_targets(bounds.lower), at_targets(bounds.upper)};
+  // As Certifier, but lower bounds first: upper ones are needed only where those are enough.
+  [[nodiscard]] Finding certify(detail::Sources sources, const std::vector<double>& given) const {
+    const double start = detail::move_to_zero(sources);
+    const detail::BoundFinder<double> finder(surface_, solvers_->faces());
+    detail::Array<double> distances;
+    distances.reserve(given.size());
+    for (const double d : given) distances.push_back(std::max(0.0, d - start));
+    const auto lower = finder.lower(sources, distances);
+    const double least_error = error_between(lower, distances, given, start);
+    if (least_error > request_.tolerance && may_escalate()) {
+      return {Assurance::expected, least_error, 0,
+              "no more can be proved than to be within " + in_words(least_error)};
+    }
+    const double error = error_between(lower, finder.upper(sources), given, start);
+    return {Assurance::certified, error, 0, "proved to be within " + in_words(error)};
   }
 
-  // Computes some targets' distances exactly, from the target back to the sources through what
-  // lower bounds do not show to be a detour, up to a share beyond the given distance.
+  [[nodiscard]] double error_between(const detail::Array<double>& lower,
+                                     const detail::Array<double>& upper,
+                                     const std::vector<double>& distances, double start) const {
+    const auto bounds = detail::moved<double>(lower, upper, start);
+    if (request_.targets.empty()) return in_norm(bounds.error_of(distances));
+    DistanceBounds<double> at_targets;
+    std::vector<double> there;
+    for (const Index target : request_.targets) {
+      const auto v = static_cast<std::size_t>(target);
+      at_targets.lower.push_back(bounds.lower[v]);
+      at_targets.upper.push_back(bounds.upper[v]);
+      there.push_back(distances[v]);
+    }
+    return in_norm(at_targets.error_of(there));
+  }
+
+  // Computes some targets' distances exactly, spread over all that there are.
   [[nodiscard]] Finding sample(const detail::Sources& sources, const std::vector<double>& distances,
                                double width) const {
     std::vector<Index> targets;
@@ -458,100 +409,38 @@ class DistancePlanner {
     };
     for (const Index v : request_.targets) add(v);
     for (Index v = 0; request_.targets.empty() && v < surface_.vertex_count(); ++v) add(v);
-    const detail::Array<double> rest = least_ways(sources, distances);
-    const double start = least_start(sources);
+    const detail::TargetSearch<double> search(surface_, solvers_->faces(), sources, distances);
     double sum = 0, largest = 0;
     const auto count = std::min(static_cast<std::size_t>(request_.samples), targets.size());
     for (std::size_t i = 0; i < count; ++i) {
       const Index v = targets[(2 * i + 1) * targets.size() / (2 * count)];
       const double d = distances[static_cast<std::size_t>(v)];
-      const double limit = start + (d - start) * (1 + width + rounding);
-      const double error = std::abs(d / exact_distance(v, limit, sources, rest) - 1);
+      const double error = std::abs(d / search.exact(v, d, width) - 1);
       sum += error;
       largest = std::max(largest, error);
     }
     const double mean = sum / static_cast<double>(std::max<std::size_t>(1, count));
-    return {Assurance::sampled, request_.norm == ErrorNorm::max ? largest : mean,
-            static_cast<Index>(count)};
+    const double error = request_.norm == ErrorNorm::max ? largest : mean;
+    return {Assurance::sampled, error, static_cast<Index>(count),
+            std::to_string(count) + " targets were checked exactly, error " + in_words(error)};
   }
 
-  static double least_start(const detail::Sources& sources) {
-    double start = unreachable<double>;
-    for (const auto& source : sources) start = std::min(start, source.distance);
-    return start;
+  [[nodiscard]] const char* norm() const {
+    return request_.norm == ErrorNorm::mean ? "mean" : "largest";
   }
-
-  [[nodiscard]] const detail::PlanarFaces& faces() const {
-    return solvers_->faces.get([&] { return detail::PlanarFaces(surface_); });
-  }
-
-  // Lower bounds of what is left from each vertex to the sources, counted from the least start.
-  [[nodiscard]] detail::Array<double> least_ways(detail::Sources sources,
-                                                 const std::vector<double>& distances) const {
-    const double start = least_start(sources);
-    detail::Array<double> potential;
-    for (auto& source : sources) source.distance -= start;
-    potential.reserve(distances.size());
-    for (const double d : distances) potential.push_back(std::max(0.0, d - start));
-    auto rest = detail::LowerPotential(surface_, faces()).bounds(potential, sources);
-    for (double& d : rest) d = std::max(0.0, d * (1 - rounding));
-    return rest;
-  }
-
-  // The exact distance of a target, infinite where it is beyond the limit. From vertices the search
-  // runs back from the target, where the bounds keep it narrow; from other points forward, where
-  // straight distances do.
-  [[nodiscard]] double exact_distance(Index target, double limit, detail::Sources sources,
-                                      const detail::Array<double>& rest) const {
-    const double start = least_start(sources);
-    bool from_vertices = true;
-    for (auto& source : sources) {
-      source.distance -= start;
-      from_vertices &= source.point.kind == SurfacePoint<double>::Kind::vertex;
-    }
-    detail::PropagationLimits limits;
-    limits.distance = limit - start;
-    limits.rest = rest;
-    detail::WindowPropagation propagation;
-    if (!from_vertices) {
-      for (Index v = 0; v < surface_.vertex_count(); ++v) {
-        const Vec3<double> way = surface_.position(v) - surface_.position(target);
-        limits.rest[v] = detail::stable_norm(way) * (1 - rounding);
-      }
-      propagation.run(surface_, faces(), sources, limits);
-      return start + propagation.distances[target];
-    }
-    propagation.run(surface_, faces(), {{vertex_point<double>(target), 0}}, limits);
-    double distance = unreachable<double>;
-    for (const auto& source : sources) {
-      const double way = propagation.distances[source.point.element[0]];
-      distance = std::min(distance, source.distance + way);
-    }
-    return start + distance;
-  }
-
-  [[nodiscard]] std::string describe(const PlannedDistances<T>& result) const {
+  [[nodiscard]] std::string in_words(double error) const {
     std::ostringstream text;
     text.precision(2);
-    const char* norm = request_.norm == ErrorNorm::mean ? "mean" : "largest";
-    text << result.method << ": ";
-    if (result.achieved == Assurance::certified) {
-      text << "proved to be within " << result.error << " (" << norm << ")";
-    } else if (result.achieved == Assurance::sampled) {
-      text << result.checked << " targets were checked exactly, " << norm << " error "
-           << result.error;
-    } else {
-      text << "expected to be within " << result.error << " (" << norm << "), not checked";
-    }
+    text << error << " (" << norm() << ")";
     return text.str();
   }
 
   Surface<double> surface_;
   PlanRequest request_;
-  detail::MeshStatistics statistics_;
-  std::size_t chosen_ = 0;
+  detail::MeshStatisticsOf<double> statistics_;
+  Method chosen_ = Method::exact;
   DistancePlan plan_;
-  std::shared_ptr<Solvers> solvers_;
+  std::shared_ptr<const Solvers> solvers_;
 };
 
 template <TriangleMesh M>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <limits>
 #include <numeric>
@@ -27,9 +28,10 @@ namespace gelight::detail {
 /// where K(t) is the largest -k of the faces that have points at that level: a bad face costs at
 /// its own levels only. A face (almost) without area is taken for its longest edge; that costs what
 /// F differs by across it, once, since a shortest path crosses a face once.
-class LowerPotential {
+template <std::floating_point Real>
+class LowerPotentialOf {
  public:
-  LowerPotential(const Surface<double>& surface, const PlanarFaces& faces)
+  LowerPotentialOf(const Surface<double>& surface, const PlanarFaces& faces)
       : surface_(surface), faces_(faces) {}
 
   /// Of each vertex, at least `-inf` and +infinity where `potential` is; that is finite, not
@@ -278,5 +280,7 @@ class LowerPotential {
   const Surface<double>& surface_;
   const PlanarFaces& faces_;
 };
+
+using LowerPotential = LowerPotentialOf<double>;
 
 }  // namespace gelight::detail

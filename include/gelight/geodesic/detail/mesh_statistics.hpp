@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
+#include <limits>
 #include <numbers>
 
 #include "gelight/core/types.hpp"
@@ -11,28 +13,33 @@
 namespace gelight::detail {
 
 /// What a mesh shows at a glance of how methods will fare on it: means over some hundred faces and
-/// vertices, spread over all, and whether its border bends inwards anywhere.
-struct MeshStatistics {
-  double mean_edge = 0;      ///< Mean length of the faces' sides.
-  double aspect = 1;         ///< Mean over faces of longest edge over height on it, capped.
-  double obtuse = 0;         ///< Mean over faces of minus the cosine of an obtuse angle, if any.
-  double turn = 0;           ///< Root mean square angle between neighbouring faces, in radians.
-  double bend = 0;           ///< Mean square root of the angle defect's size at inner vertices.
+/// vertices, spread over all, and whether its border bends inwards anywhere. (A template only so
+/// that it costs nothing to include.)
+template <std::floating_point Real>
+struct MeshStatisticsOf {
+  double mean_edge = 0;  ///< Mean length of the faces' sides.
+  double aspect = 1;     ///< Mean over faces of longest edge over height on it, capped.
+  double obtuse = 0;     ///< Mean over faces of minus the cosine of an obtuse angle, if any.
+  double turn = 0;       ///< Root mean square angle between neighbouring faces, in radians.
+  double bend = 0;       ///< Mean square root of the angle defect's size at inner vertices.
+  /// Sum of the angle defects' sizes at inner vertices, times the mean edge over the area's root.
+  double curvature = 0;
   bool is_flat = false;      ///< Neighbouring faces lie in one plane.
   bool is_convex = false;    ///< Angle defects at inner vertices are positive.
   bool has_corners = false;  ///< The border bends inwards somewhere: paths can bend there.
 
-  explicit MeshStatistics(const Surface<double>& surface) {
+  explicit MeshStatisticsOf(const Surface<double>& surface) {
     look_at_faces(surface);
     look_at_vertices(surface);
     look_at_border(surface);
   }
 
  private:
-  static constexpr Index samples = 500;
+  static constexpr Index samples = 300;
   static constexpr double largest_aspect = 1e8;
   static constexpr double flat_angle = 1e-9;
   static constexpr double corner_angle = 0.01;
+  static constexpr double smallest_unit = std::numeric_limits<double>::min();
 
   // Of a half-edge, of unit length, so that no scale overflows; zero where it has no length.
   static Vec3<double> direction(const Surface<double>& surface, Index h) {
@@ -50,58 +57,64 @@ struct MeshStatistics {
     return {direction(surface, h), -direction(surface, Surface<double>::previous(h))};
   }
 
-  // Longest edge over height on it.
-  static double aspect_of(const Surface<double>& surface, Index f) {
+  static Index longest_side(const Surface<double>& surface, Index f) {
     Index h = 3 * f;
     for (Index g = 3 * f + 1; g < 3 * f + 3; ++g) {
       if (surface.length(g) > surface.length(h)) h = g;
     }
-    const auto [a, b] = corner(surface, h);
-    const double height = surface.length(Surface<double>::previous(h)) * cross(a, b).norm();
-    return height > 0 ? std::min(largest_aspect, surface.length(h) / height) : largest_aspect;
+    return h;
   }
 
   void look_at_faces(const Surface<double>& surface) {
     const Index stride = 1 + surface.face_count() / samples;
-    double aspects = 0, lengths = 0, turns = 0, cosines = 0;
+    double aspects = 0, lengths = 0, turns = 0, cosines = 0, areas = 0;
     Index faces = 0, edges = 0;
+    // Areas in a unit with which they neither overflow nor vanish.
+    const double unit = std::max(surface.length(longest_side(surface, 0)), smallest_unit);
     for (Index f = 0; f < surface.face_count(); f += stride, ++faces) {
-      const Vec3<double> here = normal(surface, f);
-      double least_cosine = 0;
-      for (Index h = 3 * f; h < 3 * f + 3; ++h) {
-        lengths += surface.length(h) / 3;
-        const auto [a, b] = corner(surface, h);
-        least_cosine = std::min(least_cosine, a.dot(b));
-        const Index t = surface.twin(h);
-        if (surface.is_border(h) || !surface.is_manifold(h)) continue;
-        // Faces that disagree in orientation turn as if they agreed.
-        const double sign = surface.origin(t) == surface.origin(h) ? -1 : 1;
-        const double turned = angle(here, sign * normal(surface, Surface<double>::face_of(t)));
-        turns += turned * turned;
-        ++edges;
-      }
-      cosines += least_cosine;
-      aspects += aspect_of(surface, f);
+      for (Index h = 3 * f; h < 3 * f + 3; ++h) lengths += surface.length(h) / 3;
+      const Index longest = longest_side(surface, f);
+      const auto [a, b] = corner(surface, longest);
+      const double side = surface.length(longest);
+      const double height = surface.length(Surface<double>::previous(longest)) * cross(a, b).norm();
+      aspects += height > 0 ? std::min(largest_aspect, side / height) : largest_aspect;
+      areas += side / unit * (height / unit) / 2;
+      const auto [c, d] = corner(surface, Surface<double>::previous(longest));
+      cosines += std::min(0.0, c.dot(d));
+      // One side of each, in turn.
+      const Index h = 3 * f + faces % 3, t = surface.twin(h);
+      if (surface.is_border(h) || !surface.is_manifold(h)) continue;
+      // Faces that disagree in orientation turn as if they agreed.
+      const double sign = surface.origin(t) == surface.origin(h) ? -1 : 1;
+      const double turned =
+          angle(normal(surface, f), sign * normal(surface, Surface<double>::face_of(t)));
+      turns += turned * turned;
+      ++edges;
     }
     mean_edge = lengths / faces;
     aspect = aspects / faces;
     obtuse = -cosines / faces;
+    size_ = unit * std::sqrt(areas / faces * surface.face_count());
     turn = std::sqrt(turns / std::max(Index{1}, edges));
     is_flat = turn < flat_angle;
   }
 
   void look_at_vertices(const Surface<double>& surface) {
     const Index stride = 1 + surface.vertex_count() / samples;
-    double sum = 0;
-    Index count = 0, convex = 0;
+    double roots = 0, defects = 0;
+    Index seen = 0, count = 0, convex = 0;
     for (Index v = 0; v < surface.vertex_count(); v += stride) {
+      ++seen;
       if (surface.corners(v).empty() || is_at_border(surface, v)) continue;
       const double defect = 2 * std::numbers::pi - angle_sum(surface, v);
-      sum += std::sqrt(std::abs(defect));
+      roots += std::sqrt(std::abs(defect));
+      defects += std::abs(defect);
       convex += defect > flat_angle;
       ++count;
     }
-    bend = sum / std::max(Index{1}, count);
+    bend = roots / std::max(Index{1}, count);
+    const double total = defects / std::max(Index{1}, seen) * surface.vertex_count();
+    curvature = size_ > 0 ? total * (mean_edge / size_) : 0;
     is_convex = count > 0 && convex == count;
   }
 
@@ -129,6 +142,10 @@ struct MeshStatistics {
     }
     return false;
   }
+
+  double size_ = 0;  // the area's root
 };
+
+using MeshStatistics = MeshStatisticsOf<double>;
 
 }  // namespace gelight::detail

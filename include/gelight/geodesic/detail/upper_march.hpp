@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -24,9 +25,10 @@ namespace gelight::detail {
 /// are the edges of one F^2 = |x - c|^2 + k. Where k <= 0, F falls by at least the length of any
 /// straight line towards c; so where the edges by which those lines leave the face are proved,
 /// d <= F on the others too. A vertex is raised a little where that makes k <= 0.
-class UpperMarch {
+template <std::floating_point Real>
+class UpperMarchOf {
  public:
-  UpperMarch(const Surface<double>& surface, const PlanarFaces& faces)
+  UpperMarchOf(const Surface<double>& surface, const PlanarFaces& faces)
       : surface_(surface), faces_(faces) {}
 
   /// An upper bound of each vertex' distance, +infinity where no path leads. Rounding is on the
@@ -195,5 +197,7 @@ class UpperMarch {
   std::vector<Index> pending_;   // faces of which more may be proved now
   std::vector<Index> marching_;  // half-edges just proved, with an apex yet to settle
 };
+
+using UpperMarch = UpperMarchOf<double>;
 
 }  // namespace gelight::detail
