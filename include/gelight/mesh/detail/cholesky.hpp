@@ -12,6 +12,8 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/detail/dissection.hpp"
+#include "gelight/mesh/detail/front.hpp"
+#include "gelight/mesh/detail/large_array.hpp"
 #include "gelight/mesh/detail/sparse.hpp"
 
 namespace gelight::detail {
@@ -26,22 +28,24 @@ class SparseFactor {
  public:
   SparseFactor(std::shared_ptr<const Dissection> dissection, const SymmetricMatrix<Scalar>& matrix)
       : dissection_(std::move(dissection)) {
-    values_.assign(static_cast<std::size_t>(dissection_->value_count()), Scalar(0));
-    for (const auto& [entry, is_transposed, slot] : dissection_->placements()) {
-      values_[slot] = is_transposed ? conjugate(matrix.values[entry]) : matrix.values[entry];
-    }
+    values_ = large_array<Scalar>(dissection_->value_count() + Front<Scalar>::overhang);
     // What children hand to parents waits here.
-    const auto room = static_cast<std::size_t>(dissection_->stack_size());
-    const std::unique_ptr<Scalar[]> updates(new Scalar[room]);
+    const auto updates = large_array<Scalar>(dissection_->stack_size() + Front<Scalar>::overhang);
     for (const auto& node : dissection_->nodes()) {
+      Scalar* const block = values_.get() + node.block;
       Scalar* const update = updates.get() + node.update;
+      std::fill(block, block + std::ptrdiff_t{node.own()} * node.height(), Scalar(0));
       clear_lower_triangle(update, node.border());
+      for (Index i = node.placements_begin; i < node.placements_end; ++i) {
+        const auto& [entry, is_transposed, slot] = dissection_->placements()[i];
+        block[slot] = is_transposed ? conjugate(matrix.values[entry]) : matrix.values[entry];
+      }
       for (const std::size_t c : {1U, 0U}) {
         if (node.children[c] < 0) continue;
         const auto& child = dissection_->nodes()[node.children[c]];
-        add_child(node, child, updates.get() + child.update, update);
+        add_child(node, child, updates.get() + child.update, block, update);
       }
-      eliminate(node, update);
+      Front<Scalar>(block, node.own(), node.height(), update).eliminate();
     }
   }
 
@@ -61,93 +65,23 @@ class SparseFactor {
   using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
-  static Scalar conjugate(const Scalar& x) {
-    if constexpr (std::is_floating_point_v<Scalar>) {
-      return x;
-    } else {
-      return std::conj(x);
-    }
-  }
-
   static void clear_lower_triangle(Scalar* square, Index size) {
     for (Index j = 0; j < size; ++j, square += size) {
       std::fill(square + j, square + size, Scalar(0));
     }
   }
 
-  void add_child(const Node& node, const Node& child, const Scalar* from, Scalar* update) {
+  void add_child(const Node& node, const Node& child, const Scalar* from, Scalar* block,
+                 Scalar* update) const {
     const Index* rows = dissection_->rows_in_parent().data() + child.rows_begin;
     const Index own = node.own(), height = node.height();
     const Index border = child.border();
     for (Index j = 0; j < border; ++j, from += border) {
-      Scalar* to = rows[j] < own ? values_.data() + node.block + std::ptrdiff_t{rows[j]} * height
-                                 : update + std::ptrdiff_t{rows[j] - own} * node.border() - own;
+      Scalar* const to = rows[j] < own
+                             ? block + std::ptrdiff_t{rows[j]} * height
+                             : update + std::ptrdiff_t{rows[j] - own} * node.border() - own;
       for (Index i = j; i < border; ++i) to[rows[i]] += from[i];
     }
-  }
-
-  void eliminate(const Node& node, Scalar* update) {
-    if (node.own() == 0) return;
-    if (node.height() <= small_height) {
-      eliminate_small(node, update);
-    } else {
-      eliminate_large(node, update);
-    }
-  }
-
-  void eliminate_large(const Node& node, Scalar* update) {
-    const Index own = node.own(), border = node.border();
-    Eigen::Map<Matrix> block(values_.data() + node.block, node.height(), own);
-    using Pivots = Eigen::Ref<Matrix, 0, Eigen::OuterStride<>>;
-    Pivots pivots = block.topRows(own);
-    const Eigen::LLT<Pivots> factor(pivots);
-    require_positive(factor.info() == Eigen::Success);
-    if (border == 0) return;
-    auto below = block.bottomRows(border);
-    pivots.template triangularView<Eigen::Lower>()
-        .adjoint()
-        .template solveInPlace<Eigen::OnTheRight>(below);
-    Eigen::Map<Matrix> rest(update, border, border);
-    rest.template selfadjointView<Eigen::Lower>().rankUpdate(below, Scalar(-1));
-  }
-
-  // Column by column from the left: for blocks too small to repay Eigen's preparations.
-  void eliminate_small(const Node& node, Scalar* update) {
-    const Index own = node.own(), border = node.border(), height = node.height();
-    Scalar* const block = values_.data() + node.block;
-    for (Index j = 0; j < own; ++j) {
-      Scalar* const column = block + std::ptrdiff_t{j} * height;
-      subtract_products(column + j, block, j, height, j);
-      const double pivot = std::real(column[j]);
-      require_positive(pivot > 0);
-      const double root = std::sqrt(pivot);
-      column[j] = root;
-      Eigen::Map<Vector>(column + j + 1, height - j - 1) /= Scalar(root);
-    }
-    for (Index j = 0; j < border; ++j) {
-      subtract_products(update + std::ptrdiff_t{j} * border + j, block, own + j, height, own);
-    }
-  }
-
-  // target -= sum over the first `count` columns c of conj(c[row]) c[row..height).
-  static void subtract_products(Scalar* target, const Scalar* block, Index row, Index height,
-                                Index count) {
-    Eigen::Map<Vector> t(target, height - row);
-    const auto column = [&](Index k) {
-      return Eigen::Map<const Vector>(block + std::ptrdiff_t{k} * height + row, height - row);
-    };
-    const auto factor = [&](Index k) { return conjugate(block[std::ptrdiff_t{k} * height + row]); };
-    Index k = 0;
-    for (; k + 4 <= count; k += 4) {
-      t -= factor(k) * column(k) + factor(k + 1) * column(k + 1) + factor(k + 2) * column(k + 2) +
-           factor(k + 3) * column(k + 3);
-    }
-    for (; k < count; ++k) t -= factor(k) * column(k);
-  }
-
-  static void require_positive(bool is_positive) {
-    if (is_positive) return;
-    throw std::runtime_error("the Cholesky factorisation met a pivot that is not positive");
   }
 
   // Both gather a node's rows into one piece of memory, so that each column is one vector
@@ -159,7 +93,7 @@ class SparseFactor {
       const Index own = node.own(), height = node.height();
       std::copy(x.data() + node.begin, x.data() + node.end, front.data());
       std::fill(front.data() + own, front.data() + height, Scalar(0));
-      const Scalar* column = values_.data() + node.block;
+      const Scalar* column = values_.get() + node.block;
       for (Index k = 0; k < own; ++k, column += height) {
         front[k] /= column[k];
         const Index rest = height - k - 1;
@@ -179,7 +113,7 @@ class SparseFactor {
       const Index own = node->own(), height = node->height();
       std::copy(x.data() + node->begin, x.data() + node->end, front.data());
       for (Index r = own; r < height; ++r) front[r] = x[rows[node->rows_begin + r - own]];
-      const Scalar* column = values_.data() + node->block + std::ptrdiff_t{own} * height;
+      const Scalar* column = values_.get() + node->block + std::ptrdiff_t{own} * height;
       for (Index k = own - 1; k >= 0; --k) {
         column -= height;
         const Index rest = height - k - 1;
@@ -191,10 +125,8 @@ class SparseFactor {
     }
   }
 
-  static constexpr Index small_height = 64;
-
   std::shared_ptr<const Dissection> dissection_;
-  Array<Scalar> values_;  // column by column, each node's block from its first own row
+  LargeArray<Scalar> values_;  // column by column, each node's block from its first own row
 };
 
 /// Enlarges a matrix' diagonal until no row's other entries sum to more, but for rounding.

@@ -26,6 +26,7 @@ class Dissection {
   struct Node {
     Index begin = 0, end = 0;
     std::ptrdiff_t rows_begin = 0, rows_end = 0;
+    Index placements_begin = 0, placements_end = 0;
     std::array<Index, 2> children{-1, -1};
     Index parent = -1;
     std::ptrdiff_t block = 0;   // where its columns begin in the factor's values
@@ -45,7 +46,7 @@ class Dissection {
 
   Dissection(const SymmetricPattern& pattern, std::span<const Vec3<double>> points)
       : points_(points) {
-    neighbours(pattern);
+    find_neighbours(pattern);
     const auto count = static_cast<std::size_t>(pattern.size());
     order_.resize(count);
     std::iota(order_.begin(), order_.end(), 0);
@@ -55,10 +56,10 @@ class Dissection {
     position_.resize(count);
     for (Index p = 0; p < pattern.size(); ++p) position_[order_[p]] = p;
     find_rows();
-    place_entries(pattern);
+    relate_rows(pattern);
     place_updates();
     neighbour_begin_ = {};
-    neighbour_ = {};
+    neighbours_ = {};
     side_ = {};
     points_ = {};
   }
@@ -80,24 +81,29 @@ class Dissection {
  private:
   static constexpr Index leaf_size = 12;
 
-  void neighbours(const SymmetricPattern& pattern) {
+  /// An unknown that an entry of the matrix joins to another.
+  struct Neighbour {
+    Index unknown, entry;
+  };
+
+  void find_neighbours(const SymmetricPattern& pattern) {
     neighbour_begin_.assign(static_cast<std::size_t>(pattern.size()) + 1, 0);
     const auto for_each_pair = [&](auto&& visit) {
       for (Index j = 0; j < pattern.size(); ++j) {
         for (Index e = pattern.begin(j) + 1; e < pattern.begin(j + 1); ++e)
-          visit(pattern.row(e), j);
+          visit(pattern.row(e), j, e);
       }
     };
-    for_each_pair([&](Index i, Index j) {
+    for_each_pair([&](Index i, Index j, Index) {
       ++neighbour_begin_[i + 1];
       ++neighbour_begin_[j + 1];
     });
     std::partial_sum(neighbour_begin_.begin(), neighbour_begin_.end(), neighbour_begin_.begin());
-    neighbour_.resize(static_cast<std::size_t>(neighbour_begin_.back()));
+    neighbours_.resize(static_cast<std::size_t>(neighbour_begin_.back()));
     Array<Index> fill(neighbour_begin_.begin(), neighbour_begin_.end() - 1);
-    for_each_pair([&](Index i, Index j) {
-      neighbour_[fill[i]++] = j;
-      neighbour_[fill[j]++] = i;
+    for_each_pair([&](Index i, Index j, Index e) {
+      neighbours_[fill[i]++] = {j, e};
+      neighbours_[fill[j]++] = {i, e};
     });
   }
 
@@ -114,7 +120,7 @@ class Dissection {
     // The separator is made of those vertices of one half that have a neighbour in the other.
     const auto touches = [&](Index v, Index other) {
       for (Index n = neighbour_begin_[v]; n < neighbour_begin_[v + 1]; ++n) {
-        if (side_[neighbour_[n]] == other) return true;
+        if (side_[neighbours_[n].unknown] == other) return true;
       }
       return false;
     };
@@ -182,7 +188,7 @@ class Dissection {
       for (Index p = node.begin; p < node.end; ++p) {
         const Index v = order_[p];
         for (Index k = neighbour_begin_[v]; k < neighbour_begin_[v + 1]; ++k) {
-          add(position_[neighbour_[k]]);
+          add(position_[neighbours_[k].unknown]);
         }
       }
       for (const Index c : node.children) {
@@ -195,12 +201,14 @@ class Dissection {
       node.block = value_count_;
       value_count_ += std::ptrdiff_t{node.height()} * node.own();
     }
-    relate_rows(seen);
   }
 
-  void relate_rows(Array<Index>& row_of) {
+  // Where children's rows and the matrix' entries go in each node's block.
+  void relate_rows(const SymmetricPattern& pattern) {
+    Array<Index> row_of(order_.size());
     rows_in_parent_.resize(rows_.size());
-    for (const Node& node : nodes_) {
+    placements_.reserve(static_cast<std::size_t>(pattern.entry_count()));
+    for (Node& node : nodes_) {
       for (Index p = node.begin; p < node.end; ++p) row_of[p] = p - node.begin;
       for (Index r = 0; r < node.border(); ++r) row_of[rows_[node.rows_begin + r]] = node.own() + r;
       for (const Index c : node.children) {
@@ -209,7 +217,22 @@ class Dissection {
           rows_in_parent_[r] = row_of[rows_[r]];
         }
       }
+      place_entries(node, pattern, row_of);
     }
+  }
+
+  void place_entries(Node& node, const SymmetricPattern& pattern, const Array<Index>& row_of) {
+    node.placements_begin = static_cast<Index>(placements_.size());
+    for (Index p = node.begin; p < node.end; ++p) {
+      const Index v = order_[p];
+      const std::ptrdiff_t column = std::ptrdiff_t{p - node.begin} * node.height();
+      placements_.push_back({pattern.diagonal(v), false, column + p - node.begin});
+      for (Index k = neighbour_begin_[v]; k < neighbour_begin_[v + 1]; ++k) {
+        const auto& [w, entry] = neighbours_[k];
+        if (position_[w] > p) placements_.push_back({entry, w < v, column + row_of[position_[w]]});
+      }
+    }
+    node.placements_end = static_cast<Index>(placements_.size());
   }
 
   // Updates lie on two stacks, those of children on the other one than their parent's, which is
@@ -237,31 +260,9 @@ class Dissection {
     stack_size_ = room[0] + room[1];
   }
 
-  void place_entries(const SymmetricPattern& pattern) {
-    Array<Index> node_of(order_.size());
-    for (Index n = 0; n < static_cast<Index>(nodes_.size()); ++n) {
-      for (Index p = nodes_[n].begin; p < nodes_[n].end; ++p) node_of[p] = n;
-    }
-    placements_.resize(static_cast<std::size_t>(pattern.entry_count()));
-    for (Index j = 0; j < pattern.size(); ++j) {
-      for (Index e = pattern.begin(j); e < pattern.begin(j + 1); ++e) {
-        const Index row = position_[pattern.row(e)], column = position_[j];
-        const auto [first, last] = std::minmax(row, column);
-        const Node& node = nodes_[node_of[first]];
-        Index at = last - node.begin;
-        if (last >= node.end) {
-          const auto begin = rows_.begin() + node.rows_begin;
-          const auto end = rows_.begin() + node.rows_end;
-          at = node.own() + static_cast<Index>(std::lower_bound(begin, end, last) - begin);
-        }
-        placements_[e] = {e, row < column,
-                          node.block + std::ptrdiff_t{first - node.begin} * node.height() + at};
-      }
-    }
-  }
-
   std::span<const Vec3<double>> points_;
-  Array<Index> neighbour_begin_, neighbour_;  // of each unknown, while the order is sought
+  Array<Index> neighbour_begin_;  // of each unknown and one more, while the order is sought
+  Array<Neighbour> neighbours_;
   Array<Index> side_;
   Array<Index> order_, position_;
   Array<Node> nodes_;

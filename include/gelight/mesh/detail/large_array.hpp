@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
+namespace gelight::detail {
+
+struct FreeMemory {
+  void operator()(void* memory) const { std::free(memory); }
+};
+
+/// Values that nobody has written yet.
+template <class T>
+using LargeArray = std::unique_ptr<T[], FreeMemory>;
+
+/// Room for values that are trivial to make and to end, on large pages where the system has them:
+/// on small ones the first touch of a factor's memory took half as long as its arithmetic.
+template <class T>
+[[nodiscard]] LargeArray<T> large_array(std::ptrdiff_t count) {
+  constexpr std::size_t page = std::size_t{1} << 21;
+  const std::size_t bytes = static_cast<std::size_t>(count) * sizeof(T);
+  void* memory = nullptr;
+#if defined(__linux__)
+  if (bytes >= page) {
+    const std::size_t whole = (bytes + page - 1) / page * page;
+    memory = std::aligned_alloc(page, whole);
+    if (memory != nullptr) madvise(memory, whole, MADV_HUGEPAGE);
+  }
+#endif
+  if (memory == nullptr) memory = std::malloc(bytes);
+  if (memory == nullptr) throw std::bad_alloc();
+  return LargeArray<T>(static_cast<T*>(memory));
+}
+
+}  // namespace gelight::detail
