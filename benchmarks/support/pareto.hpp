@@ -177,6 +177,42 @@ inline std::vector<Case> procedural_cases() {
   return cases;
 }
 
+/// A quad grid over u and v from 0 to 1, bent; `position(u, v)`.
+template <class Position>
+Mesh<double> sheet(Index n, const Position& position) {
+  auto mesh = grid<double>(n, n);
+  for (auto& p : mesh.positions) p = position(p[0], p[1]);
+  return mesh;
+}
+
+/// Meshes that no figure of the planner was chosen on.
+inline std::vector<Case> unseen_cases() {
+  constexpr double pi = std::numbers::pi;
+  std::vector<Case> cases;
+  cases.emplace_back("hourglass", sheet(100, [](double u, double v) -> std::array<double, 3> {
+                       const double z = 2 * v - 1, r = 0.3 + 0.5 * z * z, a = 1.8 * pi * u;
+                       return {r * std::cos(a), r * std::sin(a), z};
+                     }));
+  cases.emplace_back("helicoid", sheet(100, [](double u, double v) -> std::array<double, 3> {
+                       const double r = 2 * u - 1, a = 1.5 * pi * v;
+                       return {r * std::cos(a), r * std::sin(a), 0.3 * a};
+                     }));
+  auto bumpy = icosphere<double>(5);
+  for (auto& [x, y, z] : bumpy.positions) {
+    const double r = 1 + 0.1 * std::sin(5 * x) * std::sin(4 * y + 1) * std::cos(6 * z);
+    x *= r, y *= r, z *= r;
+  }
+  cases.emplace_back("bumpy", std::move(bumpy));
+  auto terrain = sheet(100, [](double u, double v) -> std::array<double, 3> {
+    return {u, v, 0.1 * std::sin(7 * u) * std::cos(5 * v) + 0.03 * std::sin(20 * u + 15 * v)};
+  });
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> offset(-0.0025, 0.0025);
+  for (auto& p : terrain.positions) p[0] += offset(random), p[1] += offset(random);
+  cases.emplace_back("terrain", std::move(terrain));
+  return cases;
+}
+
 // --- errors --------------------------------------------------------------------------------------
 
 /// Relative errors of one or more answers.

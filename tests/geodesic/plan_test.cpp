@@ -157,6 +157,26 @@ TEST_CASE("cheap for a loose tolerance, exact for a tight one; a certificate whe
   CHECK(result.error <= 0.05);
 }
 
+TEST_CASE("a certificate that fails is given up, and exact distances are returned") {
+  const auto mesh = rough_sphere(4, 0.1);
+  const auto exact = ExactSolver(mesh).distance(130);
+  int given_up = 0, certified = 0;
+  for (double tolerance = 0.1; tolerance > 0.01; tolerance *= 0.8) {
+    const auto result = DistancePlanner(mesh, {.tolerance = tolerance}).distance(130);
+    CAPTURE(result.reason);
+    CHECK(result.satisfies);
+    CHECK(error_of(result.distances, exact).mean <= tolerance);
+    certified += result.achieved == Assurance::certified;
+    if (result.reason.find("escalated") == std::string::npos) continue;
+    ++given_up;
+    CHECK(result.method == "exact");
+    CHECK(result.achieved == Assurance::sampled);
+    CHECK(result.distances == exact);
+  }
+  CHECK(given_up > 0);
+  CHECK(certified > 0);
+}
+
 TEST_CASE("a mesh too coarse for the smooth surface: refine, and to what edges") {
   for (const double tolerance : {1e-3, 1e-4}) {
     const DistancePlanner coarse(icosphere<double>(3),

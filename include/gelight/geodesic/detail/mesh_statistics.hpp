@@ -21,7 +21,7 @@ struct MeshStatisticsOf {
   double aspect = 1;     ///< Mean over faces of longest edge over height on it, capped.
   double obtuse = 0;     ///< Mean over faces of minus the cosine of an obtuse angle, if any.
   double turn = 0;       ///< Root mean square angle between neighbouring faces, in radians.
-  double bend = 0;       ///< Mean square root of the angle defect's size at inner vertices.
+  double bend = 0;       ///< Root of the mean size of the angle defect at inner vertices.
   /// Sum of the angle defects' sizes at inner vertices, times the mean edge over the area's root.
   double curvature = 0;
   bool is_flat = false;      ///< Neighbouring faces lie in one plane.
@@ -101,18 +101,17 @@ struct MeshStatisticsOf {
 
   void look_at_vertices(const Surface<double>& surface) {
     const Index stride = 1 + surface.vertex_count() / samples;
-    double roots = 0, defects = 0;
+    double defects = 0;
     Index seen = 0, count = 0, convex = 0;
     for (Index v = 0; v < surface.vertex_count(); v += stride) {
       ++seen;
       if (surface.corners(v).empty() || is_at_border(surface, v)) continue;
       const double defect = 2 * std::numbers::pi - angle_sum(surface, v);
-      roots += std::sqrt(std::abs(defect));
       defects += std::abs(defect);
       convex += defect > flat_angle;
       ++count;
     }
-    bend = roots / std::max(Index{1}, count);
+    bend = std::sqrt(defects / std::max(Index{1}, count));
     const double total = defects / std::max(Index{1}, seen) * surface.vertex_count();
     curvature = size_ > 0 ? total * (mean_edge / size_) : 0;
     is_convex = count > 0 && convex == count;
