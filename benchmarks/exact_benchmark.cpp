@@ -14,6 +14,7 @@
 
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/spheres.hpp"
 
 namespace {
 
@@ -21,40 +22,8 @@ using namespace gelight;
 
 Mesh<double> sphere(int level) { return icosphere<double>(level); }
 
-/// An icosphere with bumps and noise: half of the vertices are saddles.
-Mesh<double> rough_sphere(int level) {
-  Mesh<double> mesh = icosphere<double>(level);
-  std::mt19937 random(1);
-  std::normal_distribution<double> noise(0, 0.1 * std::pow(0.5, level));
-  for (auto& p : mesh.positions) {
-    const double bumps = std::sin(6 * p[0] + 1) * std::sin(7 * p[1]) * std::sin(5 * p[2] + 2);
-    for (double& x : p) x = (1 + 0.15 * bumps) * x + noise(random);
-  }
-  return mesh;
-}
-
 /// A sphere of 38,002 vertices on so many meridians, with needles about the poles.
-Mesh<double> needles(int meridians) {
-  const Index columns = meridians, rows = 38000 / columns;
-  Mesh<double> mesh{{{0, 0, 1}, {0, 0, -1}}, {}};
-  const auto vertex = [&](Index row, Index column) { return 2 + row * columns + column % columns; };
-  for (Index row = 0; row < rows; ++row) {
-    for (Index column = 0; column < columns; ++column) {
-      const double u = std::numbers::pi * (row + 1) / (rows + 1);
-      const double v = 2 * std::numbers::pi * column / columns;
-      mesh.positions.push_back({std::sin(u) * std::cos(v), std::sin(u) * std::sin(v), std::cos(u)});
-      const Index a = vertex(row, column), b = vertex(row, column + 1);
-      if (row == 0) mesh.faces.push_back({0, a, b});
-      if (row + 1 == rows) {
-        mesh.faces.push_back({a, 1, b});
-      } else {
-        mesh.faces.push_back({a, a + columns, b + columns});
-        mesh.faces.push_back({a, b + columns, b});
-      }
-    }
-  }
-  return mesh;
-}
+Mesh<double> needles(int meridians) { return bench::needle_sphere(meridians, 38000 / meridians); }
 
 /// The GelTip membrane, of about 14,000 vertices when edges are 0.57 mm.
 Mesh<double> gel(int) { return membrane<double>(0.01146, 0.0455, 0.00057); }
@@ -95,7 +64,7 @@ void solve(benchmark::State& state, Mesh<double> (*make)(int)) {
       benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 BENCHMARK_CAPTURE(solve, sphere, sphere)->Arg(5)->Arg(6)->Arg(7)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(solve, rough, rough_sphere)->Arg(5)->Arg(6)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(solve, rough, bench::noisy_sphere)->Arg(5)->Arg(6)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(solve, needles, needles)->Arg(380)->Arg(1900)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(solve, membrane, gel)->Arg(0)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(solve, sheet, sheet)->Arg(200)->Unit(benchmark::kMillisecond);

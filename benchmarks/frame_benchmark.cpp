@@ -11,7 +11,6 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -27,24 +26,13 @@
 #include "gelight/io/image.hpp"
 #include "gelight/io/npy.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
+#include "support/timing.hpp"
 
 using namespace gelight;
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-template <class Work>
-double seconds(const Work& work) {
-  const auto start = Clock::now();
-  work();
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + std::ssize(values) / 2, values.end());
-  return values[values.size() / 2];
-}
+using bench::median, bench::seconds;
 
 // A membrane 30 mm away, curved like the wall of a cylinder of 60 mm.
 Image<float> curved_rest(const Camera<double>& camera) {

@@ -1,58 +1,16 @@
 // CGAL's exact and heat distances on the meshes of pareto_benchmark, measured the same way, for the
 // same charts.
 
-#include <CGAL/Heat_method_3/Surface_mesh_geodesic_distances_3.h>
-#include <CGAL/Simple_cartesian.h>
-#include <CGAL/Surface_mesh.h>
-#include <CGAL/Surface_mesh_shortest_path.h>
-
 #include <functional>
 #include <memory>
 
+#include "support/cgal_distances.hpp"
 #include "support/pareto.hpp"
 
 namespace {
 
 using namespace pareto;
-using Kernel = CGAL::Simple_cartesian<double>;
-using CgalMesh = CGAL::Surface_mesh<Kernel::Point_3>;
-using Vertex = CgalMesh::Vertex_index;
-using Number = CgalMesh::size_type;
-using ShortestPath =
-    CGAL::Surface_mesh_shortest_path<CGAL::Surface_mesh_shortest_path_traits<Kernel, CgalMesh>>;
-using Heat = CGAL::Heat_method_3::Surface_mesh_geodesic_distances_3<CgalMesh>;
-using Distances = std::vector<double>;
-
-CgalMesh to_cgal(const Mesh<double>& mesh) {
-  CgalMesh out;
-  for (const auto& p : mesh.positions) out.add_vertex({p[0], p[1], p[2]});
-  for (const auto& [a, b, c] : mesh.faces) {
-    out.add_face(Vertex(static_cast<Number>(a)), Vertex(static_cast<Number>(b)),
-                 Vertex(static_cast<Number>(c)));
-  }
-  return out;
-}
-
-Distances exact(const CgalMesh& mesh, ShortestPath& paths, Index source) {
-  paths.remove_all_source_points();
-  paths.add_source_point(Vertex(static_cast<Number>(source)));
-  paths.build_sequence_tree();
-  Distances out;
-  for (const auto v : mesh.vertices()) {
-    out.push_back(paths.shortest_distance_to_source_points(v).first);
-  }
-  return out;
-}
-
-Distances by_heat(const CgalMesh& mesh, CgalMesh::Property_map<Vertex, double> map, Heat& heat,
-                  Index source) {
-  heat.clear_sources();
-  heat.add_source(Vertex(static_cast<Number>(source)));
-  heat.estimate_geodesic_distances(map);
-  Distances out;
-  for (const auto v : mesh.vertices()) out.push_back(map[v]);
-  return out;
-}
+using namespace bench::cgal;
 
 template <class Make>
 void measure(benchmark::State& state, const Case& on, double wrong_beyond, const Make& make) {
@@ -86,7 +44,7 @@ void measure(benchmark::State& state, const Case& on, double wrong_beyond, const
 void measure_exact(benchmark::State& state, const Case& on) {
   measure(state, on, 1e-9, [](CgalMesh& mesh) {
     auto paths = std::make_shared<ShortestPath>(mesh);
-    return [&mesh, paths](Index source) { return exact(mesh, *paths, source); };
+    return [&mesh, paths](Index source) { return exact_distances(mesh, *paths, source); };
   });
 }
 
@@ -94,7 +52,7 @@ void measure_heat(benchmark::State& state, const Case& on) {
   measure(state, on, 1.0, [](CgalMesh& mesh) {
     auto heat = std::make_shared<Heat>(mesh);
     const auto map = mesh.add_property_map<Vertex, double>("v:distance", 0).first;
-    return [&mesh, heat, map](Index source) { return by_heat(mesh, map, *heat, source); };
+    return [&mesh, heat, map](Index source) { return heat_distances(mesh, map, *heat, source); };
   });
 }
 

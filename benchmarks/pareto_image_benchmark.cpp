@@ -6,6 +6,7 @@
 #include <complex>
 #include <functional>
 #include <limits>
+#include <optional>
 
 #include "gelight/image/camera.hpp"
 #include "gelight/image/fast_gaussian.hpp"
@@ -31,34 +32,50 @@ double angle(const Vec3<double>& a, const Vec3<double>& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// Mean and largest of angles, and what is beyond which they are wrong, in degrees.
+/// Angles in degrees, and what mean of them is wrong.
 class Angles {
  public:
-  void add(double radians) {
-    sum_ += degrees * radians;
-    largest_ = std::max(largest_, degrees * radians);
-    count_ += 1;
-  }
+  void add(double radians) { degrees_.push_back(degrees * radians); }
   void report(State& state, double wrong_beyond) const {
-    state.counters["angle_mean"] = sum_ / count_;
-    state.counters["angle_max"] = largest_;
-    if (!(sum_ / count_ < wrong_beyond)) state.SkipWithError("the directions are wrong");
+    report_spread(state, "angle_", degrees_);
+    if (!(state.counters["angle_mean"] < wrong_beyond)) {
+      state.SkipWithError("the directions are wrong");
+    }
   }
 
  private:
-  double sum_ = 0, largest_ = 0, count_ = 0;
+  std::vector<double> degrees_;
 };
 
-template <class Work>
-void time_it(State& state, const Work& work) {
-  state.counters["first_s"] = seconds(work);  // makes what is made late
-  std::vector<double> times;
-  for (auto _ : state) {
-    times.push_back(seconds(work));
-    state.SetIterationTime(times.back());
+/// Time and memory of a method: its set-up, the first query, which makes what is made late, and
+/// each further one.
+class Meter {
+ public:
+  explicit Meter(State& state) : state_(state) {}
+
+  template <class Make>
+  [[nodiscard]] auto set_up(const Make& make) {
+    std::optional<decltype(make())> made;
+    state_.counters["setup_s"] = seconds([&] { made.emplace(make()); });
+    return std::move(*made);
   }
-  state.counters["median_s"] = median(times);
-}
+
+  template <class Work>
+  void query(const Work& work) {
+    state_.counters["first_s"] = seconds(work);
+    std::vector<double> times;
+    for (auto _ : state_) {
+      times.push_back(seconds(work));
+      state_.SetIterationTime(times.back());
+    }
+    state_.counters["median_s"] = median(times);
+    state_.counters["peak_MB"] = memory_.megabytes();
+  }
+
+ private:
+  State& state_;
+  PeakMemory memory_;
+};
 
 // --- vectors on spheres --------------------------------------------------------------------------
 
@@ -68,9 +85,9 @@ Vec3<double> tangent_at(const Vec3<double>& pole) {
 
 // Against transport along great circles; `carry` gives the vectors at all vertices.
 template <class Carry>
-void transport(State& state, const Surface<double>& surface, const Carry& carry) {
+void transport(State& state, Meter& meter, const Surface<double>& surface, const Carry& carry) {
   std::vector<Vec3<double>> carried;
-  time_it(state, [&] { carried = carry(); });
+  meter.query([&] { carried = carry(); });
   const Vec3<double> pole = surface.position(source).normalized(), start = tangent_at(pole);
   Angles off;
   for (Index v = 0; v < surface.vertex_count(); ++v) {
@@ -84,22 +101,24 @@ void transport(State& state, const Surface<double>& surface, const Carry& carry)
 
 void transport_by_heat(State& state, int level) {
   const Surface<double> surface(icosphere<double>(level));
-  const VectorHeatSolver<double> solver(surface);
+  Meter meter(state);
+  const auto solver = meter.set_up([&] { return VectorHeatSolver<double>(surface); });
   const Vec3<double> start = tangent_at(surface.position(source).normalized());
-  transport(state, surface, [&] { return solver.transport(source, start); });
+  transport(state, meter, surface, [&] { return solver.transport(source, start); });
 }
 
 // One exact path to each vertex, and the vector carried along it.
 void transport_by_paths(State& state, int level) {
   const Surface<double> surface(icosphere<double>(level));
-  const ExactSolver<double> solver(surface);
-  const ParallelTransport<double> along(surface);
+  Meter meter(state);
+  const auto [solver, along] = meter.set_up(
+      [&] { return std::pair(ExactSolver<double>(surface), ParallelTransport<double>(surface)); });
   const Vec3<double> start = tangent_at(surface.position(source).normalized());
-  transport(state, surface, [&] {
-    const auto field = solver.solve(source);
+  transport(state, meter, surface, [&, &exact = solver, &parallel = along] {
+    const auto field = exact.solve(source);
     std::vector<Vec3<double>> carried;
     for (Index v = 0; v < surface.vertex_count(); ++v) {
-      carried.push_back(along.along(field.path(v), start));
+      carried.push_back(parallel.along(field.path(v), start));
     }
     return carried;
   });
@@ -108,10 +127,10 @@ void transport_by_paths(State& state, int level) {
 // Directions against those of great circles in the plane that touches the sphere; the turn between
 // the two planes' axes, which the mesh leaves open, is taken out.
 template <class Map>
-void log_map(State& state, const Surface<double>& surface, const std::array<Vec3<double>, 2>& basis,
-             const Map& map) {
+void log_map(State& state, Meter& meter, const Surface<double>& surface,
+             const std::array<Vec3<double>, 2>& basis, const Map& map) {
   std::vector<Vec2<double>> places;
-  time_it(state, [&] { places = map(); });
+  meter.query([&] { places = map(); });
   const Vec3<double> pole = surface.position(source).normalized();
   std::vector<std::complex<double>> turns;
   std::complex<double> sum = 0;
@@ -131,14 +150,18 @@ void log_map(State& state, const Surface<double>& surface, const std::array<Vec3
 
 void log_map_by_heat(State& state, int level) {
   const Surface<double> surface(icosphere<double>(level));
-  const VectorHeatSolver<double> solver(surface);
-  log_map(state, surface, solver.tangent_basis(source), [&] { return solver.log_map(source); });
+  Meter meter(state);
+  const auto solver = meter.set_up([&] { return VectorHeatSolver<double>(surface); });
+  log_map(state, meter, surface, solver.tangent_basis(source),
+          [&] { return solver.log_map(source); });
 }
 
 void log_map_exact(State& state, int level) {
   const Surface<double> surface(icosphere<double>(level));
-  const ExactLogMapSolver<double> solver(surface);
-  log_map(state, surface, solver.tangent_basis(source), [&] { return solver.log_map(source); });
+  Meter meter(state);
+  const auto solver = meter.set_up([&] { return ExactLogMapSolver<double>(surface); });
+  log_map(state, meter, surface, solver.tangent_basis(source),
+          [&] { return solver.log_map(source); });
 }
 
 // --- images --------------------------------------------------------------------------------------
@@ -167,14 +190,14 @@ template <class Smooth>
 void smoothing(State& state, double sigma, const Smooth& smooth) {
   const Image<float> depth = contact<float>();
   Image<float> smoothed(width, height);
-  time_it(state, [&] { smoothed = smooth(depth); });
+  Meter(state).query([&] { smoothed = smooth(depth); });
   const auto truth = gaussian(contact<double>(), sigma, static_cast<Index>(std::ceil(9 * sigma)));
-  double largest = 0;
+  std::vector<double> off;  // as shares of the depth's range
   for (std::size_t i = 0; i < truth.pixels().size(); ++i) {
-    largest = std::max(largest, std::abs(double{smoothed.pixels()[i]} - truth.pixels()[i]));
+    off.push_back(std::abs(double{smoothed.pixels()[i]} - truth.pixels()[i]) / 0.004);
   }
-  state.counters["depth_error"] = largest / 0.004;
-  if (!(largest < 0.04 * 0.004)) state.SkipWithError("the depth is wrong");
+  report_spread(state, "depth_", off);
+  if (!(state.counters["depth_max"] < 0.04)) state.SkipWithError("the depth is wrong");
 }
 
 // A ball of 20 mm at 40 mm, seen with noise of 10 micrometres.
@@ -199,7 +222,7 @@ void normals(State& state, const Find& find) {
     }
   }
   Image<Vec3<float>> found;
-  time_it(state, [&] { found = find(depth, view); });
+  Meter(state).query([&] { found = find(depth, view); });
   Angles off;
   for (std::size_t i = 0; i < truth.pixels().size(); ++i) {
     const Vec3<double> n = found.pixels()[i].template cast<double>();
@@ -226,16 +249,21 @@ TactileRenderer<T> renderer(Index radius) {
 // Against double precision with a Gaussian cut off at 8 sigma.
 template <class T>
 void frame(State& state, Index radius) {
-  const auto render = renderer<T>(radius);
+  Meter meter(state);
+  const auto render = meter.set_up([&] { return renderer<T>(radius); });
   const Image<T> depth = contact<T>();
   Image<Rgb8> out(width, height);
-  time_it(state, [&] { render.render_into(out, depth); });
+  meter.query([&] { render.render_into(out, depth); });
   const auto truth = renderer<double>(40).render(contact<double>());
-  const auto difference = level_difference(out, truth);
-  state.counters["levels_mean"] = difference.mean;
-  state.counters["levels_worst"] = difference.worst;
+  std::vector<double> levels;
+  for (std::size_t i = 0; i < truth.pixels().size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      levels.push_back(std::abs(out.pixels()[i][c] - truth.pixels()[i][c]));
+    }
+  }
+  report_spread(state, "levels_", levels);
   state.counters["ssim"] = ssim(out, truth);
-  if (difference.worst > 40) state.SkipWithError("the image is wrong");
+  if (state.counters["levels_max"] > 40) state.SkipWithError("the image is wrong");
 }
 
 void add(const std::string& name, const std::function<void(State&)>& body) {

@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -26,6 +25,7 @@
 #include "gelight/io/npy.hpp"
 #include "gelight/membrane/springs.hpp"
 #include "gelight/sensor/see_through.hpp"
+#include "support/timing.hpp"
 
 using namespace gelight;
 
@@ -35,16 +35,11 @@ constexpr Index width = 640, height = 480, radius = 1;
 constexpr double field_of_view = 0.9, tilt = 0.2, gel_depth = 0.07;
 constexpr double authors_frame = 955, authors_normals = 773;  // milliseconds
 
+using bench::median;
+
 template <class Work>
 double milliseconds(const Work& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + std::ssize(values) / 2, values.end());
-  return values[values.size() / 2];
+  return 1e3 * bench::seconds(work);
 }
 
 template <class T>

@@ -1,7 +1,7 @@
 #pragma once
 
 // What the programs of the speed-against-accuracy charts share: meshes, what is true on them, the
-// heap's peak, errors, and a main that writes down how the numbers came about.
+// heap's peak, and errors.
 
 #include <benchmark/benchmark.h>
 #include <malloc.h>
@@ -10,13 +10,12 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <limits>
 #include <new>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <string>
 #include <utility>
@@ -26,23 +25,14 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/surface.hpp"
+#include "run.hpp"
+#include "spheres.hpp"
+#include "timing.hpp"
 
 namespace pareto {
 
 using namespace gelight;
-using Clock = std::chrono::steady_clock;
-
-template <class Work>
-double seconds(const Work& work) {
-  const auto start = Clock::now();
-  work();
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-inline double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + std::ssize(values) / 2, values.end());
-  return values[values.size() / 2];
-}
+using bench::median, bench::run, bench::seconds;
 
 // --- the heap ------------------------------------------------------------------------------------
 
@@ -112,45 +102,10 @@ struct Case {
   }
 };
 
-inline Mesh<double> noisy_sphere(int level) {
-  auto mesh = icosphere<double>(level);
-  std::mt19937 random(1);
-  std::normal_distribution<double> noise(0, 0.1 * std::pow(0.5, level));
-  for (auto& p : mesh.positions) {
-    const double bumps = std::sin(6 * p[0] + 1) * std::sin(7 * p[1]) * std::sin(5 * p[2] + 2);
-    for (double& x : p) x = (1 + 0.15 * bumps) * x + noise(random);
-  }
-  return mesh;
-}
-
 inline Mesh<double> saddle(Index n) {
   auto mesh = grid<double>(n, n);
   for (auto& p : mesh.positions) {
     p[2] = 0.5 * ((p[0] - 0.5) * (p[0] - 0.5) - (p[1] - 0.5) * (p[1] - 0.5));
-  }
-  return mesh;
-}
-
-/// A sphere on meridians, ten times as many as parallels would want.
-inline Mesh<double> needles(Index meridians, Index rows) {
-  Mesh<double> mesh{{{0, 0, 1}, {0, 0, -1}}, {}};
-  const auto vertex = [&](Index row, Index column) {
-    return 2 + row * meridians + column % meridians;
-  };
-  for (Index row = 0; row < rows; ++row) {
-    for (Index column = 0; column < meridians; ++column) {
-      const double u = std::numbers::pi * (row + 1) / (rows + 1);
-      const double v = 2 * std::numbers::pi * column / meridians;
-      mesh.positions.push_back({std::sin(u) * std::cos(v), std::sin(u) * std::sin(v), std::cos(u)});
-      const Index a = vertex(row, column), b = vertex(row, column + 1);
-      if (row == 0) mesh.faces.push_back({0, a, b});
-      if (row + 1 == rows) {
-        mesh.faces.push_back({a, 1, b});
-      } else {
-        mesh.faces.push_back({a, a + meridians, b + meridians});
-        mesh.faces.push_back({a, b + meridians, b});
-      }
-    }
   }
   return mesh;
 }
@@ -171,8 +126,8 @@ inline std::vector<Case> procedural_cases() {
   cases.emplace_back("sphere", icosphere<double>(5), true);
   cases.emplace_back("membrane", membrane<double>(0.01146, 0.0455, 0.00062));
   cases.emplace_back("saddle", saddle(100));
-  cases.emplace_back("noisy", noisy_sphere(5), false, false);
-  cases.emplace_back("needles", needles(400, 25), true);
+  cases.emplace_back("noisy", bench::noisy_sphere(5), false, false);
+  cases.emplace_back("needles", bench::needle_sphere(400, 25), true);
   cases.emplace_back("graded", graded(100));
   return cases;
 }
@@ -215,6 +170,17 @@ inline std::vector<Case> unseen_cases() {
 
 // --- errors --------------------------------------------------------------------------------------
 
+/// Mean, 99th percentile and maximum, as counters.
+inline void report_spread(benchmark::State& state, const std::string& prefix,
+                          std::vector<double> values) {
+  const auto at = values.begin() + std::ssize(values) * 99 / 100;
+  std::nth_element(values.begin(), at, values.end());
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  state.counters[prefix + "mean"] = sum / static_cast<double>(values.size());
+  state.counters[prefix + "p99"] = *at;
+  state.counters[prefix + "max"] = *std::max_element(at, values.end());
+}
+
 /// Relative errors of one or more answers.
 class Errors {
  public:
@@ -233,45 +199,14 @@ class Errors {
     for (const double e : values_) sum += e;
     return sum / static_cast<double>(std::max<std::size_t>(1, values_.size()));
   }
-  void report(benchmark::State& state, const std::string& prefix) {
-    if (values_.empty()) return;
-    const auto at = values_.begin() + std::ssize(values_) * 99 / 100;
-    std::nth_element(values_.begin(), at, values_.end());
-    state.counters[prefix + "mean"] = mean();
-    state.counters[prefix + "p99"] = *at;
-    state.counters[prefix + "max"] = *std::max_element(at, values_.end());
+  void report(benchmark::State& state, const std::string& prefix) const {
+    if (!values_.empty()) report_spread(state, prefix, values_);
   }
 
  private:
   std::vector<double> values_;
   double least_share_ = std::numeric_limits<double>::infinity();
 };
-
-// --- main ----------------------------------------------------------------------------------------
-
-inline std::string processor() {
-  std::ifstream in("/proc/cpuinfo");
-  for (std::string line; std::getline(in, line);) {
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  }
-  return "unknown";
-}
-
-/// Runs what is registered; the commit is passed in as --benchmark_context=commit=...
-inline int run(int argc, char** argv) {
-#ifdef __clang__
-  benchmark::AddCustomContext("compiler", "clang++ " __clang_version__);
-#else
-  benchmark::AddCustomContext("compiler", "g++ " __VERSION__);
-#endif
-  benchmark::AddCustomContext("flags", GELIGHT_FLAGS);
-  benchmark::AddCustomContext("cpu", processor());
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
-}
 
 }  // namespace pareto
 
