@@ -21,8 +21,8 @@ def headers():
     yield "Eigen/Core"
     for path in sorted(INCLUDE.rglob("*.hpp")):
         name = str(path.relative_to(INCLUDE))
-        opt_in = "/io/" in name or name.startswith("gelight/views/") and path.stem in (
-            "cgal", "opencv", "openmesh")
+        opt_in = "/io/" in name or name == "gelight/mesh/cholmod.hpp" or (
+            name.startswith("gelight/views/") and path.stem in ("cgal", "opencv", "openmesh"))
         if "/detail/" not in name and not opt_in:
             yield name
 

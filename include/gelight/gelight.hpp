@@ -1,7 +1,7 @@
 #pragma once
 
-// Everything but the opt-in headers, io/ and the views of CGAL, Eigen, OpenCV and OpenMesh, which
-// need libraries of their own.
+// Everything but the opt-in headers, io/, mesh/cholmod and the views of CGAL, Eigen, OpenCV and
+// OpenMesh, which need libraries of their own.
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/concepts/mesh.hpp"
@@ -41,6 +41,7 @@
 #include "gelight/membrane/springs.hpp"
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/linear_factor.hpp"
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/operators.hpp"
 #include "gelight/mesh/repair.hpp"

@@ -21,6 +21,7 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/detail/cholesky.hpp"
 #include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/linear_factor.hpp"
 #include "gelight/mesh/operators.hpp"
 #include "gelight/mesh/surface.hpp"
 
@@ -46,6 +47,9 @@ struct HeatOptions {
   /// Works on the intrinsic Delaunay triangulation: for meshes of needles. On a disc stretched ten
   /// times it takes the mean error from 56 % to 3 %.
   bool intrinsic_delaunay = false;
+  /// What factors the matrices: gelight's own, or another library (`cholmod_backend` of
+  /// mesh/cholmod.hpp).
+  LinearBackend<double> backend = nullptr;
 };
 
 namespace detail {
@@ -65,10 +69,10 @@ struct HeatSystemOf {
   Array<Real> mass;
   SymmetricMatrix<Real> laplacian;
   SymmetricMatrix<Real> heat;
-  std::shared_ptr<const Dissection> dissection;
 
-  HeatSystemOf(const Surface<double>& surface, Real time, bool intrinsic)
-      : time_factor(time), is_delaunay(intrinsic) {
+  HeatSystemOf(const Surface<double>& surface, Real time, bool intrinsic,
+               LinearBackend<Real> backend = nullptr)
+      : time_factor(time), is_delaunay(intrinsic), surface_(surface) {
     require(time_factor > 0 && std::isfinite(time_factor), "the heat's time factor is ",
             time_factor, ", not a positive number");
     mean_edge = mean_edge_length(surface);
@@ -86,20 +90,35 @@ struct HeatSystemOf {
       // A vertex without faces has no area; it is its own component and never heated.
       heat.values[pattern->diagonal(v)] += mass[v] > 0 ? mass[v] : 1;
     }
-    dissection = dissected(surface, *pattern);
+    if (backend != nullptr) analysis_ = backend(*pattern, dissection()->order());
   }
 
-  [[nodiscard]] const SparseFactor<Real>& heat_factor() const {
-    return late_heat_.get([&] { return factored(dissection, heat); });
+  using Factor = std::shared_ptr<const LinearFactor<Real>>;
+
+  /// Of a matrix of the pattern.
+  [[nodiscard]] Factor factor(const SymmetricMatrix<Real>& matrix) const {
+    if (analysis_ == nullptr) {
+      return std::make_shared<SparseFactor<Real>>(factored(dissection(), matrix));
+    }
+    return factored(matrix, [&](const auto& positive) { return analysis_->factor(positive); });
+  }
+
+  /// The order in which our own factors eliminate.
+  [[nodiscard]] const std::shared_ptr<const Dissection>& dissection() const {
+    return late_dissection_.get([&] { return dissected(surface_, *pattern); });
+  }
+
+  [[nodiscard]] const LinearFactor<Real>& heat_factor() const {
+    return *late_heat_.get([&] { return factor(heat); });
   }
 
   /// Of the Laplacian. A constant per component is free: it is taken out by holding one vertex at
   /// zero.
-  [[nodiscard]] const SparseFactor<Real>& poisson_factor() const {
-    return late_poisson_.get([&] {
+  [[nodiscard]] const LinearFactor<Real>& poisson_factor() const {
+    return *late_poisson_.get([&] {
       Array<char> held(component.size(), 0);
       for (Index v = 0; v < pattern->size(); ++v) held[v] = component[v] == v;
-      return factored(dissection, with_held(laplacian, held));
+      return factor(with_held(laplacian, held));
     });
   }
 
@@ -143,7 +162,10 @@ struct HeatSystemOf {
   }
 
  private:
-  Late<SparseFactor<Real>> late_heat_, late_poisson_;
+  Surface<double> surface_;
+  std::shared_ptr<const LinearAnalysis<Real>> analysis_;  // by a backend, where there is one
+  Late<std::shared_ptr<const Dissection>> late_dissection_;
+  Late<Factor> late_heat_, late_poisson_;
 };
 
 using HeatSystem = HeatSystemOf<double>;
@@ -186,14 +208,15 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
       : HeatSolver(Surface<double>(mesh), options, nullptr) {}
 
   /// Shares the factored systems of another solver of the same surface, where there is one; their
-  /// time factor and triangulation then hold instead of the options'.
+  /// time factor, triangulation and backend then hold instead of the options'.
   HeatSolver(Surface<double> surface, const HeatOptions& options,
              std::shared_ptr<const detail::HeatSystem> system)
       : surface_(std::move(surface)),
         options_(options),
         system_(system ? std::move(system)
                        : std::make_shared<detail::HeatSystem>(surface_, options.time_factor,
-                                                              options.intrinsic_delaunay)) {
+                                                              options.intrinsic_delaunay,
+                                                              options.backend)) {
     detail::require(options.exact_radius >= 0, "the exact radius is ", options.exact_radius,
                     ", less than 0");
     detail::require(options.refinements >= 0, "the number of refinements is ", options.refinements,
@@ -466,8 +489,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     }
     if (!any) return;
     border_heat_ = detail::HeatSystem::with_held(system_->heat, is_border_);
-    border_factor_ = std::make_shared<detail::SparseFactor<double>>(
-        detail::factored(system_->dissection, border_heat_));
+    border_factor_ = system_->factor(border_heat_);
   }
 
   Surface<double> surface_;
@@ -476,7 +498,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   std::optional<ExactSolver<double>> exact_;
   detail::Array<char> is_border_;  // of each vertex, where heat is held at zero there
   detail::SymmetricMatrix<double> border_heat_;
-  std::shared_ptr<const detail::SparseFactor<double>> border_factor_;
+  detail::HeatSystem::Factor border_factor_;
 };
 
 template <TriangleMesh M>

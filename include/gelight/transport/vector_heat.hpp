@@ -238,7 +238,7 @@ class VectorHeatSolver {
   }
 
   [[nodiscard]] const detail::SparseFactor<std::complex<double>>& factor() const {
-    return late_->factor.get([&] { return detail::factored(system_->dissection, connection_); });
+    return late_->factor.get([&] { return detail::factored(system_->dissection(), connection_); });
   }
 
   [[nodiscard]] HeatSolver<double> shared_heat() const {

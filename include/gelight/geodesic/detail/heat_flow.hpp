@@ -6,7 +6,8 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/mesh/detail/cholesky.hpp"
+#include "gelight/mesh/detail/sparse.hpp"
+#include "gelight/mesh/linear_factor.hpp"
 
 namespace gelight::detail {
 
@@ -33,7 +34,7 @@ inline std::complex<double> scaled(std::complex<double> x, Index exponent) {
 /// differs from 0 at the isoline only and can be scaled up before w is solved for.
 template <class Scalar>
 ScaledField<Scalar> heat_flow(const SymmetricMatrix<Scalar>& matrix,
-                              const SparseFactor<Scalar>& factor, Array<Scalar> load,
+                              const LinearFactor<Scalar>& factor, Array<Scalar> load,
                               const Array<char>& reached) {
   constexpr Index top = 900;                          // start from 2^top, to decay the further
   const double least = std::ldexp(1.0, -900);         // below, accuracy fades into underflow

@@ -15,6 +15,7 @@
 #include "gelight/mesh/detail/front.hpp"
 #include "gelight/mesh/detail/large_array.hpp"
 #include "gelight/mesh/detail/sparse.hpp"
+#include "gelight/mesh/linear_factor.hpp"
 
 namespace gelight::detail {
 
@@ -24,7 +25,7 @@ namespace gelight::detail {
 ///
 /// Throws std::runtime_error where a pivot is not positive. May be read by several threads.
 template <class Scalar>
-class SparseFactor {
+class SparseFactor : public LinearFactor<Scalar> {
  public:
   SparseFactor(std::shared_ptr<const Dissection> dissection, const SymmetricMatrix<Scalar>& matrix)
       : dissection_(std::move(dissection)) {
@@ -49,7 +50,7 @@ class SparseFactor {
     }
   }
 
-  [[nodiscard]] Array<Scalar> solve(const Array<Scalar>& b) const {
+  [[nodiscard]] Array<Scalar> solve(const Array<Scalar>& b) const override {
     const auto& order = dissection_->order();
     Array<Scalar> x(b.size());
     for (Index p = 0; p < dissection_->size(); ++p) x[p] = b[order[p]];
@@ -149,17 +150,16 @@ void dominate(SymmetricMatrix<Scalar>& matrix) {
   }
 }
 
-/// The factor of a matrix that is positive definite but for rounding, as those of needles and of
-/// edges without length are not: where a pivot fails, the diagonal is first enlarged by the least
-/// of 1e-14, 1e-12, ... of itself that helps. Where 1e-4 does not, as in a connection Laplacian of
-/// obtuse faces round a sharp cone, it is made diagonally dominant. Throws std::runtime_error where
-/// the matrix is not finite.
+/// `factor(matrix)` of a matrix that is positive definite but for rounding, as those of needles and
+/// of edges without length are not: where a pivot fails, the diagonal is first enlarged by the
+/// least of 1e-14, 1e-12, ... of itself that helps. Where 1e-4 does not, as in a connection
+/// Laplacian of obtuse faces round a sharp cone, it is made diagonally dominant. Throws
+/// std::runtime_error where the matrix is not finite.
 template <class Scalar>
-[[nodiscard]] SparseFactor<Scalar> factored(const std::shared_ptr<const Dissection>& dissection,
-                                            SymmetricMatrix<Scalar> matrix) {
+[[nodiscard]] auto factored(SymmetricMatrix<Scalar> matrix, const auto& factor) {
   for (double share = 1e-14; share < 1e-3; share *= 100) {
     try {
-      return SparseFactor<Scalar>(dissection, matrix);
+      return factor(matrix);
     } catch (const std::runtime_error&) {
       // Once more, with a larger diagonal.
     }
@@ -167,7 +167,16 @@ template <class Scalar>
     for (Index v = 0; v < pattern.size(); ++v) matrix.values[pattern.diagonal(v)] *= 1 + share;
   }
   dominate(matrix);
-  return SparseFactor<Scalar>(dissection, matrix);
+  return factor(matrix);
+}
+
+/// The same with our own factor.
+template <class Scalar>
+[[nodiscard]] SparseFactor<Scalar> factored(const std::shared_ptr<const Dissection>& dissection,
+                                            SymmetricMatrix<Scalar> matrix) {
+  return factored(std::move(matrix), [&](const SymmetricMatrix<Scalar>& positive) {
+    return SparseFactor<Scalar>(dissection, positive);
+  });
 }
 
 }  // namespace gelight::detail

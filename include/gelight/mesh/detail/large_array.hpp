@@ -4,9 +4,11 @@
 #include <cstdlib>
 #include <memory>
 #include <new>
+// clang-format off
 #if defined(__linux__)
-#include <sys/mman.h>
+# include <sys/mman.h>  // the blank keeps it here when the headers are joined into one
 #endif
+// clang-format on
 
 namespace gelight::detail {
 
