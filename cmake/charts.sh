@@ -16,9 +16,10 @@ while [ $# -gt 0 ]; do
 done
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libbenchmark-dev libcgal-dev \
   python3-matplotlib
-programs="pareto_benchmark pareto_image_benchmark scene_benchmark stability_benchmark pareto_cgal_benchmark"
+programs="pareto_benchmark pareto_image_benchmark scene_benchmark stability_benchmark
+  pareto_cgal_benchmark stability_cgal_benchmark"
 cmake --preset benchmark >/dev/null
-# CGAL's program is left out where CGAL is absent.
+# CGAL's programs are left out where CGAL is absent.
 known=$(cmake --build --preset benchmark --target help)
 for program in $programs; do
   echo "$known" | grep -qw "$program" || programs=$(echo "$programs" | sed "s/$program//")

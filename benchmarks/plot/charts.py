@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene.
+"""Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene, stability*.
 
 charts.py RESULTS: reads RESULTS/*.json, writes SVG and PNG beside them. Needs matplotlib.
 """
@@ -25,6 +25,7 @@ STYLE = {
     "exact with resets": ("#0072B2", "P"),
     "CGAL exact": ("#000000", "o"),
     "CGAL heat": ("#CC79A7", "^"),
+    "heat, intrinsic Delaunay": ("#D55E00", "X"),
 }
 MESHES = {
     "sphere": "sphere",
@@ -34,13 +35,14 @@ MESHES = {
     "needles": "sphere of needles",
     "graded": "edges 1 : 1000",
 }
+UNSEEN = ["hourglass", "helicoid", "bumpy", "terrain"]  # no figure of the planner is from these
 EXACT = 1e-8  # where an error of rounding alone is drawn
 
 
 def load(folder):
     """All benchmarks of a folder's JSON files that succeeded, one context, and what failed."""
     rows, context, failed, commits = [], {}, [], {}
-    paths = [p for name in ("pareto*", "scene") for p in glob.glob(
+    paths = [p for name in ("pareto*", "scene", "stability*") for p in glob.glob(
         os.path.join(folder, name + ".json"))]
     for path in sorted(paths):
         with open(path) as file:
@@ -71,7 +73,7 @@ def plain_ticks(axis, steps=(1,), percent=False):
     """A logarithmic axis' numbers written out."""
     axis.set_major_locator(LogLocator(subs=steps))
     axis.set_major_formatter(FuncFormatter(
-        lambda x, _: f"{100 * x:g} %" if percent and x > 5e-6 else f"{x:g}".replace("e-0", "e-")))
+        lambda x, _: f"{100 * x:g} %" if percent and x > 5e-6 else f"{x:g}".replace("e-0", "e-").replace("e+0", "e")))
     axis.set_minor_formatter(NullFormatter())
 
 
@@ -230,15 +232,18 @@ def chart_certificate(rows, folder, context):
         axes.plot([share, share], [row["mean"], row["p99"]], color="0.6", linewidth=2, zorder=1)
         axes.plot(share, row["mean"], "o", color="#0072B2", markersize=9, zorder=2)
         axes.annotate(MESHES.get(mesh, mesh), (share, row["mean"]), textcoords="offset points",
-                      xytext=(9, -4), fontsize=9)
+                      xytext=(0, -16), fontsize=9, ha="center")
     axes.set_yscale("log")
     axes.axvline(1, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
     axes.text(1, 0.98, " an exact solve", transform=axes.get_xaxis_transform(), va="top",
               fontsize=8, color="0.25")
     axes.set_xlim(0, 1.45)
+    axes.set_ylim(bottom=min(r["mean"] for r in certified) / 3)
     plain_ticks(axes.yaxis, percent=True)
     axes.set_xlabel("time of the certificate, as a share of an exact solve")
-    axes.set_ylabel("gap between the bounds (dot: mean; line: to the 99th percentile)")
+    axes.set_ylabel("gap between the bounds, as a share of the distance")
+    axes.text(0.985, 0.03, "dot: mean over the vertices\nline: up to the 99th percentile", fontsize=8,
+              ha="right", transform=axes.transAxes, color="0.25")
     axes.grid(True, color="0.88", linewidth=0.6)
     axes.set_title("What a proof of the error costs, and how tight it is", fontsize=12,
                    fontweight="bold")
@@ -250,36 +255,51 @@ def chart_planner(rows, folder, context):
     rows = [r for r in rows if r["path"][0] == "plan"]
     if not rows:
         return
-    figure, panels = plt.subplots(1, 2, figsize=(11, 4.6), sharey=True)
-    shapes = dict(zip(MESHES, "osD^vP"))
-    shades = dict(zip(MESHES, ["#000000", "#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"]))
-    for axes, kind in zip(panels, ("expected", "certified")):
-        axes.axhspan(0.5, 1.5, color="0.93", zorder=0)
+    kinds = {"expected": "error expected", "sampled": "checked at 4 targets",
+             "certified": "proved everywhere, or exact\nand checked at 4 targets"}
+    figure, panels = plt.subplots(1, 3, figsize=(12, 4.9), sharey=True)
+    meshes = list(MESHES) + UNSEEN
+    shapes = dict(zip(meshes, "osD^vPosD^"))
+    shades = dict(zip(meshes, ["#000000", "#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9",
+                               "#D55E00", "#8C564B", "#555555", "#7A5195"]))
+    for axes, kind in zip(panels, kinds):
+        axes.axhspan(0.4, 1.5, color="0.93", zorder=0)
         axes.axhline(1, color="0.35", linewidth=1)
-        for mesh in shapes:
-            here = sorted((r["tolerance"], r["ratio"]) for r in rows
-                          if r["path"][1] == mesh and r["path"][2] == kind)
-            if here:
-                axes.plot(*zip(*here), marker=shapes[mesh], color=shades[mesh], linewidth=1,
-                          markersize=7, markeredgecolor="white", label=MESHES[mesh])
+        here = [r for r in rows if r["path"][2] == kind]
+        for mesh in meshes:
+            points = sorted((r["tolerance"], r["ratio"]) for r in here if r["path"][1] == mesh)
+            if not points:
+                continue
+            is_new = mesh in UNSEEN
+            axes.plot(*zip(*points), marker=shapes[mesh], color=shades[mesh], markersize=6,
+                      linewidth=1, linestyle="--" if is_new else "-",
+                      markerfacecolor="white" if is_new else shades[mesh],
+                      markeredgecolor=shades[mesh] if is_new else "white",
+                      label=MESHES.get(mesh, mesh + " (new)"))
+        within = sum(r["ratio"] <= 1.5 for r in here)
+        axes.text(0.97, 0.97, f"{within} of {len(here)} within 1.5 times", fontsize=9, va="top",
+                  ha="right", transform=axes.transAxes, fontweight="bold")
         axes.set_xscale("log")
+        axes.set_yscale("log")
         plain_ticks(axes.xaxis, percent=True)
+        axes.set_xticks([0.1, 0.01, 1e-3, 1e-4, 1e-6])
         axes.invert_xaxis()
         axes.set_xlabel("tolerance asked for (mean error)")
         axes.grid(True, color="0.88", linewidth=0.6)
-        axes.set_title("error expected" if kind == "expected" else "error proved or checked")
+        axes.set_title(kinds[kind], fontsize=10)
     panels[0].set_ylabel("planner's time / best single method's")
-    panels[0].set_ylim(0.5, max(3, max(r["ratio"] for r in rows) * 1.05))
-    panels[0].text(0.02, 0.55, "grey: within 1.5 times", transform=panels[0].get_yaxis_transform(),
-                   fontsize=8, va="bottom", color="0.3")
-    within = sum(r["ratio"] <= 1.5 for r in rows)
-    panels[0].text(0.02, 0.97, f"{within} of {len(rows)} within 1.5 times. Above: methods that\n"
-                   "kept the tolerance there, but only just, or by luck", fontsize=8, va="top",
-                   transform=panels[0].transAxes, color="0.3")
-    panels[1].legend(frameon=False, fontsize=8, ncol=2)
+    panels[0].set_ylim(0.4, max(8, max(r["ratio"] for r in rows) * 1.2))
+    panels[0].set_yticks([0.5, 1, 1.5, 2, 5])
+    panels[0].set_yticklabels(["0.5", "1", "1.5", "2", "5"])
+    panels[0].text(0.03, 0.43, "grey: up to 1.5 times the time of the best method\nchosen in "
+                   "hindsight for the same promise", fontsize=7.5, va="bottom", color="0.3",
+                   transform=panels[0].get_yaxis_transform())
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, frameon=False, fontsize=8, ncol=5, loc="lower center",
+                  bbox_to_anchor=(0.5, 0.015))
     figure.suptitle("Tolerance in, method out: what not knowing the best method costs",
                     fontsize=12, fontweight="bold")
-    figure.tight_layout(rect=(0, 0.015, 1, 1))
+    figure.tight_layout(rect=(0, 0.1, 1, 1))
     save(figure, folder, "planner", context)
 
 
@@ -291,9 +311,9 @@ def chart_images(rows, folder, context):
                "mean angle off, degrees"),
               ("frame", "", "levels_mean", "Whole tactile frame, 640 x 480:\n"
                "Gaussian cut off at 1, 2, 3, 4 sigma", "mean grey levels off"),
-              ("smoothing", "sigma 5", "depth_error", "Depth smoothing, sigma 5",
+              ("smoothing", "sigma 5", "depth_max", "Depth smoothing, sigma 5",
                "largest error / depth range"),
-              ("smoothing", "sigma 20", "depth_error", "Depth smoothing, sigma 20",
+              ("smoothing", "sigma 20", "depth_max", "Depth smoothing, sigma 20",
                "largest error / depth range"),
               ("normals", "", "angle_mean", "Normals of a noisy depth map\n"
                "(plane fit: 3, 5, 9, 17 pixels wide)", "mean angle off, degrees")]
@@ -309,8 +329,8 @@ def chart_images(rows, folder, context):
         values = [r[error] for r in here if r[error] > 0]
         least = min(values) / 5 if values else 1e-3
         for i, method in enumerate(methods):
-            points = sorted((1e3 * r["median_s"], max(r[error], least)) for r in here
-                            if r["path"][1] == method)
+            points = [(1e3 * r["median_s"], max(r[error], least)) for r in here
+                      if r["path"][1] == method]  # in the order of the dial
             place.plot(*zip(*points), marker=shapes[i % len(shapes)], linewidth=0.8,
                        color=colours[i % len(colours)], markersize=8, markeredgecolor="white",
                        label=method)
@@ -344,10 +364,16 @@ def chart_scene(rows, folder, context):
     topics = list(dict.fromkeys(r["path"][1] for r in rows))
     figure, axes = plt.subplots(figsize=(8.6, 0.27 * (len(rows) + 2 * len(topics)) + 1.7))
     least, seen = 0.005, 0.5
+    against = {"mesh edges": "against edges of 0.4 mm",
+               "light field's grid": "against light at every pixel",
+               "smoothing": "against a Gaussian cut off at 8 sigma",
+               "light model": "instead of geodesic light"}
     colours = dict(zip(topics, ["#0072B2", "#B07800", "#009E73", "#A0527F"]))
     y, ticks, names = 0, [], []
     for topic in topics:
         axes.text(least * 1.1, y, topic, va="center", fontsize=10, fontweight="bold",
+                  color=colours[topic])
+        axes.text(seen * 1.2, y, against.get(topic, ""), va="center", fontsize=8,
                   color=colours[topic])
         y += 1
         for row in [r for r in rows if r["path"][1] == topic]:
@@ -395,18 +421,23 @@ def chart_stability(rows, folder, context):
               ("graded", "Graded: small cells beside large", "largest width / smallest"),
               ("rough", "Rough: random heights (against exact)", "height, in cells")]
     figure, axes = plt.subplots(2, 2, figsize=(11, 8), sharey=True)
-    colours = dict(STYLE, **{"heat, intrinsic Delaunay": ("#D55E00", "P")})
+    hide_much = ("fast marching", "virtual source", "exact", "CGAL exact")
     for place, (kind, title, label) in zip(axes.flat, panels):
         here = [r for r in rows if r["path"][1] == kind]
         for method in dict.fromkeys(r["path"][2] for r in here):
-            colour, shape = colours[method]
+            colour, shape = STYLE[method]
+            hollow = method.startswith("CGAL")
             points = sorted((r["degree"], r["mean"], r["most"]) for r in here
-                            if r["path"][2] == method)
+                            if r["path"][2] == method and "mean" in r)
             x, mean, most = ([max(v, 1e-16) for v in column] for column in zip(*points))
             x = [v if v > 1e-16 else 0.3 for v in x]  # no shear, on a logarithmic axis
-            place.plot(x, mean, marker=shape, color=colour, markersize=7, linewidth=1.2,
-                       markeredgecolor="white", label=method, zorder=3)
-            place.plot(x, most, color=colour, linewidth=0.8, linestyle=(0, (2, 2)), zorder=2)
+            place.plot(x, mean, marker=shape, color=colour, markersize=8 if hollow else 7,
+                       linewidth=0.7 if hollow else 1.3, label=method, zorder=4 if hollow else 3,
+                       markerfacecolor="none" if hollow else colour,
+                       markeredgecolor=colour if hollow else "white")
+            if method in hide_much:
+                place.plot(x, most, color=colour, linewidth=0.8, zorder=2,
+                           linestyle=(0, (1, 3)) if hollow else (0, (3, 2)))
         place.set_xscale("log")
         place.set_yscale("log")
         plain_ticks(place.xaxis)
@@ -417,12 +448,12 @@ def chart_stability(rows, folder, context):
         place.set_title(title, fontsize=10)
         place.set_xlabel(label)
     for place in axes[:, 0]:
-        place.set_ylabel("relative error (marks: mean; dotted: largest)")
+        place.set_ylabel("relative error (marks: mean; broken: largest)")
     figure.suptitle("Bad triangles: where each method breaks, on a sheet of 40 x 40 cells",
                     fontsize=13, fontweight="bold")
     figure.tight_layout(rect=(0, 0.05, 1, 0.99))
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncol=6, frameon=False, fontsize=9,
+    figure.legend(handles, labels, loc="lower center", ncol=len(labels), frameon=False, fontsize=8.5,
                   bbox_to_anchor=(0.5, 0.015))
     save(figure, folder, "stability", context)
 
