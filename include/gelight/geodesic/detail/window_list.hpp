@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -18,10 +17,6 @@ namespace gelight::detail {
 /// So many windows are computed at a time. Columns have room for a multiple of it, and what lies
 /// between the last window and that multiple may be read and overwritten, but means nothing.
 inline constexpr std::ptrdiff_t lane_size = 4;
-using Lane = Eigen::Array<double, lane_size, 1>;
-
-[[nodiscard]] inline Lane load(const double* column) { return Eigen::Map<const Lane>(column); }
-inline void store(double* column, const Lane& lane) { Eigen::Map<Lane>(column).operator=(lane); }
 
 /// Windows on one half-edge, structure of arrays; a view of memory elsewhere. A window holds the
 /// points begin <= p <= end of the edge (in its unit, from the half-edge's origin) that straight
@@ -80,12 +75,13 @@ struct WindowList : WindowColumns {
 
   /// Adds windows whose starts are not known; reads and writes whole lanes.
   void append(const WindowColumns& from, std::ptrdiff_t count) {
+    constexpr auto lane_bytes = lane_size * sizeof(double);
     for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
       const std::ptrdiff_t to = size + i;
-      store(begin + to, load(from.begin + i));
-      store(end + to, load(from.end + i));
-      store(x + to, load(from.x + i));
-      store(y + to, load(from.y + i));
+      std::memcpy(begin + to, from.begin + i, lane_bytes);
+      std::memcpy(end + to, from.end + i, lane_bytes);
+      std::memcpy(x + to, from.x + i, lane_bytes);
+      std::memcpy(y + to, from.y + i, lane_bytes);
       std::copy_n(from.origin + i, lane_size, origin + to);
     }
     size += count;
