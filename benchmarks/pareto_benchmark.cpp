@@ -83,7 +83,7 @@ Dial heat(const std::string& setting, const HeatOptions& options) {
           [=](benchmark::State& state, const Mesh<double>& mesh) {
             const HeatSolver solver(mesh, options);
             state.counters["fill"] =
-                2.0 * static_cast<double>(solver.system()->dissection->value_count());
+                2.0 * static_cast<double>(solver.system()->dissection()->value_count());
             state.counters["iterations"] = static_cast<double>(options.refinements);
           }};
 }
@@ -241,17 +241,19 @@ std::vector<Single> singles_on(const Case& on, const std::vector<Dial>& all) {
   const auto n = static_cast<Index>(on.mesh.positions.size());
   const ExactSolver<double> exact(on.mesh);
   const Certifier<double> certifier(on.mesh);
+  std::vector<Query> queries;
+  for (const Single& single : singles) queries.push_back(single.dial->make(on.mesh));
   for (Index i = 0; i < count; ++i) {
     const Index source = i * (n - 1) / (count - 1);
     const Distances truth = exact.distance(source);
-    for (Single& single : singles) {
-      if (single.is_exact()) continue;
-      const Distances distances = single.dial->make(on.mesh)(source);
+    for (std::size_t k = 0; k < singles.size(); ++k) {
+      if (singles[k].is_exact()) continue;
+      const Distances distances = queries[k](source);
       Errors errors;
       errors.add(distances, truth);
-      single.error = std::max(single.error, errors.mean());
+      singles[k].error = std::max(singles[k].error, errors.mean());
       const auto bounds = certifier.bounds(source, distances);
-      single.proved = std::max(single.proved, bounds.error_of(distances).mean);
+      singles[k].proved = std::max(singles[k].proved, bounds.error_of(distances).mean);
     }
   }
   return singles;
@@ -274,7 +276,8 @@ void plan(benchmark::State& state, const Case& on, const std::vector<Single>& si
   };
   std::vector<const Single*> choices;
   for (const Single& single : singles) {
-    const bool is_in_race = choices.size() < 2 || single.is_exact();
+    const bool is_in_race =
+        choices.size() < 2 || (single.is_exact() && assurance != Assurance::expected);
     if (is_in_race && single.keeps(tolerance, assurance)) choices.push_back(&single);
   }
   const PlanRequest request{.tolerance = tolerance, .assurance = assurance};
@@ -307,11 +310,13 @@ void plan(benchmark::State& state, const Case& on, const std::vector<Single>& si
   state.SetLabel("chose " + answer.method + ", best " + dial.method +
                  (dial.setting == "default" ? "" : ", " + dial.setting));
   const DistancePlanner<double> planner(on.mesh, request);
-  for (std::size_t i = 0; i < sources.size(); ++i) {
+  bool is_kept = errors.mean() <= tolerance;
+  for (std::size_t i = 1; i < sources.size(); ++i) {
     Errors of_source;
     of_source.add(planner.distance(sources[i]).distances, on.exact[i]);
-    if (!(of_source.mean() <= tolerance)) state.SkipWithError("the tolerance was not kept");
+    is_kept &= of_source.mean() <= tolerance;
   }
+  if (!is_kept) state.SkipWithError("the tolerance was not kept");
 }
 
 #ifdef GELIGHT_READS_MESHES
@@ -344,7 +349,7 @@ int main(int argc, char** argv) {
   static const std::vector<Case> unseen = unseen_cases();
   static std::map<std::string, std::vector<Single>> singles;
   const auto register_plans = [](const Case& on, std::vector<Single>& known) {
-    for (const double tolerance : {0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-6}) {
+    for (const double tolerance : {0.1, 0.01, 1e-3, 1e-4, 1e-6}) {
       for (const Promise& promise : promises) {
         const std::string name =
             "plan/" + on.name + "/" + promise.name + "/" + std::to_string(tolerance);
