@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <numeric>
@@ -17,6 +18,7 @@
 
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/mesh/check.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/unfolding_oracle.hpp"
@@ -129,6 +131,78 @@ double oracle_error(int seed) {
     worst = std::max(worst, path_error(surface, field, c.sources, vertex_point<double>(v)));
   }
   return worst;
+}
+
+// A small mesh on a lattice, so that vertices coincide, edges lie on one line and faces have no
+// area; with caps on edges, and often stretched to needles.
+Mesh<double> lattice_mesh(Random& random) {
+  Mesh<double> mesh = gelight::test::small_random_mesh(uniform_index(random, 10), random);
+  const double step = std::array{0.25, 0.5, 1.0}[at(uniform_index(random, 3))];
+  for (auto& p : mesh.positions) {
+    for (double& x : p) x = std::round(x / step) * step;
+  }
+  for (Index caps = uniform_index(random, 4); caps > 0; --caps) {
+    const auto face = mesh.faces[at(uniform_index(random, static_cast<Index>(mesh.faces.size())))];
+    const Vec3<double> a = position(mesh, face[0]), b = position(mesh, face[1]);
+    const Vec3<double> cap = a + (uniform(random, 0, 1) < 0.2 ? 0 : 0.5) * (b - a);
+    mesh.faces.push_back({face[0], face[1], count(mesh)});
+    mesh.positions.push_back({cap[0], cap[1], cap[2]});
+  }
+  if (uniform(random, 0, 1) < 0.3) {
+    for (auto& p : mesh.positions) p[2] *= 300;
+  }
+  return mesh;
+}
+
+double longest_edge(const Surface<double>& surface) {
+  double longest = 0;
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    longest = std::max(longest, surface.length(h));
+  }
+  return longest;
+}
+
+struct Mismatch {
+  double both_ways = 0, path = 0;
+};
+
+// From a vertex to all others: how far the distances there and back differ, and the lengths of the
+// paths from the distances, relative to the distances; but for the rounding of coordinates.
+Mismatch mismatch(const Mesh<double>& mesh, Index source) {
+  const ExactSolver solver(mesh);
+  const Surface<double>& surface = solver.surface();
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() * longest_edge(surface);
+  Mismatch worst;
+  for (const bool keep : {true, false}) {
+    const auto field = solver.solve(source, {.keep_windows = keep});
+    for (Index v = 0; v < count(mesh); ++v) {
+      const double d = field.distance(v), back = solver.distance(v)[at(source)];
+      if (d == back && !(d < infinity)) continue;
+      const auto path = field.path(v);
+      REQUIRE(!path.empty());
+      REQUIRE(path.front() == vertex_point<double>(source));
+      REQUIRE(path.back() == vertex_point<double>(v));
+      const double scale = std::max(d, 1e3 * rounding);
+      const double off = std::fabs(gelight::length(surface, path) - d);
+      worst.both_ways = std::max(worst.both_ways, std::fabs(d - back) / scale);
+      worst.path = std::max(worst.path, (off - rounding) / scale);
+    }
+  }
+  return worst;
+}
+
+// Needles of the meshes on lattices are up to 1e5 times as long as wide, and rounding grows so.
+constexpr double lattice_rounding = 1e-10;
+
+void check_lattice_mesh(std::uint64_t seed) {
+  Random random(seed);
+  const Mesh<double> mesh = lattice_mesh(random);
+  const Index source = uniform_index(random, count(mesh));
+  if (!gelight::check(mesh).is_accepted()) return;
+  CAPTURE(seed);
+  const Mismatch worst = mismatch(mesh, source);
+  CHECK(worst.both_ways < lattice_rounding);
+  CHECK(worst.path < lattice_rounding);
 }
 
 }  // namespace
@@ -307,6 +381,166 @@ TEST_CASE("zero-area faces and zero-length edges") {
     const auto d = ExactSolver(folded).distance(source);
     for (Index row = 0; row < 8; ++row) CHECK(d[at(8 * row + 3)] == d[at(8 * row + 4)]);
   }
+}
+
+TEST_CASE("found meshes with coincident vertices and faces without area: alike both ways") {
+  const std::vector<Mesh<double>> found{
+      // A saddle between two faces without area, both of whose angles are pi.
+      {{{1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {.5, .5, 0}, {1, 0, 0}},
+       {{0, 1, 2}, {2, 0, 3}, {3, 2, 4}}},
+      // A saddle reached over no length, from no direction.
+      {{{-1, 0, 0}, {-1, 0, -1}, {-1, 0, 1}, {-1, 0, 0}, {1, -1, 0}, {1, 0, 0}, {0, -1, 1}},
+       {{0, 1, 2}, {2, 1, 3}, {4, 5, 6}, {4, 6, 3}, {3, 6, 2}}},
+      {{{1.5, 1, 0}, {3.5, 1, .5}, {2, 2, 0}, {2.5, 2.5, 0}, {4.5, 2, 0}, {3, 3, 0}, {2.5, 2.5, 0}},
+       {{0, 1, 2}, {1, 3, 2}, {1, 4, 3}, {2, 3, 5}, {3, 4, 5}, {2, 5, 6}}},
+      // Seen through a vertex in the middle of an edge of three faces.
+      {{{0, 0, 0},
+        {1, -.5, 0},
+        {1, 1.5, 0},
+        {0, .5, 0},
+        {2, .5, -.5},
+        {2, .5, 0},
+        {1.5, 2, 0},
+        {0, 1.5, -.5},
+        {2, 2, 0},
+        {0, 3, 0},
+        {.75, 1.25, 0}},
+       {{0, 1, 2},
+        {0, 2, 3},
+        {1, 4, 2},
+        {4, 5, 2},
+        {3, 2, 6},
+        {3, 6, 7},
+        {2, 5, 8},
+        {2, 8, 6},
+        {7, 6, 9},
+        {3, 6, 10}}},
+      // A saddle behind the tip of needles, round which windows go.
+      {{{1, 2, -42600},
+        {2, 2, 18450},
+        {2, 3, -47250},
+        {1, 3, -21000},
+        {3, 2, -42150},
+        {3.5, 3, 47100},
+        {1, 4, 33150},
+        {1.5, 4.5, -40050},
+        {3, 4, 7650}},
+       {{0, 1, 2}, {0, 2, 3}, {1, 4, 2}, {4, 5, 2}, {3, 2, 6}, {2, 7, 6}, {2, 5, 8}, {2, 8, 7}}},
+      // Seen through a point of an edge behind two faces without area.
+      {{{1.5, 0, -.5},
+        {1.5, 1, 0},
+        {1.5, .5, 0},
+        {3, .5, -.5},
+        {3.5, 1, .5},
+        {-.5, 1, 0},
+        {0, 2, .5},
+        {1.5, 2, 0},
+        {1.5, 2, 0},
+        {3, 1.5, .5}},
+       {{0, 1, 2},
+        {0, 3, 1},
+        {3, 4, 1},
+        {5, 2, 6},
+        {2, 7, 6},
+        {2, 1, 8},
+        {2, 8, 7},
+        {1, 4, 9},
+        {1, 9, 8}}},
+      // An image that rounding puts beside its window on the same edge; a line that ends at the
+      // place of a saddle.
+      {{{0, 0, .5},
+        {1.5, .5, 0},
+        {0, 1, 0},
+        {1, 1, 0},
+        {2, 0, 0},
+        {1.5, .5, 0},
+        {3, 0, 0},
+        {3, 1, 0}},
+       {{0, 1, 2}, {1, 3, 2}, {1, 4, 3}, {4, 5, 3}, {4, 6, 7}, {4, 7, 5}}},
+      {{{0, 0, .5},
+        {1.5, .5, 0},
+        {0, 1, 0},
+        {1, 1, 0},
+        {2, 0, 0},
+        {1.5, .5, 0},
+        {3, 0, 0},
+        {3, 1, 0},
+        {2, 2.5, 0},
+        {2.5, 2, 0}},
+       {{0, 1, 2},
+        {1, 3, 2},
+        {1, 4, 3},
+        {4, 5, 3},
+        {4, 6, 7},
+        {4, 7, 5},
+        {3, 5, 8},
+        {5, 7, 9},
+        {5, 9, 8}}},
+      // Traces that went round the tips of needles, or left them on the wrong side.
+      {{{2, 1.5, 45150},
+        {3, 2, 82050},
+        {3, 3, -98250},
+        {2, 3.5, 55350},
+        {4, 2, 60900},
+        {4, 3, 11550},
+        {2, 4.5, -4950},
+        {3, 4.5, 37650},
+        {3, 3, -98250},
+        {1, 2.5, -17400},
+        {1.5, 2, 13875}},
+       {{0, 1, 2},
+        {0, 2, 3},
+        {1, 4, 2},
+        {4, 5, 2},
+        {3, 2, 6},
+        {2, 7, 6},
+        {2, 5, 7},
+        {2, 7, 8},
+        {9, 0, 10}}},
+      {{{0, 1, 27900},
+        {1, 1, 3000},
+        {1, 2, 55500},
+        {0, 2, -4800},
+        {2, 2, -111000},
+        {1, 3, 26400},
+        {2, 3, 39600},
+        {1, 2, 55500}},
+       {{0, 1, 2}, {0, 2, 3}, {1, 4, 2}, {3, 2, 5}, {2, 4, 6}, {2, 6, 5}, {2, 4, 7}}},
+      {{{-1, 1, 0},
+        {0, 1, 0},
+        {0, 0, -300},
+        {0, 0, 0},
+        {0, 0, -300},
+        {1, 0, 0},
+        {0, -1, 0},
+        {-1, -1, 0},
+        {-.5, -1, 0}},
+       {{0, 1, 2},
+        {0, 2, 3},
+        {3, 2, 4},
+        {2, 1, 5},
+        {6, 7, 4},
+        {6, 4, 5},
+        {4, 7, 3},
+        {5, 4, 2},
+        {6, 7, 8}}}};
+  for (const auto& mesh : found) {
+    CAPTURE(&mesh - found.data());
+    for (Index source = 0; source < count(mesh); ++source) {
+      const Mismatch worst = mismatch(mesh, source);
+      CHECK(worst.both_ways < 1e-11);
+      CHECK(worst.path < 1e-11);
+    }
+  }
+}
+
+TEST_CASE("random meshes on lattices: distances alike both ways, paths as long") {
+  for (std::uint64_t seed = 0; seed < 400; ++seed) check_lattice_mesh(seed);
+}
+
+// Run it with --no-skip; it takes about a minute.
+TEST_CASE("random meshes on lattices, the long run" * doctest::skip()) {
+  for (std::uint64_t seed = 1000; seed < 21000; ++seed) check_lattice_mesh(seed);
 }
 
 TEST_CASE("unused vertices and other components are not reached") {

@@ -16,6 +16,7 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/detail/descent.hpp"
 #include "gelight/geodesic/detail/directions.hpp"
 #include "gelight/geodesic/detail/planar_faces.hpp"
 #include "gelight/geodesic/detail/pool.hpp"
@@ -179,6 +180,10 @@ class ExactField {
   // Rounding of the unfolded images, with room: paths that differ by less are equally short.
   static constexpr T default_tolerance = std::max(T(1e-12), 16 * std::numeric_limits<T>::epsilon());
   static constexpr double same_direction = 1e-6;
+  // Paths of plain meshes and needles are as long as their distances to 1e-14, relative.
+  static constexpr double most_path_error = 1e-13;
+  // By how much distances of the two ways along one path may differ where they are not.
+  static constexpr double needle_rounding = 1e-9;
 
   // The end of a path at a point: its last straight piece, or all of it where a search found it.
   struct End {
@@ -471,11 +476,76 @@ class ExactField {
     return sources_[static_cast<std::size_t>(source)].point;
   }
 
+  // The way back to the source. Where faces are so thin that the straight line of a vertex's last
+  // piece loses its way to rounding, the path is not as long as the distance, and found again.
   [[nodiscard]] std::vector<Point> trace(const End& end) const {
     if (!end.back.empty()) return end.back;
     if (!(end.distance < unreachable<double>)) return {};
     const detail::Trace tracer(surface_, *faces_, sources_, distances_, arrivals_, origins_);
-    return tracer.back(end.point, end.at, end.last);
+    std::vector<Point> path = tracer.back(end.point, end.at, end.last);
+    const double error = path_error(path, end.distance);
+    if (error <= most_path_error * end.distance) return path;
+    std::vector<Point> again = descend(end);
+    return path_error(again, end.distance) < error ? again : path;
+  }
+
+  // By how much a path to a source is longer or shorter than a distance.
+  [[nodiscard]] double path_error(const std::vector<Point>& path, double distance) const {
+    if (path.empty()) return unreachable<double>;
+    double sum = start_at(path.back());
+    Vec3<double> before = place(path[0]);
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      const Vec3<double> here = place(path[i]);
+      sum += detail::straight(before, here);
+      before = here;
+    }
+    return std::fabs(sum - distance);
+  }
+
+  // Where a point is that is known to be of the surface.
+  [[nodiscard]] Vec3<double> place(const Point& p) const {
+    if (p.kind == Point::Kind::vertex) return surface_.position(p.element[0]);
+    if (p.kind == Point::Kind::face) return surface_.position(p);
+    const Vec3<double>&a = surface_.position(p.element[0]), &b = surface_.position(p.element[1]);
+    return p.weights[0] * a + p.weights[1] * b;
+  }
+
+  // The least start distance of the sources at a point.
+  [[nodiscard]] double start_at(const Point& p) const {
+    double least = unreachable<double>;
+    for (const auto& source : sources_) {
+      if (source.point == p) least = std::min(least, source.distance);
+    }
+    return least;
+  }
+
+  // The way back to the source by windows, which are found anew where they were not kept.
+  [[nodiscard]] std::vector<Point> descend(const End& end) const {
+    if (windows_ && kept_faces_.empty()) return descend(end.point, end.distance);
+    double longest = 0;
+    for_each_face(end.point, [&](Index f, const Weights&) {
+      for (Index h = 3 * f; h < 3 * f + 3; ++h) longest = std::max(longest, surface_.length(h));
+    });
+    const double limit = end.distance * (1 + needle_rounding) + detail::rounding * longest;
+    const ExactField back = search_back(end.point, limit);
+    End nearest;
+    double least = unreachable<double>;
+    for (const auto& source : sources_) {
+      const End from = back.nearest(source.point);
+      if (!(from.distance + source.distance < least)) continue;
+      least = from.distance + source.distance;
+      nearest = from;
+    }
+    if (!(least < unreachable<double>)) return {};
+    std::vector<Point> path = back.descend(nearest.point, nearest.distance);
+    std::reverse(path.begin(), path.end());
+    return path;
+  }
+
+  [[nodiscard]] std::vector<Point> descend(const Point& p, double distance) const {
+    detail::Descent descent(surface_, *faces_, sources_, distances_, arrivals_, origins_,
+                            *windows_);
+    return descent.back(p, distance);
   }
 
   [[nodiscard]] ExactDeparture<T> departure_along(const Point& source, const Point& next) const {

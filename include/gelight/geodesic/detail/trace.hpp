@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <concepts>
-#include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -57,8 +56,6 @@ class TraceOf {
 
  private:
   static constexpr Index arrived = -1;
-  // Round the tip of a needle a window may have gone many times, at no length.
-  static constexpr std::int64_t most_laps = 1000;
   // A vertex beside the path is on it when the way by it is longer by rounding of the whole only.
   static constexpr double rounding = 16 * std::numeric_limits<double>::epsilon();
 
@@ -90,7 +87,8 @@ class TraceOf {
     double bend = last.bend;
     const double start = origins_[last.origin].start;
     const double tie = rounding * (start + (at - image).norm());
-    for (std::int64_t left = most_laps * surface_.face_count(); left > 0; --left) {
+    // A shortest path crosses a face once; by rounding it may go round the tip of a needle.
+    for (Index left = surface_.face_count(); left > 0; --left) {
       const double length = surface_.length(h);
       if (length == 0) return nearer_end(h, 0, distance);
       const double x = bend < 0 ? crossing(at, image, length) : bend;
@@ -123,7 +121,7 @@ class TraceOf {
       }
       h = step(across, at, image);
     }
-    return nearer_end(h, at.x(), distance);
+    return arrived;
   }
 
   static bool is_on(const std::vector<Point>& path, Index vertex) {

@@ -122,11 +122,11 @@ class WindowPropagationOf {
   // Meshes of every kind take one or two lists per half-edge for a whole solve. What goes on after
   // so many in one turn, in which no vertex came nearer, goes round a tube of no girth, at no
   // length, and finds nothing more.
-  static constexpr std::ptrdiff_t most_lists_per_halfedge = 64;
+  static constexpr std::ptrdiff_t most_lists_per_halfedge = 2;
   // What is not clearly shorter is by this share.
   static constexpr double tie = 0.6 * (1 - clearly_shorter);
-  // What unfolding leaves in doubt of a path's direction, in radians; where its last piece is
-  // short, as much more as that is shorter than the edge before it.
+  // What unfolding leaves in doubt of a path's direction, in radians; where it is short in its last
+  // face, as much more as that is shorter than the edge before.
   static constexpr double angle_rounding = 1e-12;
   // A face no higher than this share of its edge has its apex on the edge, but for rounding.
   static constexpr double on_edge = 16 * std::numeric_limits<double>::epsilon();
@@ -331,14 +331,16 @@ class WindowPropagationOf {
     Vec2<Real> back;
     double doubt = angle_rounding;
     if (last.entry >= 0) {
+      const Vec2<Real>&image = last.image, &apex = faces_->apex(last.entry);
+      const Vec2<Real> entry(straight_crossing(image.x(), image.y(), apex), 0);
       corner = Mesh::previous(last.entry);
-      back = into_frame(last.image, faces_->apex(last.entry), {0, 0});
-      doubt += angle_rounding * surface_->length(last.entry) / back.norm();
+      back = into_frame(image, apex, {0, 0});
+      doubt += angle_rounding * surface_->length(last.entry) / stable_norm(apex - entry);
       back = stable_unit(back);
     } else {
       std::tie(corner, back) = edge_from(vertex, last.origin);
     }
-    // Arriving over no way, as from a vertex at the same place, a path has no direction.
+    // Arriving over no way, as in a face without area, a path may have bent at the same place.
     if (!(doubt < 1)) return emit_everywhere(vertex, from);
     const Index origin = add_origin(from);
     Shadow(*surface_, *faces_, vertex, doubt)
@@ -476,15 +478,15 @@ class WindowPropagationOf {
     ++lists_in_turn_;
     counts.loaded += list_.size;
     const double length = surface_->length(h);
-    const bool is_flat = faces_->apex(h).y() <= on_edge * length;
-    drop_useless({length, reach_of(surface_->origin(h), length, is_flat),
-                  reach_of(surface_->tip(h), length, is_flat)},
+    const bool sees_through_a_point = snap_images(h);
+    drop_useless({length, reach_of(surface_->origin(h), length, is_flat(h)),
+                  reach_of(surface_->tip(h), length, is_flat(h))},
                  list_);
     if (bound_ < unreachable<double>) drop_beyond(bound_, rest_at(h), list_);
     if (limits_->ring < unreachable<double>) drop_behind_rings(length);
     if (list_.size > 1) {
       sort_windows(list_);
-      if (!sees_through_a_point(h)) WindowTrimmer(list_).trim();
+      if (!sees_through_a_point) WindowTrimmer(list_).trim();
     }
     if (list_.size == 0) return;
     counts.propagated += list_.size;
@@ -495,25 +497,33 @@ class WindowPropagationOf {
     cross(h);
   }
 
-  // Whether windows come from a vertex in the middle of h's edge, in a face without area behind it:
-  // all that lies beyond is seen through that one point, where its distance ties with others.
-  [[nodiscard]] bool sees_through_a_point(Index h) const {
-    for (Index t = surface_->twin(h); t != h; t = surface_->twin(t)) {
-      if (faces_->apex(t).y() > on_edge * surface_->length(t)) continue;
-      const Index apex = surface_->apex(t);
-      for (std::ptrdiff_t i = 0; i < list_.size; ++i) {
-        const Origin& origin = beginning(origins[list_.origin[i]]);
-        if (origin.kind == Origin::Kind::vertex && origin.index == apex) return true;
-      }
-    }
-    return false;
+  // Behind a face without area an image may be a point of its window, but for rounding; and is so
+  // then without, so that lines go from it in all directions, not along the edge only. Returns
+  // whether there is one: all that lies beyond is seen through that one point, where its distance
+  // ties with others.
+  bool snap_images(Index h) {
+    bool is_behind_flat = false;
+    for (Index t = surface_->twin(h); t != h; t = surface_->twin(t)) is_behind_flat |= is_flat(t);
+    return is_behind_flat && snap_images(surface_->length(h));
   }
 
-  // Where windows begin that may have crossed edges of three faces or more since.
-  [[nodiscard]] const Origin& beginning(const Origin& origin) const {
-    const Origin* from = &origin;
-    while (from->kind == Origin::Kind::crossing) from = &origins[from->previous];
-    return *from;
+  bool snap_images(double length) {
+    const double slack = on_edge * length;
+    bool any = false;
+    for (std::ptrdiff_t i = 0; i < list_.size; ++i) {
+      const double x = std::clamp(list_.x[i], list_.begin[i], list_.end[i]);
+      if (list_.y[i] < -slack || std::fabs(list_.x[i] - x) > slack) continue;
+      list_.x[i] = x;
+      list_.y[i] = -on_line * length;
+      any = true;
+    }
+    return any;
+  }
+
+  // Whether a face has no area, but for rounding.
+  [[nodiscard]] bool is_flat(Index h) const {
+    const Vec2<double>& apex = faces_->apex(h);
+    return apex.y() <= on_edge * (surface_->length(h) + std::fabs(apex.x()));
   }
 
   // Windows go on for one edge behind the ring, to reach all vertices there.
