@@ -13,7 +13,7 @@
 namespace gelight::detail {
 
 /// What a mesh shows at a glance of how methods will fare on it: means over some hundred faces and
-/// vertices, spread over all, and whether its border bends inwards anywhere. (A template only so
+/// vertices, spread over all, and how far its border bends inwards. (A template only so
 /// that it costs nothing to include.)
 template <std::floating_point Real>
 struct MeshStatisticsOf {
@@ -24,9 +24,9 @@ struct MeshStatisticsOf {
   double bend = 0;       ///< Root of the mean size of the angle defect at inner vertices.
   /// Sum of the angle defects' sizes at inner vertices, times the mean edge over the area's root.
   double curvature = 0;
-  bool is_flat = false;      ///< Neighbouring faces lie in one plane.
-  bool is_convex = false;    ///< Angle defects at inner vertices are positive.
-  bool has_corners = false;  ///< The border bends inwards somewhere: paths can bend there.
+  bool is_flat = false;    ///< Neighbouring faces lie in one plane.
+  bool is_convex = false;  ///< Angle defects at inner vertices are positive.
+  double corner = 0;  ///< Most by which the border bends inwards, where paths bend; at most pi/2.
 
   explicit MeshStatisticsOf(const Surface<double>& surface) {
     look_at_faces(surface);
@@ -38,7 +38,7 @@ struct MeshStatisticsOf {
   static constexpr Index samples = 300;
   static constexpr double largest_aspect = 1e8;
   static constexpr double flat_angle = 1e-9;
-  static constexpr double corner_angle = 0.01;
+  static constexpr double sharpest = std::numbers::pi / 2;
   static constexpr double smallest_unit = std::numeric_limits<double>::min();
 
   // Of a half-edge, of unit length, so that no scale overflows; zero where it has no length.
@@ -53,7 +53,7 @@ struct MeshStatisticsOf {
     return std::atan2(cross(a, b).norm(), a.dot(b));
   }
   // Both ways out of a half-edge's origin in its face.
-  static std::array<Vec3<double>, 2> corner(const Surface<double>& surface, Index h) {
+  static std::array<Vec3<double>, 2> ways_out(const Surface<double>& surface, Index h) {
     return {direction(surface, h), -direction(surface, Surface<double>::previous(h))};
   }
 
@@ -74,12 +74,12 @@ struct MeshStatisticsOf {
     for (Index f = 0; f < surface.face_count(); f += stride, ++faces) {
       for (Index h = 3 * f; h < 3 * f + 3; ++h) lengths += surface.length(h) / 3;
       const Index longest = longest_side(surface, f);
-      const auto [a, b] = corner(surface, longest);
+      const auto [a, b] = ways_out(surface, longest);
       const double side = surface.length(longest);
       const double height = surface.length(Surface<double>::previous(longest)) * cross(a, b).norm();
       aspects += height > 0 ? std::min(largest_aspect, side / height) : largest_aspect;
       areas += side / unit * (height / unit) / 2;
-      const auto [c, d] = corner(surface, Surface<double>::previous(longest));
+      const auto [c, d] = ways_out(surface, Surface<double>::previous(longest));
       cosines += std::min(0.0, c.dot(d));
       // One side of each, in turn.
       const Index h = 3 * f + faces % 3, t = surface.twin(h);
@@ -118,16 +118,17 @@ struct MeshStatisticsOf {
   }
 
   void look_at_border(const Surface<double>& surface) {
-    for (Index h = 0; h < surface.halfedge_count() && !has_corners; ++h) {
+    for (Index h = 0; h < surface.halfedge_count() && corner < sharpest; ++h) {
       if (!surface.is_border(h)) continue;
-      has_corners = angle_sum(surface, surface.origin(h)) > std::numbers::pi + corner_angle;
+      const double inwards = angle_sum(surface, surface.origin(h)) - std::numbers::pi;
+      corner = std::clamp(inwards, corner, sharpest);
     }
   }
 
   static double angle_sum(const Surface<double>& surface, Index v) {
     double sum = 0;
     for (const Index h : surface.corners(v)) {
-      const auto [a, b] = corner(surface, h);
+      const auto [a, b] = ways_out(surface, h);
       sum += angle(a, b);
     }
     return sum;

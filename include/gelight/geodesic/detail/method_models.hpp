@@ -76,19 +76,20 @@ class MethodErrors {
 
  private:
   [[nodiscard]] RelativeError of_virtual_sources() const {
-    const bool is_regular = mesh_.aspect < 3 && mesh_.obtuse < 0.02 && !mesh_.has_corners;
+    const bool is_regular = mesh_.aspect < 3 && mesh_.obtuse < 0.02 && mesh_.corner < 0.01;
     if (is_regular && mesh_.is_flat) return {1e-9, 1e-8};
     if (is_regular && mesh_.is_convex) return {0.2 * mesh_.turn * mesh_.turn, 0.1 * mesh_.turn};
     return {0.02, 0.3};
   }
 
   // On smooth surfaces it goes with the total curvature, a thirtieth of it at the scale of an edge;
-  // where most of that is noise, which averages out, with the size of the angle defects.
+  // where most of that is noise, which averages out, with the size of the angle defects; beside
+  // corners of the border with how sharp they are.
   [[nodiscard]] RelativeError of_fast_marching() const {
     const double bend = mesh_.bend / (1 + 3.5 * mesh_.bend);
     const double noisy = 0.08 * bend * (0.45 + std::sqrt(mesh_.aspect) / 2);
     const double mean = 9e-6 * mesh_.aspect + 6e-4 * mesh_.obtuse +
-                        std::min(noisy, 0.03 * mesh_.curvature) + (mesh_.has_corners ? 0.004 : 0);
+                        std::min(noisy, 0.03 * mesh_.curvature) + 0.0026 * mesh_.corner;
     return {std::min(0.02, mean), std::min(0.1, 20 * mean)};
   }
 
