@@ -192,17 +192,19 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     const double x = (length + (a - b) * (a + b) * inverse) / 2;
     const double squared_depth = (a - x) * (a + x);  // 0 but for rounding where it lies on the edge
     const double foot = face.dot * inverse, height = face.double_area * inverse;
-    const double room = known - height;
-    if (!(squared_depth > -on_edge * length * length && room > 0 && squared_depth < room * room)) {
+    // Most are not shorter, which is seen before any root: with depth and height on one line,
+    // (depth + height)^2 + aside^2 < known^2.
+    const double aside = foot - x;
+    const double rest = known * known - height * height - squared_depth - aside * aside;
+    if (!(squared_depth > -on_edge * length * length && known > height && rest > 0 &&
+          4 * height * height * squared_depth < rest * rest)) {
       return unreachable<double>;
     }
     const double depth = std::sqrt(std::max(0.0, squared_depth));
     const double total = depth + height;
     const double crossing = x * height + foot * depth;
-    const double squared = (foot - x) * (foot - x) + total * total;
-    if (!(crossing >= 0 && crossing <= length * total && squared < known * known))
-      return unreachable<double>;
-    return std::sqrt(squared);
+    if (!(crossing >= 0 && crossing <= length * total)) return unreachable<double>;
+    return std::sqrt(aside * aside + total * total);
   }
 
   Surface<double> surface_;
