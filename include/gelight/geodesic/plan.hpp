@@ -9,6 +9,7 @@
 #include <span>
 #include <sstream>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -186,7 +187,8 @@ class DistancePlanner {
 
  private:
   using Method = detail::Method;
-  using Solvers = detail::PlannedSolvers<double>;
+  using Real = std::common_type_t<T, double>;  // double; by T, so that nothing is compiled unused
+  using Solvers = detail::PlannedSolvers<Real>;
   // How far beyond the given distance a target is searched for: in tolerances, and as a share; and
   // beyond one that should be exact.
   static constexpr double search_width = 4, widest_search = 0.05, exact_search = 1e-9;
@@ -369,7 +371,7 @@ class DistancePlanner {
   // As Certifier, but lower bounds first: upper ones are needed only where those are enough.
   [[nodiscard]] Finding certify(detail::Sources sources, const std::vector<double>& given) const {
     const double start = detail::move_to_zero(sources);
-    const detail::BoundFinder<double> finder(surface_, solvers_->faces());
+    const detail::BoundFinder<Real> finder(surface_, solvers_->faces());
     detail::Array<double> distances;
     distances.reserve(given.size());
     for (const double d : given) distances.push_back(std::max(0.0, d - start));
@@ -386,9 +388,9 @@ class DistancePlanner {
   [[nodiscard]] double error_between(const detail::Array<double>& lower,
                                      const detail::Array<double>& upper,
                                      const std::vector<double>& distances, double start) const {
-    const auto bounds = detail::moved<double>(lower, upper, start);
+    const auto bounds = detail::moved<Real>(lower, upper, start);
     if (request_.targets.empty()) return in_norm(bounds.error_of(distances));
-    DistanceBounds<double> at_targets;
+    DistanceBounds<Real> at_targets;
     std::vector<double> there;
     for (const Index target : request_.targets) {
       const auto v = static_cast<std::size_t>(target);
@@ -409,7 +411,7 @@ class DistancePlanner {
     };
     for (const Index v : request_.targets) add(v);
     for (Index v = 0; request_.targets.empty() && v < surface_.vertex_count(); ++v) add(v);
-    const detail::TargetSearch<double> search(surface_, solvers_->faces(), sources, distances);
+    const detail::TargetSearch<Real> search(surface_, solvers_->faces(), sources, distances);
     double sum = 0, largest = 0;
     const auto count = std::min(static_cast<std::size_t>(request_.samples), targets.size());
     for (std::size_t i = 0; i < count; ++i) {
@@ -437,7 +439,7 @@ class DistancePlanner {
 
   Surface<double> surface_;
   PlanRequest request_;
-  detail::MeshStatisticsOf<double> statistics_;
+  detail::MeshStatisticsOf<Real> statistics_;
   Method chosen_ = Method::exact;
   DistancePlan plan_;
   std::shared_ptr<const Solvers> solvers_;

@@ -42,18 +42,18 @@ struct MeshStatisticsOf {
   static constexpr double smallest_unit = std::numeric_limits<double>::min();
 
   // Of a half-edge, of unit length, so that no scale overflows; zero where it has no length.
-  static Vec3<double> direction(const Surface<double>& surface, Index h) {
-    const Vec3<double> way = surface.position(surface.tip(h)) - surface.position(surface.origin(h));
-    return surface.length(h) > 0 ? Vec3<double>(way / surface.length(h)) : Vec3<double>::Zero();
+  static Vec3<Real> direction(const Surface<double>& surface, Index h) {
+    const Vec3<Real> way = surface.position(surface.tip(h)) - surface.position(surface.origin(h));
+    return surface.length(h) > 0 ? Vec3<Real>(way / surface.length(h)) : Vec3<Real>::Zero();
   }
-  static Vec3<double> normal(const Surface<double>& surface, Index f) {
+  static Vec3<Real> normal(const Surface<double>& surface, Index f) {
     return cross(direction(surface, 3 * f), direction(surface, 3 * f + 1));
   }
-  static double angle(const Vec3<double>& a, const Vec3<double>& b) {
+  static double angle(const Vec3<Real>& a, const Vec3<Real>& b) {
     return std::atan2(cross(a, b).norm(), a.dot(b));
   }
   // Both ways out of a half-edge's origin in its face.
-  static std::array<Vec3<double>, 2> ways_out(const Surface<double>& surface, Index h) {
+  static std::array<Vec3<Real>, 2> ways_out(const Surface<double>& surface, Index h) {
     return {direction(surface, h), -direction(surface, Surface<double>::previous(h))};
   }
 
