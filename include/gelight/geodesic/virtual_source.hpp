@@ -106,7 +106,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
     // How long a new line may be at most to serve a vertex, given what precedes it.
     [[nodiscard]] double room(Index v, double offset) const {
-      return images[v].distance * (1 + tie) - offset;
+      const Image& held = images[v];
+      return held.distance * (offset < held.offset ? 1 + tie : 1 - least_gain) - offset;
     }
     [[nodiscard]] bool is_better(Index v, double offset, double distance) const {
       const Image& held = images[v];
@@ -177,7 +178,12 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     const Vec3<double> to_image = image.position - surface_.position(c.first);
     const double foot = to_image.dot(c.edge) / c.squared_length;
     const double squared_depth = (to_image - foot * c.edge).squaredNorm();
-    if (!(room > 0 && squared_depth + c.squared_height < room * room)) return;
+    // Most are not shorter, which is seen before any root: with depth and height on one line,
+    // (depth + height)^2 + aside^2 < room^2.
+    const double aside = c.foot - foot;
+    const double squared_aside = aside * aside * c.squared_length;
+    const double rest = room * room - c.squared_height - squared_depth - squared_aside;
+    if (!(room > 0 && rest > 0 && 4 * c.squared_height * squared_depth < rest * rest)) return;
     const double least = front.images[other].distance * (1 - largest_disagreement) - image.offset;
     const double share = other == c.first ? foot : 1 - foot;
     if (least > 0 && share * share * c.squared_length + squared_depth < least * least) return;
@@ -185,10 +191,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     const double depth = std::sqrt(squared_depth), height = std::sqrt(c.squared_height);
     const double at_edge = foot * height + c.foot * depth;
     if (!(at_edge >= 0 && at_edge <= height + depth)) return;
-    const double aside = c.foot - foot, total = height + depth;
-    const double squared = aside * aside * c.squared_length + total * total;
-    if (!(squared < room * room)) return;
-    const double distance = image.offset + std::sqrt(squared);
+    const double total = height + depth;
+    const double distance = image.offset + std::sqrt(squared_aside + total * total);
     if (!front.is_better(c.target, image.offset, distance)) return;
     front.reach(c.target, {unfolded(image.position, c, foot, depth), image.offset, distance});
   }
