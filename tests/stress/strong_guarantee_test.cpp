@@ -38,8 +38,10 @@ namespace {
 
 // How many allocations succeed before memory runs out; negative for never.
 std::atomic<long> allocations_left = -1;
+std::atomic<std::size_t> bytes_taken = 0;
 
-void count_one() {
+void count(std::size_t size) {
+  bytes_taken += size;
   if (allocations_left < 0) return;
   if (allocations_left == 0) throw std::bad_alloc();
   --allocations_left;
@@ -48,12 +50,12 @@ void count_one() {
 }  // namespace
 
 void* operator new(std::size_t size) {
-  count_one();
+  count(size);
   if (void* const memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
 void* operator new(std::size_t size, std::align_val_t alignment) {
-  count_one();
+  count(size);
   const auto step = static_cast<std::size_t>(alignment);
   if (void* const memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
   throw std::bad_alloc();
@@ -303,6 +305,28 @@ TEST_CASE("noise added to an image") {
                    prepare,
                    [=] { return bytes(image->pixels()); },
                    {[=] { add_noise(*image, -1, 1); }, [=] { add_noise(*image, nan, 1); }}});
+}
+
+// Counted, since times depend on who else computes.
+TEST_CASE("an exact solve asks whether to go on before it takes memory and every 256 vertices") {
+  const auto mesh = icosphere<double>(4);
+  const ExactSolver solver(mesh);
+  int polls = 0;
+  (void)solver.solve(Index{0}, {.cancelled = [&] {
+                       ++polls;
+                       return false;
+                     }});
+  CHECK(polls >= static_cast<int>(mesh.positions.size()) / 256 + 2);
+  for (int last = 1; last <= polls; ++last) {
+    int left = last;
+    const ExactOptions<double> options{.cancelled = [&] { return --left == 0; }};
+    CHECK_THROWS_AS((void)solver.solve(Index{0}, options), Cancelled);
+    CHECK(left == 0);
+  }
+  const std::size_t before = bytes_taken;
+  CHECK_THROWS_AS((void)solver.solve(Index{0}, {.cancelled = [] { return true; }}), Cancelled);
+  CHECK(bytes_taken - before < 2 * mesh.positions.size());
+  CHECK(solver.distance(Index{0}) == ExactSolver(mesh).distance(Index{0}));
 }
 
 // What gives its result back has no output to touch; it must end in std::bad_alloc, and lose

@@ -102,9 +102,13 @@ class WindowPropagationOf {
 
   void run(const Surface<double>& surface, const PlanarFaces& faces, const Sources& sources,
            const PropagationLimits& limits) {
+    // Making room for a million vertices takes as long as some thousand polls; so ask before it,
+    // too.
+    was_cancelled = limits.cancelled && limits.cancelled();
+    if (was_cancelled) return;
     reset(surface, faces, sources, limits);
     for (std::size_t s = 0; s < sources.size(); ++s) add_source(sources[s], static_cast<Index>(s));
-    for (int pops = 1; !heap_.empty(); ++pops) {
+    for (int pops = 0; !heap_.empty(); ++pops) {
       if (limits.cancelled && pops % pops_between_polls == 0 && limits.cancelled()) {
         was_cancelled = true;
         return;
@@ -142,7 +146,6 @@ class WindowPropagationOf {
     origins.clear();
     if (keeps_any()) kept.reset(surface.halfedge_count());
     counts = {};
-    was_cancelled = false;
     waiting_.reset(surface.halfedge_count());
     most_lists_ = most_lists_per_halfedge * surface.halfedge_count();
     active_.clear();
