@@ -1025,6 +1025,30 @@ TEST_CASE(
   }
 }
 
+TEST_CASE(
+    "arrivals name the source, or the last vertex where the path can bend, none passed flat") {
+  const Mesh<double> sheet = gelight::grid<double>(6, 6, 6, 6);
+  const auto on_line = edge_point<double>(3, 4, 0.25);  // of the border
+  for (const bool keep : {true, false}) {
+    const auto field = ExactSolver(sheet).solve(Index{0}, {.keep_windows = keep});
+    for (Index v = 1; v < count(sheet); ++v) {
+      const auto arrivals = field.arrivals(v);
+      REQUIRE(arrivals.size() == 1);
+      CHECK(arrivals[0].from == vertex_point<double>(0));
+      CHECK((arrivals[0].direction - position(sheet, v).normalized()).norm() < 1e-14);
+    }
+    CHECK(field.arrivals(on_line)[0].from == vertex_point<double>(0));
+  }
+  // Round a re-entrant corner, at (3, 3), and past it.
+  Mesh<double> bend = sheet;
+  std::erase_if(bend.faces, [](const auto& f) { return f[0] % 7 >= 3 && f[0] / 7 >= 3; });
+  const Index source = 6 * 7 + 1;  // at (1, 6)
+  const auto field = ExactSolver(bend).solve(source);
+  CHECK(field.arrivals(Index{1 * 7 + 6})[0].from == vertex_point<double>(3 * 7 + 3));  // at (6, 1)
+  CHECK(field.arrivals(Index{3 * 7 + 6})[0].from == vertex_point<double>(3 * 7 + 3));  // at (6, 3)
+  CHECK(field.arrivals(Index{2 * 7 + 2})[0].from == vertex_point<double>(source));     // at (2, 2)
+}
+
 TEST_CASE("departures: on a flat sheet the angle is that of the straight line") {
   const Mesh<double> mesh = gelight::grid<double>(6, 6, 6, 6);
   const Surface surface(mesh);

@@ -65,7 +65,9 @@ template <std::floating_point T>
 struct ExactArrival {
   T distance;            ///< Length of the path, with the source's start distance.
   Vec3<T> direction;     ///< Unit tangent in the direction of travel; zero at a source.
-  SurfacePoint<T> from;  ///< Where the line begins: the source, or the last vertex where it bends.
+  SurfacePoint<T> from;  ///< Where the line begins: the source, or the last vertex where the path
+                         ///< can bend, which is a saddle, a re-entrant corner of the border or a
+                         ///< vertex that is not a plain one. Others may lie on the line.
 };
 
 /// How a path leaves its source.
@@ -440,28 +442,47 @@ class ExactField {
   [[nodiscard]] Vec3<double> direction_of(const End& end) const {
     if (end.back.size() > 1) return detail::unit_way(surface_, end.back[1], end.back[0]);
     if (end.last.entry == Arrival::none) return Vec3<double>::Zero();
-    if (end.last.entry < 0) return detail::unit_way(surface_, beginning(end), end.point);
-    return detail::unit_way(surface_, end.last.entry, line_start(end.last), end.at);
+    if (end.last.entry == Arrival::from_vertex) {
+      return detail::unit_way(surface_, vertex_point<double>(end.last.origin), end.point);
+    }
+    if (end.last.entry == Arrival::from_source) {
+      return detail::unit_way(surface_, source_point(end.last.origin), end.point);
+    }
+    return detail::unit_way(surface_, end.last.entry, line_start(end.last, end.at), end.at);
   }
 
-  // Where the last straight line to an end begins, in the frame of the half-edge it crosses.
-  static Vec2<double> line_start(const Arrival& last) {
-    return last.is_straight() ? last.image : Vec2<double>(last.bend, 0);
+  // Where the last straight line to a place begins, in the frame of the half-edge it crosses. A
+  // bend that lengthens it by rounding only is rounding of a window's end.
+  static Vec2<double> line_start(const Arrival& last, const Vec2<double>& at) {
+    if (last.is_straight()) return last.image;
+    const Vec2<double> bend(last.bend, 0);
+    const double length = (last.image - bend).norm() + (bend - at).norm();
+    const double straight = (last.image - at).norm();
+    return length - straight > detail::rounding * length ? bend : last.image;
   }
 
   // Where the last straight line to an end begins.
   [[nodiscard]] Point beginning(const End& end) const {
     if (!end.back.empty()) return first_bend(end.back);
     if (end.last.entry == Arrival::none) return end.point;
-    if (end.last.entry == Arrival::from_vertex) return vertex_point<double>(end.last.origin);
-    if (end.last.entry == Arrival::from_source) return source_point(end.last.origin);
-    Index origin = end.last.origin;
+    const Arrival last = last_bend(end.last);
+    if (last.entry == Arrival::from_vertex) return vertex_point<double>(last.origin);
+    if (last.entry == Arrival::from_source) return source_point(last.origin);
+    Index origin = last.origin;
     while (origins_[origin].kind == detail::Origin::Kind::crossing) {
       origin = origins_[origin].previous;
     }
     const detail::Origin& o = origins_[origin];
     return o.kind == detail::Origin::Kind::vertex ? vertex_point<double>(o.index)
                                                   : source_point(o.index);
+  }
+
+  // The arrival by a vertex where the path cannot bend goes on with the arrival there.
+  [[nodiscard]] Arrival last_bend(Arrival last) const {
+    while (last.entry == Arrival::from_vertex && !bends_anywhere_ && !begins_lines(last.origin)) {
+      last = arrivals_[last.origin];
+    }
+    return last;
   }
 
   [[nodiscard]] Point first_bend(const std::vector<Point>& back) const {
@@ -578,6 +599,7 @@ class ExactField {
   detail::Array<detail::Origin> origins_;
   std::shared_ptr<const detail::WindowStore> windows_;  // where any were kept
   detail::Array<char> kept_faces_;                      // which, or empty for all
+  bool bends_anywhere_ = false;                         // with a reset radius
 };
 
 /// Exact geodesic distance on a triangle mesh: the length of the shortest path over its faces.
@@ -686,6 +708,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     const Borrowed workspace(*pool_);
     run(*workspace, field.sources_, limits);
     field.adopt(*workspace);
+    field.bends_anywhere_ = limits.ring < unreachable<double>;
     field.kept_faces_ = limits.keep_windows ? detail::Array<char>{} : limits.faces_to_keep;
     return field;
   }
