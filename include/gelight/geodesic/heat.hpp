@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -249,7 +250,9 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
 
  private:
   friend class detail::DistanceQueries<HeatSolver<T>, T>;
-  using Points = std::vector<SurfacePoint<double>>;
+  // double, but looked into only where the solver is used: it costs less to include.
+  using Real = std::conditional_t<(sizeof(T) > 0), double, T>;
+  using Points = std::vector<SurfacePoint<Real>>;
 
   struct Solution {
     detail::Array<double> distance;
@@ -383,8 +386,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
       const auto d = values_at(f, near);
       const auto& face = system_->faces[f];
       const bool is_near = std::max({d[0], d[1], d[2]}) < unreachable<double>;
-      const Vec2<double> field =
-          is_near ? Vec2<double>(scaled_gradient(face, d) / (face.x1 * face.y2)) : unit_field(f);
+      const Vec2<Real> field =
+          is_near ? Vec2<Real>(scaled_gradient(face, d) / (face.x1 * face.y2)) : unit_field(f);
       const auto at = integrated_divergence(face, field);
       for (Index k = 0; k < 3; ++k) {
         divergence[system_->mesh.origins[3 * f + k]] += at[static_cast<std::size_t>(k)];
@@ -425,16 +428,16 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     }
     auto held = detail::heat_flow(border_heat_, *border_factor_, inner_load, inner_reached);
     const double share = options_.boundary == HeatBoundary::dirichlet ? 0 : 1;
-    return [this, &free, share, held = std::move(held)](Index f) -> Vec2<double> {
-      const Vec2<double> a = descent(f, held), b = descent(f, free);
-      const Vec2<double> mixed = a + (a.isZero(0) ? 1 : share) * b;
+    return [this, &free, share, held = std::move(held)](Index f) -> Vec2<Real> {
+      const Vec2<Real> a = descent(f, held), b = descent(f, free);
+      const Vec2<Real> mixed = a + (a.isZero(0) ? 1 : share) * b;
       const double norm = mixed.norm();
-      return norm > 0 ? Vec2<double>(mixed / norm) : mixed;
+      return norm > 0 ? Vec2<Real>(mixed / norm) : mixed;
     };
   }
 
   // Unit direction in which heat falls, or zero where it is the same at all three vertices.
-  [[nodiscard]] Vec2<double> descent(Index f, const detail::ScaledField<double>& heat) const {
+  [[nodiscard]] Vec2<Real> descent(Index f, const detail::ScaledField<double>& heat) const {
     const Index* v = system_->mesh.origins.data() + 3 * std::ptrdiff_t{f};
     const std::array<Index, 3> exponent{heat.exponent[v[0]], heat.exponent[v[1]],
                                         heat.exponent[v[2]]};
@@ -444,14 +447,14 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
       if (exponent[k] != largest) u[k] = std::ldexp(u[k], exponent[k] - largest);
     }
     const double most = std::max({std::abs(u[0]), std::abs(u[1]), std::abs(u[2])});
-    if (most == 0) return Vec2<double>::Zero();
+    if (most == 0) return Vec2<Real>::Zero();
     return unit_gradient(f, {-u[0] / most, -u[1] / most, -u[2] / most});
   }
 
-  [[nodiscard]] Vec2<double> unit_gradient(Index f, const std::array<double, 3>& u) const {
-    const Vec2<double> g = scaled_gradient(system_->faces[f], u);
+  [[nodiscard]] Vec2<Real> unit_gradient(Index f, const std::array<double, 3>& u) const {
+    const Vec2<Real> g = scaled_gradient(system_->faces[f], u);
     const double norm = g.norm();
-    return norm > 0 ? Vec2<double>(g / norm) : g;
+    return norm > 0 ? Vec2<Real>(g / norm) : g;
   }
 
   // Shifts each component so that it agrees with the near distance on average, and gives the near
@@ -492,10 +495,10 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     border_factor_ = system_->factor(border_heat_);
   }
 
-  Surface<double> surface_;
+  Surface<Real> surface_;
   HeatOptions options_;
-  std::shared_ptr<const detail::HeatSystem> system_;
-  std::optional<ExactSolver<double>> exact_;
+  std::shared_ptr<const detail::HeatSystemOf<Real>> system_;
+  std::optional<ExactSolver<Real>> exact_;
   detail::Array<char> is_border_;  // of each vertex, where heat is held at zero there
   detail::SymmetricMatrix<double> border_heat_;
   detail::HeatSystem::Factor border_factor_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <memory>
 
 #include "gelight/core/array.hpp"
@@ -11,7 +12,9 @@
 namespace gelight {
 
 namespace detail {
-class SymmetricPattern;
+template <std::floating_point Real>
+class SymmetricPatternOf;
+using SymmetricPattern = SymmetricPatternOf<double>;
 template <class Scalar>
 struct SymmetricMatrix;
 }  // namespace detail

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <limits>
 #include <numeric>
@@ -18,8 +19,10 @@ namespace gelight::detail {
 ///
 /// The points are halved at their median again and again; the vertices that join the halves come
 /// after both. Each separator, and each small part left at the end, is a node of a binary tree and
-/// is eliminated as one dense block. Made in O(n log n); serves every matrix of the pattern.
-class Dissection {
+/// is eliminated as one dense block. Made in O(n log n); serves every matrix of the pattern. (A
+/// template only so that it costs nothing to include.)
+template <std::floating_point Real>
+class DissectionOf {
  public:
   /// Its unknowns are those at positions [begin, end) of the order; its block also has the rows at
   /// the later positions rows()[rows_begin, rows_end).
@@ -44,7 +47,7 @@ class Dissection {
     std::ptrdiff_t slot;
   };
 
-  Dissection(const SymmetricPattern& pattern, std::span<const Vec3<double>> points)
+  DissectionOf(const SymmetricPattern& pattern, std::span<const Vec3<Real>> points)
       : points_(points) {
     find_neighbours(pattern);
     const auto count = static_cast<std::size_t>(pattern.size());
@@ -159,12 +162,12 @@ class Dissection {
     return number;
   }
 
-  [[nodiscard]] const Vec3<double>& point(Index v) const {
+  [[nodiscard]] const Vec3<Real>& point(Index v) const {
     return points_[static_cast<std::size_t>(v)];
   }
 
   [[nodiscard]] Index widest_axis(Index begin, Index end) const {
-    Vec3<double> low = point(order_[begin]), high = low;
+    Vec3<Real> low = point(order_[begin]), high = low;
     for (Index i = begin + 1; i < end; ++i) {
       low = low.cwiseMin(point(order_[i]));
       high = high.cwiseMax(point(order_[i]));
@@ -260,7 +263,7 @@ class Dissection {
     stack_size_ = room[0] + room[1];
   }
 
-  std::span<const Vec3<double>> points_;
+  std::span<const Vec3<Real>> points_;
   Array<Index> neighbour_begin_;  // of each unknown and one more, while the order is sought
   Array<Neighbour> neighbours_;
   Array<Index> side_;
@@ -271,5 +274,7 @@ class Dissection {
   std::ptrdiff_t value_count_ = 0, stack_size_ = 0;
   Index largest_height_ = 0;
 };
+
+using Dissection = DissectionOf<double>;
 
 }  // namespace gelight::detail

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <complex>
+#include <concepts>
 #include <memory>
 #include <numeric>
 #include <type_traits>
@@ -14,10 +15,12 @@
 namespace gelight::detail {
 
 /// Where a symmetric matrix over the vertices of a triangulation may differ from zero: its lower
-/// triangle in compressed columns, diagonal first. Made by counting, in linear time.
-class SymmetricPattern {
+/// triangle in compressed columns, diagonal first. Made by counting, in linear time. (A template
+/// only so that it costs nothing to include.)
+template <std::floating_point Real>
+class SymmetricPatternOf {
  public:
-  explicit SymmetricPattern(const IntrinsicTriangulation& mesh) {
+  explicit SymmetricPatternOf(const IntrinsicTriangulation& mesh) {
     const Index halfedges = static_cast<Index>(mesh.origins.size());
     const auto ends = [&](Index h) -> std::pair<Index, Index> {
       return std::minmax(mesh.origins[h], mesh.origins[h % 3 == 2 ? h - 2 : h + 1]);
@@ -74,6 +77,8 @@ class SymmetricPattern {
   Array<Index> rows_;
   Array<Index> slots_;
 };
+
+using SymmetricPattern = SymmetricPatternOf<double>;
 
 /// A symmetric matrix (Hermitian for complex scalars): entry e of the pattern holds
 /// A(row(e), column).
