@@ -99,8 +99,8 @@ class DistanceQueries {
   }
 
  private:
-  const Solver& solver() const { return static_cast<const Solver&>(*this); }
-  const Surface<double>& surface() const { return solver().surface(); }
+  [[nodiscard]] const Solver& solver() const { return static_cast<const Solver&>(*this); }
+  [[nodiscard]] const Surface<double>& surface() const { return solver().surface(); }
 
   void require_size(std::span<T> out) const {
     require(out.size() == static_cast<std::size_t>(surface().vertex_count()), "the output has ",

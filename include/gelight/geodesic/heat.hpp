@@ -251,7 +251,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
  private:
   friend class detail::DistanceQueries<HeatSolver<T>, T>;
   // double, but looked into only where the solver is used: it costs less to include.
-  using Real = std::conditional_t<(sizeof(T) > 0), double, T>;
+  using Real =
+      std::conditional_t<(sizeof(T) > 0), double, T>;  // NOLINT(bugprone-sizeof-expression)
   using Points = std::vector<SurfacePoint<Real>>;
 
   struct Solution {

@@ -130,6 +130,7 @@ template <std::floating_point T>
     sum += 2 * exact.back();
   }
   std::vector<T> weights;
+  weights.reserve(exact.size());
   for (const double e : exact) weights.push_back(static_cast<T>(e / sum));
   return weights;
 }

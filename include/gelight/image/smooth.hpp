@@ -33,7 +33,7 @@ template <std::floating_point T, ImageOf<T> I>
   for (Index y = 0; y < height; ++y) {
     for (Index x = -anchor; x < width + taps - 1 - anchor; ++x) {
       const Index from = detail::inside(x, width, border);
-      padded[static_cast<std::size_t>(x + anchor)] =
+      padded[static_cast<std::size_t>(std::ptrdiff_t{x} + anchor)] =
           from < 0 ? T(0) : static_cast<T>(ImageTraits<I>::pixel(image, from, y));
     }
     for (Index j = 0; j < taps; ++j) {

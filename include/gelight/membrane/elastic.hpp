@@ -64,7 +64,7 @@ namespace detail {
 /// The kernel that SciPy's Gaussian filter makes of a unit pulse in the middle of `size` numbers:
 /// cut off at 4 sigma, and what leaves the array reflected back into it.
 [[nodiscard]] inline std::vector<double> filtered_pulse(double sigma, Index size) {
-  const Index radius = static_cast<Index>(4 * sigma + 0.5);
+  const Index radius = static_cast<Index>(std::floor(4 * sigma + 0.5));
   const auto weights = gaussian_weights<double>(sigma, radius);
   std::vector<double> kernel(static_cast<std::size_t>(size));
   for (Index i = 0; i < size; ++i) {

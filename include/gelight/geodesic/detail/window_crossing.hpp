@@ -115,8 +115,8 @@ class FaceCrossingOf {
 
   /// Windows [0, count) of the list as they leave by the left side of the face, of a given length,
   /// in the frame from the base's origin to the apex. Returns how many there are.
-  std::ptrdiff_t cross_left(const WindowList& list, std::ptrdiff_t count, Real length,
-                            const WindowColumns& out) const {
+  [[nodiscard]] std::ptrdiff_t cross_left(const WindowList& list, std::ptrdiff_t count, Real length,
+                                          const WindowColumns& out) const {
     const Real ax = apex_.x(), ay = apex_.y(), norm = apex_.norm();
     const Real ux = ax / norm, uy = ay / norm;
     for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
@@ -137,8 +137,8 @@ class FaceCrossingOf {
 
   /// Windows [first, size) of the list as they leave by the right side of the face, of a given
   /// length, in the frame from the apex to the base's tip. Returns how many there are.
-  std::ptrdiff_t cross_right(const WindowList& list, std::ptrdiff_t first, Real length,
-                             const WindowColumns& out) const {
+  [[nodiscard]] std::ptrdiff_t cross_right(const WindowList& list, std::ptrdiff_t first,
+                                           Real length, const WindowColumns& out) const {
     const Real ax = base_ - apex_.x(), ay = apex_.y();
     const Real norm = std::sqrt(ax * ax + ay * ay), ux = ax / norm, uy = ay / norm;
     for (std::ptrdiff_t i = first; i < size_; i += lane_size) {

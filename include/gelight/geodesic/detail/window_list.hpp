@@ -208,13 +208,13 @@ class WindowStore {
   static constexpr std::ptrdiff_t header_words = 2;
   static_assert(sizeof(Header) <= header_words * word);
 
-  std::byte* memory_of(std::uint32_t handle) const {
+  [[nodiscard]] std::byte* memory_of(std::uint32_t handle) const {
     return slabs_[handle / slab_words].get() + handle % slab_words * word;
   }
-  Header& header_of(std::uint32_t handle) const {
+  [[nodiscard]] Header& header_of(std::uint32_t handle) const {
     return *reinterpret_cast<Header*>(memory_of(handle));
   }
-  WindowColumns columns_of(std::uint32_t handle) const {
+  [[nodiscard]] WindowColumns columns_of(std::uint32_t handle) const {
     return WindowColumns::in(memory_of(handle) + header_words * word,
                              std::ptrdiff_t{1} << header_of(handle).size_class);
   }

@@ -35,7 +35,8 @@ void protrusion_row(T* __restrict protrusion, const T* depth, const T* rest, T a
                     std::ptrdiff_t count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     const T difference = rest[i] - contact_depth(depth[i], rest[i], allowed);
-    protrusion[i] = difference == difference ? difference : 0;
+    protrusion[i] =
+        difference == difference ? difference : 0;  // NOLINT(misc-redundant-expression): NaN
   }
 }
 
@@ -91,7 +92,7 @@ class SlidingRows {
       : count_(count),
         before_(before),
         stride_(row_stride(width)),
-        numbers_(static_cast<std::size_t>(2 * count * stride_)),
+        numbers_(2 * static_cast<std::size_t>(count) * static_cast<std::size_t>(stride_)),
         used_(static_cast<std::size_t>(count)) {}
 
   /// Room for what symmetric_sums reads beyond the end, and an odd number of cache lines, so that
@@ -159,7 +160,7 @@ class MembraneRows {
     SlidingRows<T> missing;  // 1 where the depth is not known, smoothed along
     std::array<Lines<T>, band> spread, lack;  // the same, smoothed down
     Lines<T> membrane;  // rows of depth, a pixel more on each side: y at y mod (2 band)
-    std::array<const T*, 2 * band> rows{};   // where those rows are: there, or at rest
+    std::array<const T*, std::size_t{2} * band> rows{};  // where those rows are: there, or at rest
     std::array<std::vector<char>, 2> moved;  // of each block of two bands: whether not at rest
     std::vector<char> touched;               // of each block of a row
     std::vector<Index> newest;               // of each block: the last row that spreads into it
