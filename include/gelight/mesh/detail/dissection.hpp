@@ -54,6 +54,7 @@ class DissectionOf {
     order_.resize(count);
     std::iota(order_.begin(), order_.end(), 0);
     side_.assign(count, -1);
+    keys_.resize(count);
     Index placed = 0;
     split(0, pattern.size(), placed);
     position_.resize(count);
@@ -64,6 +65,7 @@ class DissectionOf {
     neighbour_begin_ = {};
     neighbours_ = {};
     side_ = {};
+    keys_ = {};
     points_ = {};
   }
 
@@ -115,9 +117,8 @@ class DissectionOf {
     if (end - begin <= leaf_size) return add_node(begin, end, {-1, -1});
     const Index axis = widest_axis(begin, end);
     const Index middle = begin + (end - begin) / 2;
+    halve(begin, middle, end, axis);
     const auto first = order_.begin();
-    std::nth_element(first + begin, first + middle, first + end,
-                     [&](Index a, Index b) { return point(a)[axis] < point(b)[axis]; });
     const Index low = stamp++, high = stamp++;
     for (Index i = begin; i < end; ++i) side_[order_[i]] = i < middle ? low : high;
     // The separator is made of those vertices of one half that have a neighbour in the other.
@@ -141,6 +142,15 @@ class DissectionOf {
     const auto cut =
         std::partition(first + middle, first + end, [&](Index v) { return !touches(v, low); });
     return join(begin, middle, static_cast<Index>(cut - first), end, stamp);
+  }
+
+  // Puts those with the lesser coordinates before `middle`.
+  void halve(Index begin, Index middle, Index end, Index axis) {
+    const auto first = keys_.begin() + begin;
+    for (Index i = begin; i < end; ++i) keys_[i] = {point(order_[i])[axis], order_[i]};
+    std::nth_element(first, keys_.begin() + middle, keys_.begin() + end,
+                     [](const Key& a, const Key& b) { return a.coordinate < b.coordinate; });
+    for (Index i = begin; i < end; ++i) order_[i] = keys_[i].unknown;
   }
 
   Index join(Index begin, Index middle, Index separator, Index end, Index& stamp) {
@@ -266,6 +276,11 @@ class DissectionOf {
   std::span<const Vec3<Real>> points_;
   Array<Index> neighbour_begin_;  // of each unknown and one more, while the order is sought
   Array<Neighbour> neighbours_;
+  struct Key {
+    Real coordinate;
+    Index unknown;
+  };
+  Array<Key> keys_;  // while the order is sought
   Array<Index> side_;
   Array<Index> order_, position_;
   Array<Node> nodes_;
