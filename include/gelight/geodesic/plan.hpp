@@ -150,8 +150,8 @@ class PlannedSolvers {
 /// the plan says to what edge length to refine.
 ///
 /// HeatSolver is not among the methods: on every mesh of benchmarks/results, and on spheres of
-/// 163,842 vertices, fast marching takes no longer for a further source, a tenth to a fifth of the
-/// set-up, and is more accurate by a factor of two to a thousand.
+/// 163,842 vertices, fast marching takes about as long for a further source, a tenth to a fifth of
+/// the set-up, and is more accurate by a factor of two to a thousand than HeatSolver as it comes.
 ///
 /// Construction is linear in the mesh; solvers are made when first needed. Queries are const and
 /// safe from several threads.
