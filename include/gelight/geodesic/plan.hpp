@@ -87,7 +87,9 @@ struct PlannedDistances {
   Assurance achieved = Assurance::expected;  ///< How the error is known.
   double error = 0;   ///< In the norm asked for; certified: a bound; sampled: the largest seen.
   Index checked = 0;  ///< Targets whose exact distance was computed.
-  bool satisfies = false;  ///< Whether the error meets the tolerance, with the assurance asked for.
+  /// Whether the error meets the tolerance, with the assurance asked for; exact distances that were
+  /// sampled satisfy one who asked for a certificate, too.
+  bool satisfies = false;
   std::string reason;      ///< What was done and found, in words.
 };
 
