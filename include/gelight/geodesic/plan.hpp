@@ -90,7 +90,7 @@ struct PlannedDistances {
   /// Whether the error meets the tolerance, with the assurance asked for; exact distances that were
   /// sampled satisfy one who asked for a certificate, too.
   bool satisfies = false;
-  std::string reason;      ///< What was done and found, in words.
+  std::string reason;  ///< What was done and found, in words.
 };
 
 namespace detail {
