@@ -814,6 +814,24 @@ TEST_CASE("a solver that was used before gives the same bits as a fresh one") {
   }
 }
 
+TEST_CASE("cancelling: asked all along, and over at the first yes") {
+  const Mesh<double> mesh = gelight::icosphere<double>(5);
+  const ExactSolver solver(mesh);
+  const auto asked_until = [&](int yes) {
+    int asked = 0;
+    try {
+      (void)solver.solve(Index{0}, {.cancelled = [&] { return ++asked == yes; }});
+    } catch (const gelight::Cancelled&) {
+      CHECK(asked == yes);
+    }
+    return asked;
+  };
+  const int all = asked_until(-1);
+  CHECK(all >= count(mesh) / 300);  // every 256 vertices, some of which are taken up twice
+  for (const int yes : {1, 2, all}) CHECK(asked_until(yes) == yes);
+  CHECK(solver.distance(0) == ExactSolver(mesh).distance(0));
+}
+
 TEST_CASE("several threads at once give what one gives") {
   const Mesh<double> mesh = gelight::icosphere<double>(3);
   const ExactSolver solver(mesh);
