@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 
 #include "gelight/core/types.hpp"
@@ -11,15 +12,17 @@ namespace gelight::detail {
 
 /// What lies behind a vertex for a path that arrives there: the directions that make an angle of pi
 /// or more with it on either side. Only there can a shortest path go on from the vertex; elsewhere
-/// a short cut leads past it. For vertices with one plain fan of faces.
-class Shadow {
+/// a short cut leads past it. For vertices with one plain fan of faces. (A template only so
+/// that it costs nothing to include.)
+template <std::floating_point Real>
+class ShadowOf {
  public:
   using Mesh = Surface<double>;
 
   /// The limits are moved outwards by an angle `overlap`, so that rounding leaves an overlap rather
   /// than a gap: hardly on the opposite edge of a plain face, and over all of it where a face has
   /// no area.
-  Shadow(const Mesh& surface, const PlanarFaces& faces, Index vertex, double overlap)
+  ShadowOf(const Mesh& surface, const PlanarFaces& faces, Index vertex, double overlap)
       : surface_(surface), faces_(faces), vertex_(vertex), overlap_(overlap) {}
 
   /// Calls visit(h, begin, end) for every part in shadow of an edge opposite to the vertex:
@@ -122,5 +125,7 @@ class Shadow {
   Index vertex_;
   double overlap_;
 };
+
+using Shadow = ShadowOf<double>;
 
 }  // namespace gelight::detail

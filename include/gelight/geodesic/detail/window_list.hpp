@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -98,7 +99,9 @@ struct WindowList : WindowColumns {
 };
 
 /// The windows that wait on each half-edge: batches, each contiguous, in memory that is used again.
-class WindowStore {
+/// (A template only so that it costs nothing to include.)
+template <std::floating_point Real>
+class WindowStoreOf {
  public:
   /// Room for a batch: its columns, and a handle to add or release it by.
   struct Batch {
@@ -265,5 +268,7 @@ class WindowStore {
   Array<std::size_t> slab_sizes_;
   std::ptrdiff_t used_slabs_ = 0, slab_fill_ = slab_words;
 };
+
+using WindowStore = WindowStoreOf<double>;
 
 }  // namespace gelight::detail
