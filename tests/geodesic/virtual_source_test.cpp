@@ -57,6 +57,20 @@ TEST_CASE("thin and obtuse triangles: near the exact polyhedral distance") {
   }
 }
 
+// Ways that bend at a needle's corner are longer than the straight one by less than 1e-10, but show
+// nothing of what the straight one shows.
+TEST_CASE("needles of 1 : 1,000,000 on a flat sheet: straight lines") {
+  auto mesh = test::random_sheet(40);
+  for (auto& p : mesh.positions) p[0] *= 1e6;
+  const Index from = 41 * 20 + 20;
+  const auto distance = Solver(mesh).distance(from);
+  const Vec3<double> source(mesh.positions[from].data());
+  for (std::size_t v = 0; v < distance.size(); ++v) {
+    const double straight = (Vec3<double>(mesh.positions[v].data()) - source).norm();
+    CHECK(distance[v] == doctest::Approx(straight).epsilon(1e-7));
+  }
+}
+
 // The image of the corner is exact; images of the source that look past it are off by a share that
 // is allowed for.
 TEST_CASE("behind a corner of the border") {
