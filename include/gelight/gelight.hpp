@@ -9,6 +9,7 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/late.hpp"
 #include "gelight/core/parallel.hpp"
+#include "gelight/core/prefetch.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/geodesic/certify.hpp"

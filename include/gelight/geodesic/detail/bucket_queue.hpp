@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -33,7 +34,18 @@ class BucketQueue {
     put({vertex, key});
   }
 
+  /// Whether entries with these keys come out in any order.
+  [[nodiscard]] bool are_together(double one, double other) const {
+    return number_of(one) == number_of(other);
+  }
+
   [[nodiscard]] bool empty() const { return count_ == 0; }
+
+  /// The vertex that probably comes out next, or `unknown`.
+  [[nodiscard]] Index next_or(Index unknown) const {
+    const auto& bucket = buckets_[front_ % bucket_count];
+    return bucket.empty() ? unknown : bucket.back().first;
+  }
 
   /// A vertex and the key it was pushed with, which may have been bettered since.
   std::pair<Index, double> pop() {
@@ -54,7 +66,8 @@ class BucketQueue {
   static constexpr double largest_number = 1e15;
 
   [[nodiscard]] std::size_t number_of(double key) const {
-    return static_cast<std::size_t>(std::min(key * scale_, largest_number));
+    return static_cast<std::size_t>(
+        static_cast<std::int64_t>(std::min(key * scale_, largest_number)));
   }
 
   void put(const Entry& entry) {
