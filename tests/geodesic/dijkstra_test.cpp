@@ -19,6 +19,9 @@
 
 using namespace gelight;
 
+static_assert(gelight::DistanceSolver<DijkstraSolver<float>, float>);
+static_assert(gelight::DistanceSolver<DijkstraSolver<double>, double>);
+
 namespace {
 
 // Distance along edges by Bellman-Ford: relax all edges until nothing changes.

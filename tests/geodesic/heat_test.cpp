@@ -19,6 +19,9 @@ using namespace gelight;
 using test::Error;
 using test::error_of;
 
+static_assert(gelight::DistanceSolver<HeatSolver<float>, float>);
+static_assert(gelight::DistanceSolver<HeatSolver<double>, double>);
+
 namespace {
 
 Vec3<double> at(const Mesh<double>& mesh, std::size_t v) {

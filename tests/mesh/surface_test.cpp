@@ -16,6 +16,8 @@ using gelight::Mesh;
 using gelight::Surface;
 using gelight::test::contains;
 
+static_assert(gelight::TriangleMesh<Surface<float>> && gelight::TriangleMesh<Surface<double>>);
+
 namespace {
 
 Mesh<double> tetrahedron() {

@@ -126,6 +126,4 @@ explicit DijkstraSolver(const M&) -> DijkstraSolver<MeshScalar<M>>;
 template <TriangleMesh M>
 DijkstraSolver(const M&, const DijkstraOptions&) -> DijkstraSolver<MeshScalar<M>>;
 
-static_assert(DistanceSolver<DijkstraSolver<double>, double>);
-
 }  // namespace gelight

@@ -30,38 +30,47 @@ concept DistanceSolver = std::floating_point<T> &&
 
 namespace detail {
 
+/// The precision in which a solver works inside: double, whatever T goes in and out. (Named by way
+/// of T, so that what is made of it costs nothing to include.)
+template <std::floating_point T>
+struct WorkingPrecision {
+  using Real = double;
+};
+
 using Sources = std::vector<Source<double>>;
 
-template <std::floating_point T>
-[[nodiscard]] Sources checked_sources(const Surface<double>& surface,
-                                      std::span<const Source<T>> sources) {
+template <std::floating_point Real, std::floating_point T>
+[[nodiscard]] std::vector<Source<Real>> checked_sources(const Surface<Real>& surface,
+                                                        std::span<const Source<T>> sources) {
   require(!sources.empty(), "there is no source");
-  Sources checked;
+  std::vector<Source<Real>> checked;
   checked.reserve(sources.size());
   for (const auto& source : sources) {
     surface.require_point(source.point);
     require(std::isfinite(source.distance), "source ", checked.size(), " starts with distance ",
             source.distance, ", which is not finite");
-    checked.push_back({source.point.template cast<double>(), double{source.distance}});
+    checked.push_back({source.point.template cast<Real>(), Real{source.distance}});
   }
   return checked;
 }
 
-[[nodiscard]] inline Sources checked_sources(const Surface<double>& surface,
-                                             std::span<const Index> vertices) {
+template <std::floating_point Real>
+[[nodiscard]] std::vector<Source<Real>> checked_sources(const Surface<Real>& surface,
+                                                        std::span<const Index> vertices) {
   require(!vertices.empty(), "there is no source");
-  Sources checked;
+  std::vector<Source<Real>> checked;
   checked.reserve(vertices.size());
   for (const Index vertex : vertices) {
     surface.require_vertex(vertex);
-    checked.push_back({vertex_point<double>(vertex), 0});
+    checked.push_back({vertex_point<Real>(vertex), 0});
   }
   return checked;
 }
 
 /// Moves the start distances so that the earliest is 0, and returns what that was.
-[[nodiscard]] inline double move_to_zero(Sources& sources) {
-  double earliest = unreachable<double>;
+template <std::floating_point Real>
+[[nodiscard]] Real move_to_zero(std::vector<Source<Real>>& sources) {
+  Real earliest = unreachable<Real>;
   for (const auto& source : sources) earliest = std::min(earliest, source.distance);
   for (auto& source : sources) source.distance -= earliest;
   return earliest;

@@ -93,7 +93,7 @@ class ExactField {
   [[nodiscard]] std::vector<T> distances() const {
     std::vector<T> out;
     out.reserve(distances_.size());
-    for (const double d : distances_) out.push_back(static_cast<T>(d + offset_));
+    for (const Real d : distances_) out.push_back(static_cast<T>(d + offset_));
     return out;
   }
 
@@ -145,8 +145,8 @@ class ExactField {
     detail::require(relative_tolerance >= 0, "a relative tolerance of ", relative_tolerance);
     const Point p = checked(point);
     const End shortest = nearest(p);
-    if (!(shortest.distance < unreachable<double>)) return {};
-    const double limit = shortest.distance * (1 + double{relative_tolerance});
+    if (!(shortest.distance < unreachable<Real>)) return {};
+    const Real limit = shortest.distance * (1 + Real{relative_tolerance});
     std::vector<End> ends = has_windows(p) ? ends_at(p, limit) : ends_of_search(p, limit);
     ends.push_back(shortest);
     std::stable_sort(ends.begin(), ends.end(),
@@ -174,25 +174,28 @@ class ExactField {
  private:
   template <std::floating_point>
   friend class ExactSolver;
-  using Mesh = Surface<double>;
-  using Point = SurfacePoint<double>;
-  using Arrival = detail::Arrival;
-  using Weights = std::array<double, 3>;
+  using Real = typename detail::WorkingPrecision<T>::Real;
+  using Mesh = Surface<Real>;
+  using Point = SurfacePoint<Real>;
+  using PlanarFaces = detail::PlanarFacesOf<Real>;
+  using Propagation = detail::WindowPropagationOf<Real>;
+  using Arrival = detail::ArrivalOf<Real>;
+  using Weights = std::array<Real, 3>;
 
   // Rounding of the unfolded images, with room: paths that differ by less are equally short.
   static constexpr T default_tolerance = std::max(T(1e-12), 16 * std::numeric_limits<T>::epsilon());
-  static constexpr double same_direction = 1e-6;
+  static constexpr Real same_direction = 1e-6;
   // Paths of plain meshes and needles are as long as their distances to 1e-14, relative.
-  static constexpr double most_path_error = 1e-13;
+  static constexpr Real most_path_error = 1e-13;
   // By how much distances of the two ways along one path may differ where they are not.
-  static constexpr double needle_rounding = 1e-9;
+  static constexpr Real needle_rounding = 1e-9;
 
   // The end of a path at a point: its last straight piece, or all of it where a search found it.
   struct End {
-    double distance = unreachable<double>;
+    Real distance = unreachable<Real>;
     Point point;
     Arrival last;
-    Vec2<double> at{0, 0};      // the point in last.entry's frame
+    Vec2<Real> at{0, 0};        // the point in last.entry's frame
     std::vector<Point> back{};  // from the point to the source
   };
 
@@ -200,7 +203,7 @@ class ExactField {
 
   [[nodiscard]] Point checked(const SurfacePoint<T>& point) const {
     surface_.require_point(point);
-    return snapped(surface_, point.template cast<double>());
+    return snapped(surface_, point.template cast<Real>());
   }
 
   // A point with a share of exactly zero lies on an edge or at a vertex.
@@ -212,23 +215,22 @@ class ExactField {
     for (std::size_t k = 0; k < 3; ++k) {
       if (p.weights[k] > 0) used[count++] = k;
     }
-    if (count == 1) return vertex_point<double>(corners[used[0]]);
+    if (count == 1) return vertex_point<Real>(corners[used[0]]);
     if (count == 3 || p.kind != Point::Kind::face) return p;
-    return edge_point<double>(corners[used[0]], corners[used[1]], p.weights[used[1]]);
+    return edge_point<Real>(corners[used[0]], corners[used[1]], p.weights[used[1]]);
   }
 
   [[nodiscard]] End nearest(const Point& p) const {
     if (p.kind == Point::Kind::vertex) return at_vertex(p);
-    End best{unreachable<double>, p, {}};
-    for_each_end(p, best.distance,
-                 [&](double distance, const Arrival& last, const Vec2<double>& at) {
-                   if (!(distance < best.distance)) return;
-                   best.distance = distance;
-                   best.last = last;
-                   best.at = at;
-                 });
+    End best{unreachable<Real>, p, {}};
+    for_each_end(p, best.distance, [&](Real distance, const Arrival& last, const Vec2<Real>& at) {
+      if (!(distance < best.distance)) return;
+      best.distance = distance;
+      best.last = last;
+      best.at = at;
+    });
     if (!has_windows(p)) search_for_shorter(p, best);
-    return best.distance <= bound_ ? best : End{unreachable<double>, p, {}};
+    return best.distance <= bound_ ? best : End{unreachable<Real>, p, {}};
   }
 
   [[nodiscard]] End at_vertex(const Point& p) const {
@@ -244,15 +246,15 @@ class ExactField {
   // were kept, from the corners of the point's faces and from sources there; but for some that are
   // longer than a limit, which `visit` may lower.
   template <class Visit>
-  void for_each_end(const Point& p, const double& limit, const Visit& visit) const {
-    const Vec3<double> place = surface_.position(p);
-    const auto gap = [&](const Vec3<double>& from) { return detail::straight(place, from); };
+  void for_each_end(const Point& p, const Real& limit, const Visit& visit) const {
+    const Vec3<Real> place = surface_.position(p);
+    const auto gap = [&](const Vec3<Real>& from) { return detail::straight(place, from); };
     for_each_face(p, [&](Index f, const Weights& weights) {
       if (keeps_windows(f)) through_windows(f, weights, limit, visit);
       for (const Index v : surface_.face(f)) {
         if (distances_[v] > limit) continue;
         visit(distances_[v] + gap(surface_.position(v)), Arrival{{0, 0}, Arrival::from_vertex, v},
-              Vec2<double>(0, 0));
+              Vec2<Real>(0, 0));
       }
     });
     for (std::size_t s = 0; s < sources_.size(); ++s) {
@@ -260,7 +262,7 @@ class ExactField {
       if (source.point.kind == Point::Kind::vertex) continue;  // a corner, visited above
       if (!share_face(p, source.point)) continue;
       visit(source.distance + gap(surface_.position(source.point)),
-            Arrival{{0, 0}, Arrival::from_source, static_cast<Index>(s)}, Vec2<double>(0, 0));
+            Arrival{{0, 0}, Arrival::from_source, static_cast<Index>(s)}, Vec2<Real>(0, 0));
     }
   }
 
@@ -281,7 +283,7 @@ class ExactField {
     } while (h != first);
   }
 
-  static Weights shares(Index h, double at_origin, double at_tip) {
+  static Weights shares(Index h, Real at_origin, Real at_tip) {
     Weights weights{0, 0, 0};
     weights[static_cast<std::size_t>(h % 3)] = at_origin;
     weights[static_cast<std::size_t>((h + 1) % 3)] = at_tip;
@@ -299,24 +301,23 @@ class ExactField {
   // Windows on a side where the point itself lies are left out: such paths arrive in other faces.
   // So are lines that would miss the side: those bend at a corner, as the way from there does.
   template <class Visit>
-  void through_windows(Index f, const Weights& weights, const double& limit,
+  void through_windows(Index f, const Weights& weights, const Real& limit,
                        const Visit& visit) const {
     for (Index h = 3 * f; h < 3 * f + 3; ++h) {
       const auto k = static_cast<std::size_t>(h % 3);
       if (weights[(k + 2) % 3] == 0) continue;
-      const double at_tip = weights[(k + 1) % 3], at_apex = weights[(k + 2) % 3];
-      const Vec2<double> at(at_tip * surface_.length(h) + at_apex * faces_->apex(h).x(),
-                            at_apex * faces_->apex(h).y());
-      windows_->for_each(h, [&](const detail::WindowColumns& w, std::ptrdiff_t count) {
+      const Real at_tip = weights[(k + 1) % 3], at_apex = weights[(k + 2) % 3];
+      const Vec2<Real> at(at_tip * surface_.length(h) + at_apex * faces_->apex(h).x(),
+                          at_apex * faces_->apex(h).y());
+      windows_->for_each(h, [&](const detail::WindowColumnsOf<Real>& w, std::ptrdiff_t count) {
         for (std::ptrdiff_t i = 0; i < count; ++i) {
-          const double start = origins_[w.origin[i]].start, rest = limit - start;
-          const double dx = at.x() - w.x[i], dy = at.y() - w.y[i];
+          const Real start = origins_[w.origin[i]].start, rest = limit - start;
+          const Real dx = at.x() - w.x[i], dy = at.y() - w.y[i];
           if (rest < 0 || dx * dx + dy * dy > rest * rest) continue;
-          const double crossing = detail::straight_crossing(w.x[i], w.y[i], at);
-          const double outside = std::max(-crossing, crossing - surface_.length(h));
+          const Real crossing = detail::straight_crossing(w.x[i], w.y[i], at);
+          const Real outside = std::max(-crossing, crossing - surface_.length(h));
           if (outside > detail::rounding * surface_.length(h)) continue;
-          const double d =
-              start + detail::distance_through(w.begin[i], w.end[i], w.x[i], w.y[i], at);
+          const Real d = start + detail::distance_through(w.begin[i], w.end[i], w.x[i], w.y[i], at);
           visit(d, Arrival{{w.x[i], w.y[i]}, h, w.origin[i]}, at);
         }
       });
@@ -344,7 +345,7 @@ class ExactField {
     }
   }
 
-  [[nodiscard]] std::vector<End> ends_of_search(const Point& p, double limit) const {
+  [[nodiscard]] std::vector<End> ends_of_search(const Point& p, Real limit) const {
     const ExactField back = search_back(p, limit);
     std::vector<End> ends;
     for (const auto& source : sources_) {
@@ -356,7 +357,7 @@ class ExactField {
   }
 
   // The way to a source, as found from p, as the way from there to p.
-  [[nodiscard]] End turned(const End& end, const Source<double>& source, const Point& p) const {
+  [[nodiscard]] End turned(const End& end, const Source<Real>& source, const Point& p) const {
     std::vector<Point> path = trace(end);
     std::reverse(path.begin(), path.end());
     return {end.distance + source.distance, p, {}, {0, 0}, std::move(path)};
@@ -364,13 +365,13 @@ class ExactField {
 
   // Solves from the point to the sources, leaving out what the known distances of the vertices show
   // to be a detour beyond `limit`.
-  [[nodiscard]] ExactField search_back(const Point& p, double limit) const {
+  [[nodiscard]] ExactField search_back(const Point& p, Real limit) const {
     detail::PropagationLimits limits;
     limits.distance = limit * (1 + detail::rounding);
     limits.keep_windows = true;
     limits.rest.reserve(distances_.size());
-    for (const double d : distances_) limits.rest.push_back(std::min(d, bound_));
-    detail::WindowPropagation propagation;
+    for (const Real d : distances_) limits.rest.push_back(std::min(d, bound_));
+    Propagation propagation;
     ExactField back(surface_);
     back.faces_ = faces_;
     back.sources_ = {{p, 0}};
@@ -379,18 +380,18 @@ class ExactField {
     return back;
   }
 
-  void adopt(detail::WindowPropagation& propagation) {
+  void adopt(Propagation& propagation) {
     bound_ = propagation.bound();
     distances_ = propagation.distances;
     arrivals_ = propagation.arrivals;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (distances_[v] <= bound_) continue;
-      distances_[v] = unreachable<double>;
+      distances_[v] = unreachable<Real>;
       arrivals_[v] = {};
     }
     origins_ = propagation.origins;
     if (propagation.keeps_any()) {
-      windows_ = std::make_shared<const detail::WindowStore>(std::move(propagation.kept));
+      windows_ = std::make_shared<const detail::WindowStoreOf<Real>>(std::move(propagation.kept));
       propagation.kept = {};
     }
   }
@@ -399,12 +400,12 @@ class ExactField {
 
   // Straight ends within a limit: by windows through which the line to the point goes, and from
   // vertices of the point's faces where paths begin or bend.
-  [[nodiscard]] std::vector<End> ends_at(const Point& p, double limit) const {
+  [[nodiscard]] std::vector<End> ends_at(const Point& p, Real limit) const {
     std::vector<End> ends;
     if (p.kind == Point::Kind::vertex && distances_[p.element[0]] <= limit) {
       ends.push_back(at_vertex(p));
     }
-    for_each_end(p, limit, [&](double distance, const Arrival& last, const Vec2<double>& at) {
+    for_each_end(p, limit, [&](Real distance, const Arrival& last, const Vec2<Real>& at) {
       if (!(distance <= limit)) return;
       if (last.entry == Arrival::from_vertex && !begins_lines(last.origin)) return;
       if (p.kind == Point::Kind::vertex && last.entry == Arrival::from_vertex &&
@@ -419,18 +420,18 @@ class ExactField {
   [[nodiscard]] bool begins_lines(Index vertex) const {
     if (faces_->bends_at(vertex)) return true;
     return std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) {
-      return source.point == vertex_point<double>(vertex);
+      return source.point == vertex_point<Real>(vertex);
     });
   }
 
   [[nodiscard]] std::vector<ExactArrival<T>> distinct(const std::vector<End>& ends) const {
     std::vector<ExactArrival<T>> out;
-    std::vector<Vec3<double>> directions;
+    std::vector<Vec3<Real>> directions;
     for (const End& end : ends) {
-      const Vec3<double> direction = direction_of(end);
+      const Vec3<Real> direction = direction_of(end);
       const bool known = std::any_of(
           directions.begin(), directions.end(),
-          [&](const Vec3<double>& d) { return detail::straight(d, direction) < same_direction; });
+          [&](const Vec3<Real>& d) { return detail::straight(d, direction) < same_direction; });
       if (known) continue;
       directions.push_back(direction);
       out.push_back({static_cast<T>(end.distance + offset_), direction.template cast<T>(),
@@ -439,11 +440,11 @@ class ExactField {
     return out;
   }
 
-  [[nodiscard]] Vec3<double> direction_of(const End& end) const {
+  [[nodiscard]] Vec3<Real> direction_of(const End& end) const {
     if (end.back.size() > 1) return detail::unit_way(surface_, end.back[1], end.back[0]);
-    if (end.last.entry == Arrival::none) return Vec3<double>::Zero();
+    if (end.last.entry == Arrival::none) return Vec3<Real>::Zero();
     if (end.last.entry == Arrival::from_vertex) {
-      return detail::unit_way(surface_, vertex_point<double>(end.last.origin), end.point);
+      return detail::unit_way(surface_, vertex_point<Real>(end.last.origin), end.point);
     }
     if (end.last.entry == Arrival::from_source) {
       return detail::unit_way(surface_, source_point(end.last.origin), end.point);
@@ -453,11 +454,11 @@ class ExactField {
 
   // Where the last straight line to a place begins, in the frame of the half-edge it crosses. A
   // bend that lengthens it by rounding only is rounding of a window's end.
-  static Vec2<double> line_start(const Arrival& last, const Vec2<double>& at) {
+  static Vec2<Real> line_start(const Arrival& last, const Vec2<Real>& at) {
     if (last.is_straight()) return last.image;
-    const Vec2<double> bend(last.bend, 0);
-    const double length = (last.image - bend).norm() + (bend - at).norm();
-    const double straight = (last.image - at).norm();
+    const Vec2<Real> bend(last.bend, 0);
+    const Real length = (last.image - bend).norm() + (bend - at).norm();
+    const Real straight = (last.image - at).norm();
     return length - straight > detail::rounding * length ? bend : last.image;
   }
 
@@ -466,14 +467,14 @@ class ExactField {
     if (!end.back.empty()) return first_bend(end.back);
     if (end.last.entry == Arrival::none) return end.point;
     const Arrival last = last_bend(end.last);
-    if (last.entry == Arrival::from_vertex) return vertex_point<double>(last.origin);
+    if (last.entry == Arrival::from_vertex) return vertex_point<Real>(last.origin);
     if (last.entry == Arrival::from_source) return source_point(last.origin);
     Index origin = last.origin;
     while (origins_[origin].kind == detail::Origin::Kind::crossing) {
       origin = origins_[origin].previous;
     }
     const detail::Origin& o = origins_[origin];
-    return o.kind == detail::Origin::Kind::vertex ? vertex_point<double>(o.index)
+    return o.kind == detail::Origin::Kind::vertex ? vertex_point<Real>(o.index)
                                                   : source_point(o.index);
   }
 
@@ -501,22 +502,23 @@ class ExactField {
   // piece loses its way to rounding, the path is not as long as the distance, and found again.
   [[nodiscard]] std::vector<Point> trace(const End& end) const {
     if (!end.back.empty()) return end.back;
-    if (!(end.distance < unreachable<double>)) return {};
-    const detail::Trace tracer(surface_, *faces_, sources_, distances_, arrivals_, origins_);
+    if (!(end.distance < unreachable<Real>)) return {};
+    const detail::TraceOf<Real> tracer(surface_, *faces_, sources_, distances_, arrivals_,
+                                       origins_);
     std::vector<Point> path = tracer.back(end.point, end.at, end.last);
-    const double error = path_error(path, end.distance);
+    const Real error = path_error(path, end.distance);
     if (error <= most_path_error * end.distance) return path;
     std::vector<Point> again = descend(end);
     return path_error(again, end.distance) < error ? again : path;
   }
 
   // By how much a path to a source is longer or shorter than a distance.
-  [[nodiscard]] double path_error(const std::vector<Point>& path, double distance) const {
-    if (path.empty()) return unreachable<double>;
-    double sum = start_at(path.back());
-    Vec3<double> before = place(path[0]);
+  [[nodiscard]] Real path_error(const std::vector<Point>& path, Real distance) const {
+    if (path.empty()) return unreachable<Real>;
+    Real sum = start_at(path.back());
+    Vec3<Real> before = place(path[0]);
     for (std::size_t i = 1; i < path.size(); ++i) {
-      const Vec3<double> here = place(path[i]);
+      const Vec3<Real> here = place(path[i]);
       sum += detail::straight(before, here);
       before = here;
     }
@@ -524,16 +526,16 @@ class ExactField {
   }
 
   // Where a point is that is known to be of the surface.
-  [[nodiscard]] Vec3<double> place(const Point& p) const {
+  [[nodiscard]] Vec3<Real> place(const Point& p) const {
     if (p.kind == Point::Kind::vertex) return surface_.position(p.element[0]);
     if (p.kind == Point::Kind::face) return surface_.position(p);
-    const Vec3<double>&a = surface_.position(p.element[0]), &b = surface_.position(p.element[1]);
+    const Vec3<Real>&a = surface_.position(p.element[0]), &b = surface_.position(p.element[1]);
     return p.weights[0] * a + p.weights[1] * b;
   }
 
   // The least start distance of the sources at a point.
-  [[nodiscard]] double start_at(const Point& p) const {
-    double least = unreachable<double>;
+  [[nodiscard]] Real start_at(const Point& p) const {
+    Real least = unreachable<Real>;
     for (const auto& source : sources_) {
       if (source.point == p) least = std::min(least, source.distance);
     }
@@ -543,38 +545,38 @@ class ExactField {
   // The way back to the source by windows, which are found anew where they were not kept.
   [[nodiscard]] std::vector<Point> descend(const End& end) const {
     if (windows_ && kept_faces_.empty()) return descend(end.point, end.distance);
-    double longest = 0;
+    Real longest = 0;
     for_each_face(end.point, [&](Index f, const Weights&) {
       for (Index h = 3 * f; h < 3 * f + 3; ++h) longest = std::max(longest, surface_.length(h));
     });
-    const double limit = end.distance * (1 + needle_rounding) + detail::rounding * longest;
+    const Real limit = end.distance * (1 + needle_rounding) + detail::rounding * longest;
     const ExactField back = search_back(end.point, limit);
     End nearest;
-    double least = unreachable<double>;
+    Real least = unreachable<Real>;
     for (const auto& source : sources_) {
       const End from = back.nearest(source.point);
       if (!(from.distance + source.distance < least)) continue;
       least = from.distance + source.distance;
       nearest = from;
     }
-    if (!(least < unreachable<double>)) return {};
+    if (!(least < unreachable<Real>)) return {};
     std::vector<Point> path = back.descend(nearest.point, nearest.distance);
     std::reverse(path.begin(), path.end());
     return path;
   }
 
-  [[nodiscard]] std::vector<Point> descend(const Point& p, double distance) const {
-    detail::Descent descent(surface_, *faces_, sources_, distances_, arrivals_, origins_,
-                            *windows_);
+  [[nodiscard]] std::vector<Point> descend(const Point& p, Real distance) const {
+    detail::DescentOf<Real> descent(surface_, *faces_, sources_, distances_, arrivals_, origins_,
+                                    *windows_);
     return descent.back(p, distance);
   }
 
   [[nodiscard]] ExactDeparture<T> departure_along(const Point& source, const Point& next) const {
     ExactDeparture<T> out{};
-    const Vec3<double> direction = detail::unit_way(surface_, source, next);
+    const Vec3<Real> direction = detail::unit_way(surface_, source, next);
     out.direction = direction.template cast<T>();
     for_each_face(source, [&](Index f, const Weights& weights) {
-      if (!share_face(next, face_point<double>(f, {1.0 / 3, 1.0 / 3, 1.0 / 3}))) return;
+      if (!share_face(next, face_point<Real>(f, {1.0 / 3, 1.0 / 3, 1.0 / 3}))) return;
       Index h = 3 * f;
       while (source.kind != Point::Kind::face && !starts_at(h, weights)) ++h;
       out.halfedge = h;
@@ -590,16 +592,16 @@ class ExactField {
   }
 
   Mesh surface_;
-  std::shared_ptr<const detail::PlanarFaces> faces_;
-  detail::Sources sources_;  // their distances less the offset
-  double offset_ = 0;        // the least start distance
-  double bound_ = unreachable<double>;
-  detail::Array<double> distances_;  // of each vertex, less the offset
+  std::shared_ptr<const PlanarFaces> faces_;
+  std::vector<Source<Real>> sources_;  // their distances less the offset
+  Real offset_ = 0;                    // the least start distance
+  Real bound_ = unreachable<Real>;
+  detail::Array<Real> distances_;    // of each vertex, less the offset
   detail::Array<Arrival> arrivals_;  // of each vertex
   detail::Array<detail::Origin> origins_;
-  std::shared_ptr<const detail::WindowStore> windows_;  // where any were kept
-  detail::Array<char> kept_faces_;                      // which, or empty for all
-  bool bends_anywhere_ = false;                         // with a reset radius
+  std::shared_ptr<const detail::WindowStoreOf<Real>> windows_;  // where any were kept
+  detail::Array<char> kept_faces_;                              // which, or empty for all
+  bool bends_anywhere_ = false;                                 // with a reset radius
 };
 
 /// Exact geodesic distance on a triangle mesh: the length of the shortest path over its faces.
@@ -624,7 +626,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   /// hold for every query that is not given its own.
   explicit ExactSolver(const TriangleMesh auto& mesh, ExactOptions<T> options = {})
       : surface_(mesh),
-        faces_(std::make_shared<const detail::PlanarFaces>(surface_)),
+        faces_(std::make_shared<const PlanarFaces>(surface_)),
         options_(std::move(options)),
         mean_edge_(detail::mean_edge_length(surface_)),
         pool_(std::make_shared<Pool>()) {
@@ -669,9 +671,11 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
 
  private:
   friend class detail::DistanceQueries<ExactSolver<T>, T>;
-  using Workspace = detail::WindowPropagation;
-  using Point = SurfacePoint<double>;
-
+  using Real = typename detail::WorkingPrecision<T>::Real;
+  using Point = SurfacePoint<Real>;
+  using PlanarFaces = detail::PlanarFacesOf<Real>;
+  using Sources = std::vector<Source<Real>>;
+  using Workspace = detail::WindowPropagationOf<Real>;
   using Pool = detail::Pool<Workspace>;
   using Borrowed = typename Pool::Borrowed;
 
@@ -682,23 +686,22 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     for (const auto& target : options.targets) surface_.require_point(target);
   }
 
-  [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
-    const double offset = normalise(sources);
+  [[nodiscard]] detail::Array<Real> solve_vertices(Sources sources) const {
+    const Real offset = normalise(sources);
     const Borrowed workspace(*pool_);
     detail::PropagationLimits limits = limits_of(options_, offset);
     limits.keep_windows = false;
     limits.faces_to_keep.clear();
     run(*workspace, sources, limits);
-    detail::Array<double> out;
+    detail::Array<Real> out;
     out.reserve((*workspace).distances.size());
-    for (const double d : (*workspace).distances) {
-      out.push_back(d <= (*workspace).bound() ? d + offset : unreachable<double>);
+    for (const Real d : (*workspace).distances) {
+      out.push_back(d <= (*workspace).bound() ? d + offset : unreachable<Real>);
     }
     return out;
   }
 
-  [[nodiscard]] ExactField<T> solve_checked(detail::Sources sources,
-                                            const ExactOptions<T>& options) const {
+  [[nodiscard]] ExactField<T> solve_checked(Sources sources, const ExactOptions<T>& options) const {
     require_options(options);
     ExactField<T> field(surface_);
     field.faces_ = faces_;
@@ -708,20 +711,20 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     const Borrowed workspace(*pool_);
     run(*workspace, field.sources_, limits);
     field.adopt(*workspace);
-    field.bends_anywhere_ = limits.ring < unreachable<double>;
+    field.bends_anywhere_ = limits.ring < unreachable<Real>;
     field.kept_faces_ = limits.keep_windows ? detail::Array<char>{} : limits.faces_to_keep;
     return field;
   }
 
-  void run(Workspace& workspace, const detail::Sources& sources,
+  void run(Workspace& workspace, const Sources& sources,
            const detail::PropagationLimits& limits) const {
     workspace.run(surface_, *faces_, sources, limits);
     if (workspace.was_cancelled) throw Cancelled("the exact solve was cancelled");
   }
 
   // Moves the start distances so that the least is zero, and returns what it was.
-  [[nodiscard]] double normalise(detail::Sources& sources) const {
-    double least = unreachable<double>;
+  [[nodiscard]] Real normalise(Sources& sources) const {
+    Real least = unreachable<Real>;
     for (auto& source : sources) {
       source.point = ExactField<T>::snapped(surface_, source.point);
       least = std::min(least, source.distance);
@@ -731,17 +734,17 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   }
 
   [[nodiscard]] detail::PropagationLimits limits_of(const ExactOptions<T>& options,
-                                                    double offset) const {
+                                                    Real offset) const {
     detail::PropagationLimits limits;
-    limits.distance = double{options.max_distance} - offset;
+    limits.distance = Real{options.max_distance} - offset;
     limits.cancelled = options.cancelled;
     limits.keep_windows = options.keep_windows;
     if (options.reset_radius < unreachable<T> && mean_edge_ > 0) {
-      limits.ring = double{options.reset_radius} * mean_edge_;
+      limits.ring = Real{options.reset_radius} * mean_edge_;
       limits.keep_windows = true;
     }
     for (const auto& target : options.targets) {
-      add_target(ExactField<T>::snapped(surface_, target.template cast<double>()), limits);
+      add_target(ExactField<T>::snapped(surface_, target.template cast<Real>()), limits);
     }
     return limits;
   }
@@ -764,15 +767,15 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     const Index first = surface_.find_halfedge(p.element[0], p.element[1]);
     Index h = first;
     do {
-      limits.faces_to_keep[Surface<double>::face_of(h)] = 1;
+      limits.faces_to_keep[Surface<Real>::face_of(h)] = 1;
       h = surface_.twin(h);
     } while (h != first);
   }
 
-  Surface<double> surface_;
-  std::shared_ptr<const detail::PlanarFaces> faces_;
+  Surface<Real> surface_;
+  std::shared_ptr<const PlanarFaces> faces_;
   ExactOptions<T> options_;
-  double mean_edge_;
+  Real mean_edge_;
   std::shared_ptr<Pool> pool_;
 };
 

@@ -510,6 +510,4 @@ explicit HeatSolver(const M&) -> HeatSolver<MeshScalar<M>>;
 template <TriangleMesh M>
 HeatSolver(const M&, const HeatOptions&) -> HeatSolver<MeshScalar<M>>;
 
-static_assert(DistanceSolver<HeatSolver<double>, double>);
-
 }  // namespace gelight

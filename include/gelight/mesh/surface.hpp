@@ -204,43 +204,48 @@ class Surface {
     for (Index h = 0; h < count; ++h) data.corners[fill[data.vertices[h]]++] = h;
   }
 
+  // An edge of a face as its lower vertex sees it.
+  struct Edge {
+    Index end, halfedge;
+    friend auto operator<=>(const Edge&, const Edge&) = default;
+  };
+
   // Gathers the half-edges of each edge at its lower vertex, and closes them into a cycle.
   static void link_twins(Data& data) {
     const auto vertex = [&](Index h) { return data.vertices[h]; };
     data.twins.resize(data.vertices.size());
-    detail::Array<std::pair<Index, Index>> edges;  // the edge's higher vertex, the half-edge
+    detail::Array<Edge> edges;
     const auto count = static_cast<Index>(data.positions.size());
     for (Index v = 0; v < count; ++v) {
       edges.clear();
       for (Index c = data.corner_begin[v]; c < data.corner_begin[v + 1]; ++c) {
         const Index out = data.corners[c];
         const Index in = previous(out);
-        if (vertex(next(out)) > v) edges.emplace_back(vertex(next(out)), out);
-        if (vertex(in) > v) edges.emplace_back(vertex(in), in);
+        if (vertex(next(out)) > v) edges.push_back({vertex(next(out)), out});
+        if (vertex(in) > v) edges.push_back({vertex(in), in});
       }
       std::sort(edges.begin(), edges.end());
       for (auto first = edges.begin(); first != edges.end();) {
-        const auto last = std::find_if(first, edges.end(),
-                                       [&](const auto& e) { return e.first != first->first; });
+        const auto last =
+            std::find_if(first, edges.end(), [&](const Edge& e) { return e.end != first->end; });
         close_cycle(first, last, data);
         first = last;
       }
     }
   }
 
-  template <class Edge>
-  static void close_cycle(Edge first, Edge last, Data& data) {
+  static void close_cycle(auto first, auto last, Data& data) {
     for (auto e = first; e != last; ++e) {
-      data.twins[e->second] = (e + 1 == last ? first : e + 1)->second;
+      data.twins[e->halfedge] = (e + 1 == last ? first : e + 1)->halfedge;
     }
     // Two faces with the same vertices share an edge and the vertex across it.
-    const auto apex = [&](const auto& e) { return data.vertices[previous(e.second)]; };
+    const auto apex = [&](const Edge& e) { return data.vertices[previous(e.halfedge)]; };
     if (last - first == 1) return;
-    std::sort(first, last, [&](const auto& a, const auto& b) { return apex(a) < apex(b); });
+    std::sort(first, last, [&](const Edge& a, const Edge& b) { return apex(a) < apex(b); });
     const auto same = std::adjacent_find(
-        first, last, [&](const auto& a, const auto& b) { return apex(a) == apex(b); });
-    detail::require(same == last, "faces ", same == last ? 0 : face_of(same->second), " and ",
-                    same == last ? 0 : face_of((same + 1)->second),
+        first, last, [&](const Edge& a, const Edge& b) { return apex(a) == apex(b); });
+    detail::require(same == last, "faces ", same == last ? 0 : face_of(same->halfedge), " and ",
+                    same == last ? 0 : face_of((same + 1)->halfedge),
                     " have the same three vertices");
   }
 
@@ -251,9 +256,8 @@ class Surface {
     for (Index h = 0; h < count; ++h) {
       // From the lower vertex to the higher, so that twins agree to the last bit.
       const auto [a, b] = std::minmax(data.vertices[h], data.vertices[next(h)]);
-      const Vec3<double> edge =
-          data.positions[b].template cast<double>() - data.positions[a].template cast<double>();
-      const double length = detail::stable_norm(edge);
+      const double length = detail::stable_norm(data.positions[b].template cast<double>() -
+                                                data.positions[a].template cast<double>());
       longest = std::max(longest, length);
       data.lengths[h] = length < detail::shortest_length ? T(0) : static_cast<T>(length);
     }
@@ -266,7 +270,5 @@ class Surface {
 
 template <TriangleMesh M>
 explicit Surface(const M&) -> Surface<MeshScalar<M>>;
-
-static_assert(TriangleMesh<Surface<double>>);
 
 }  // namespace gelight

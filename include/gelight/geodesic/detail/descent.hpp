@@ -27,12 +27,14 @@ namespace gelight::detail {
 template <std::floating_point Real>
 class DescentOf {
  public:
-  using Mesh = Surface<double>;
-  using Point = SurfacePoint<double>;
+  using Mesh = Surface<Real>;
+  using Point = SurfacePoint<Real>;
+  using Arrival = ArrivalOf<Real>;
 
-  DescentOf(const Mesh& surface, const PlanarFaces& faces, const Sources& sources,
-            const Array<double>& distances, const Array<Arrival>& arrivals,
-            const Array<Origin>& origins, const WindowStore& windows)
+  DescentOf(const Mesh& surface, const PlanarFacesOf<Real>& faces,
+            const std::vector<Source<Real>>& sources, const Array<Real>& distances,
+            const Array<Arrival>& arrivals, const Array<Origin>& origins,
+            const WindowStoreOf<Real>& windows)
       : surface_(surface),
         faces_(faces),
         sources_(sources),
@@ -43,7 +45,7 @@ class DescentOf {
         visited_(static_cast<std::size_t>(surface.face_count()), 0) {}
 
   /// The path from a point at a distance to its source; empty where none is found.
-  [[nodiscard]] std::vector<Point> back(const Point& from, double distance) {
+  [[nodiscard]] std::vector<Point> back(const Point& from, Real distance) {
     distance_ = distance;
     for (rounding_ = least_rounding; rounding_ < most_rounding; rounding_ *= 16) {
       std::vector<Point> path = attempt(from);
@@ -55,15 +57,15 @@ class DescentOf {
  private:
   // What is nearer to a point than a share of the faces' size and the distance lies at it. The
   // windows of faces that are as thin as that lead astray: then the share is made larger.
-  static constexpr double least_rounding = 16 * std::numeric_limits<double>::epsilon();
-  static constexpr double most_rounding = 1e-9;
+  static constexpr Real least_rounding = 16 * std::numeric_limits<Real>::epsilon();
+  static constexpr Real most_rounding = 1e-9;
 
   [[nodiscard]] std::vector<Point> attempt(const Point& from) {
     std::vector<Point> path{from};
     is_crossed_.assign(static_cast<std::size_t>(surface_.face_count()), 0);
     for (Index left = surface_.face_count(); left > 0; --left) {
       const Step step = nearest_from(path.back());
-      if (!(step.distance < unreachable<double>)) return {};
+      if (!(step.distance < unreachable<Real>)) return {};
       append(path, step);
       if (step.is_last) return path;
       is_crossed_[Mesh::face_of(places_[step.place].halfedge)] = 1;
@@ -80,8 +82,8 @@ class DescentOf {
   };
 
   struct Step {
-    double distance = unreachable<double>;  // of the way by `to`
-    std::ptrdiff_t place = -1;              // from where
+    Real distance = unreachable<Real>;  // of the way by `to`
+    std::ptrdiff_t place = -1;          // from where
     Point to;
     bool is_last = false;  // at a source
   };
@@ -126,17 +128,17 @@ class DescentOf {
     const Index first = places_[i].halfedge;
     for (const Index h : sides(first)) {
       const Vec2<Real> at = in_frame(i, h);
-      const double length = surface_.length(h), x = std::clamp(at.x(), 0.0, length);
+      const Real length = surface_.length(h), x = std::clamp(at.x(), 0.0, length);
       if (at.norm() <= near(h)) add_corners(surface_.origin(h), i);
       if (length == 0 || !((at - Vec2<Real>(x, 0)).norm() <= near(h))) continue;
       const Index a = surface_.origin(h);
-      add_edge(h, a, edge_point<double>(a, surface_.tip(h), x / length), i);
+      add_edge(h, a, edge_point<Real>(a, surface_.tip(h), x / length), i);
     }
   }
 
   void add_corners(Index vertex, std::ptrdiff_t previous) {
     for (const Index out : surface_.corners(vertex)) {
-      add(out, {0, 0}, previous, vertex_point<double>(vertex));
+      add(out, {0, 0}, previous, vertex_point<Real>(vertex));
     }
   }
 
@@ -144,7 +146,7 @@ class DescentOf {
   void add_edge(Index h, Index a, const Point& p, std::ptrdiff_t previous) {
     const Index first = h;
     do {
-      const double share = p.weights[surface_.origin(h) == a ? 1 : 0];
+      const Real share = p.weights[surface_.origin(h) == a ? 1 : 0];
       add(h, share * tip(h), previous, p);
       h = surface_.twin(h);
     } while (h != first);
@@ -175,13 +177,13 @@ class DescentOf {
   }
 
   // How far rounding reaches at a side.
-  [[nodiscard]] double near(Index h) const {
+  [[nodiscard]] Real near(Index h) const {
     return rounding_ * (distance_ + surface_.length(h) + surface_.length(Mesh::next(h)));
   }
 
   // --- the ways on -------------------------------------------------------------------------------
 
-  void consider(double distance, std::ptrdiff_t place, const Point& to, bool is_last,
+  void consider(Real distance, std::ptrdiff_t place, const Point& to, bool is_last,
                 Step& best) const {
     if (distance < best.distance) best = {distance, place, to, is_last};
   }
@@ -223,33 +225,33 @@ class DescentOf {
   void to_corners(std::ptrdiff_t i, Step& best) const {
     for (const Index h : sides(places_[i].halfedge)) {
       const Index v = surface_.origin(h);
-      const double gap = in_frame(i, h).norm();
+      const Real gap = in_frame(i, h).norm();
       const bool is_source = is_at_source(v);
       if (gap <= near(h) && !is_source) continue;
-      consider(distances_[v] + gap, i, vertex_point<double>(v), is_source, best);
+      consider(distances_[v] + gap, i, vertex_point<Real>(v), is_source, best);
     }
   }
 
   [[nodiscard]] bool is_at_source(Index vertex) const {
     const Arrival& last = arrivals_[vertex];
     return last.entry == Arrival::from_source &&
-           sources_[static_cast<std::size_t>(last.origin)].point == vertex_point<double>(vertex);
+           sources_[static_cast<std::size_t>(last.origin)].point == vertex_point<Real>(vertex);
   }
 
   void to_windows(std::ptrdiff_t i, Step& best) const {
     for (const Index h : sides(places_[i].halfedge)) {
       const Vec2<Real> at = in_frame(i, h);
-      const double length = surface_.length(h);
-      windows_.for_each(h, [&](const WindowColumns& w, std::ptrdiff_t count) {
+      const Real length = surface_.length(h);
+      windows_.for_each(h, [&](const WindowColumnsOf<Real>& w, std::ptrdiff_t count) {
         for (std::ptrdiff_t k = 0; k < count; ++k) {
-          const double straight = straight_crossing(w.x[k], w.y[k], at);
-          const double x = std::clamp(straight, w.begin[k], w.end[k]);
+          const Real straight = straight_crossing(w.x[k], w.y[k], at);
+          const Real x = std::clamp(straight, w.begin[k], w.end[k]);
           if ((at - Vec2<Real>(x, 0)).norm() <= near(h)) continue;
-          const double distance = origins_[w.origin[k]].start +
-                                  distance_through(w.begin[k], w.end[k], w.x[k], w.y[k], at);
+          const Real distance = origins_[w.origin[k]].start +
+                                distance_through(w.begin[k], w.end[k], w.x[k], w.y[k], at);
           if (!(distance < best.distance)) continue;
-          const double t = std::clamp(x / length, 0.0, 1.0);
-          consider(distance, i, edge_point<double>(surface_.origin(h), surface_.tip(h), t), false,
+          const Real t = std::clamp(x / length, 0.0, 1.0);
+          consider(distance, i, edge_point<Real>(surface_.origin(h), surface_.tip(h), t), false,
                    best);
         }
       });
@@ -257,20 +259,18 @@ class DescentOf {
   }
 
   const Mesh& surface_;
-  const PlanarFaces& faces_;
-  const Sources& sources_;
-  const Array<double>& distances_;
+  const PlanarFacesOf<Real>& faces_;
+  const std::vector<Source<Real>>& sources_;
+  const Array<Real>& distances_;
   const Array<Arrival>& arrivals_;
   const Array<Origin>& origins_;
-  const WindowStore& windows_;
-  double distance_ = 0;  // of the path's beginning
-  double rounding_ = least_rounding;
+  const WindowStoreOf<Real>& windows_;
+  Real distance_ = 0;  // of the path's beginning
+  Real rounding_ = least_rounding;
   Index turn_ = 0;          // counts the points that were looked round
   Array<Index> visited_;    // of each face: the turn at which it was last found
   Array<char> is_crossed_;  // of each face: whether the path crosses it
   Array<Place> places_;     // the point of the path, in all faces that hold it
 };
-
-using Descent = DescentOf<double>;
 
 }  // namespace gelight::detail

@@ -50,9 +50,10 @@ T short_edge_length(const Surface<T>& surface) {
 }
 
 /// Calls `visit(face)` for each face that holds the point.
-inline void for_each_face_at(const Surface<double>& surface, const SurfacePoint<double>& point,
+template <std::floating_point T>
+inline void for_each_face_at(const Surface<T>& surface, const SurfacePoint<T>& point,
                              auto&& visit) {
-  using Kind = SurfacePoint<double>::Kind;
+  using Kind = typename SurfacePoint<T>::Kind;
   if (point.kind == Kind::face) return visit(point.element[0]);
   if (point.kind == Kind::vertex) {
     for (const Index h : surface.corners(point.element[0])) visit(surface.face_of(h));
@@ -84,9 +85,10 @@ T straight_distance(const Surface<T>& surface, const SurfacePoint<T>& point, Ind
 
 /// Calls `visit(vertex, distance)` for the vertices that a point reaches by a straight line: itself
 /// if it is a vertex, else those of the faces that hold it, some perhaps twice.
-inline void for_each_vertex_near(const Surface<double>& surface, const SurfacePoint<double>& point,
+template <std::floating_point T>
+inline void for_each_vertex_near(const Surface<T>& surface, const SurfacePoint<T>& point,
                                  auto&& visit) {
-  if (point.kind == SurfacePoint<double>::Kind::vertex) return visit(point.element[0], 0.0);
+  if (point.kind == SurfacePoint<T>::Kind::vertex) return visit(point.element[0], T(0));
   for_each_face_at(surface, point, [&](Index f) {
     for (const Index v : surface.face(f)) visit(v, straight_distance(surface, point, v));
   });

@@ -19,17 +19,17 @@ namespace gelight::detail {
 template <std::floating_point Real>
 class PlanarFacesOf {
  public:
-  explicit PlanarFacesOf(const Surface<double>& surface) {
+  explicit PlanarFacesOf(const Surface<Real>& surface) {
     const Index faces = surface.face_count();
     apex_.resize(static_cast<std::size_t>(surface.halfedge_count()));
     for (Index f = 0; f < faces; ++f) lay_flat(surface, 3 * f);
     classify_vertices(surface);
   }
 
-  [[nodiscard]] const Vec2<double>& apex(Index h) const { return apex_[h]; }
+  [[nodiscard]] const Vec2<Real>& apex(Index h) const { return apex_[h]; }
 
   /// The angle of h's face at h's origin, in radians.
-  [[nodiscard]] double angle(Index h) const { return std::atan2(apex_[h].y(), apex_[h].x()); }
+  [[nodiscard]] Real angle(Index h) const { return std::atan2(apex_[h].y(), apex_[h].x()); }
 
   /// How shortest paths can pass a vertex: not at all (or straight on, where it is flat), nor near
   /// it at a tip; bending at a saddle or a re-entrant corner of the border; or in any direction, at
@@ -42,81 +42,81 @@ class PlanarFacesOf {
  private:
   // Paths round a saddle of less excess angle than this are found without windows of its own: they
   // are longer than those of the neighbouring windows by half its square at most, relative.
-  static constexpr double smallest_excess = 1e-11;
+  static constexpr Real smallest_excess = 1e-11;
   // A tip's angles sum to less than this, in radians; much less than pi.
-  static constexpr double sharpest = 1;
+  static constexpr Real sharpest = 1;
 
-  void lay_flat(const Surface<double>& surface, Index first) {
+  void lay_flat(const Surface<Real>& surface, Index first) {
     // The area from the two shorter edges: its rounding error is proportional to their product.
     std::array<Index, 3> by_length{first, first + 1, first + 2};
     std::sort(by_length.begin(), by_length.end(),
               [&](Index a, Index b) { return surface.length(a) < surface.length(b); });
-    const double doubled_area =
+    const Real doubled_area =
         stable_norm(cross(vector(surface, by_length[0]), vector(surface, by_length[1])));
     for (Index h = first; h < first + 3; ++h) {
-      const double length = surface.length(h);
+      const Real length = surface.length(h);
       if (length == 0) {
-        apex_[h] = {surface.length(Surface<double>::previous(h)), 0};
+        apex_[h] = {surface.length(Surface<Real>::previous(h)), 0};
         continue;
       }
       const Vec3<Real> along = vector(surface, h) / length;
-      const Index next = Surface<double>::next(h), previous = Surface<double>::previous(h);
+      const Index next = Surface<Real>::next(h), previous = Surface<Real>::previous(h);
       // From the nearer end, so that the error is proportional to the distance from there.
-      const double x = surface.length(previous) < surface.length(next)
-                           ? -along.dot(vector(surface, previous))
-                           : length + along.dot(vector(surface, next));
+      const Real x = surface.length(previous) < surface.length(next)
+                         ? -along.dot(vector(surface, previous))
+                         : length + along.dot(vector(surface, next));
       apex_[h] = {x, doubled_area / length};
     }
   }
 
-  static Vec3<Real> vector(const Surface<double>& surface, Index h) {
+  static Vec3<Real> vector(const Surface<Real>& surface, Index h) {
     const Vec3<Real> origin = surface.position(surface.origin(h));
     const Vec3<Real> tip = surface.position(surface.tip(h));
     return tip - origin;
   }
 
-  void classify_vertices(const Surface<double>& surface) {
+  void classify_vertices(const Surface<Real>& surface) {
     const Index count = surface.vertex_count();
     bends_.resize(static_cast<std::size_t>(count));
     for (Index v = 0; v < count; ++v) bends_[v] = classify(surface, v);
   }
 
-  [[nodiscard]] Bend classify(const Surface<double>& surface, Index vertex) const {
+  [[nodiscard]] Bend classify(const Surface<Real>& surface, Index vertex) const {
     const auto corners = surface.corners(vertex);
     if (corners.empty()) return Bend::none;
-    double sum = 0;
+    Real sum = 0;
     Index border_edges = 0;
     for (const Index out : corners) {
-      for (const Index h : {out, Surface<double>::previous(out)}) {
+      for (const Index h : {out, Surface<Real>::previous(out)}) {
         if (surface.length(h) == 0 || !surface.is_manifold(h)) return Bend::any;
         border_edges += surface.is_border(h);
       }
       sum += angle(out);
     }
     if (border_edges > 2 || fan_size(surface, vertex) < std::ssize(corners)) return Bend::any;
-    const double flat = border_edges > 0 ? std::numbers::pi : 2 * std::numbers::pi;
+    const Real flat = border_edges > 0 ? std::numbers::pi : 2 * std::numbers::pi;
     if (border_edges == 0 && sum < sharpest) return Bend::tip;
     return sum > flat + smallest_excess ? Bend::saddle : Bend::none;
   }
 
   // Faces reached from a vertex's first corner by turning round the vertex both ways.
-  static std::ptrdiff_t fan_size(const Surface<double>& surface, Index vertex) {
+  static std::ptrdiff_t fan_size(const Surface<Real>& surface, Index vertex) {
     const Index start = surface.corners(vertex)[0];
     std::ptrdiff_t count = 1;
-    for (const Index side : {start, Surface<double>::previous(start)}) {
+    for (const Index side : {start, Surface<Real>::previous(start)}) {
       Index h = side;
       while (!surface.is_border(h)) {
         const Index across = surface.twin(h);
-        if (Surface<double>::face_of(across) == Surface<double>::face_of(start)) return count;
+        if (Surface<Real>::face_of(across) == Surface<Real>::face_of(start)) return count;
         ++count;
-        h = surface.origin(across) == vertex ? Surface<double>::previous(across)
-                                             : Surface<double>::next(across);
+        h = surface.origin(across) == vertex ? Surface<Real>::previous(across)
+                                             : Surface<Real>::next(across);
       }
     }
     return count;
   }
 
-  Array<Vec2<double>> apex_;
+  Array<Vec2<Real>> apex_;
   Array<Bend> bends_;
 };
 

@@ -17,12 +17,12 @@ namespace gelight::detail {
 template <std::floating_point Real>
 class ShadowOf {
  public:
-  using Mesh = Surface<double>;
+  using Mesh = Surface<Real>;
 
   /// The limits are moved outwards by an angle `overlap`, so that rounding leaves an overlap rather
   /// than a gap: hardly on the opposite edge of a plain face, and over all of it where a face has
   /// no area.
-  ShadowOf(const Mesh& surface, const PlanarFaces& faces, Index vertex, double overlap)
+  ShadowOf(const Mesh& surface, const PlanarFacesOf<Real>& faces, Index vertex, Real overlap)
       : surface_(surface), faces_(faces), vertex_(vertex), overlap_(overlap) {}
 
   /// Calls visit(h, begin, end) for every part in shadow of an edge opposite to the vertex:
@@ -30,8 +30,8 @@ class ShadowOf {
   /// the corner whose half-edge out of the vertex is `corner`, from direction `back` (a unit vector
   /// in the frame of `corner`).
   template <class Visit>
-  void cast(Index corner, const Vec2<double>& back, const Visit& visit) const {
-    const Vec2<double> opening = rotation(corner);
+  void cast(Index corner, const Vec2<Real>& back, const Visit& visit) const {
+    const Vec2<Real> opening = rotation(corner);
     const Limit left = turn(Mesh::previous(corner), rotated_back(opening, back));
     const Limit right = turn(corner, back);
     if (left.entering >= 0 && sweep(left, right, visit)) return;
@@ -43,24 +43,24 @@ class ShadowOf {
   // share of the opposite edge, counted from that half-edge. -1 where a border comes first.
   struct Limit {
     Index entering = -1;
-    double share = 0;
+    Real share = 0;
   };
 
   // Rotations are unit complex numbers.
-  static Vec2<double> rotated(const Vec2<double>& a, const Vec2<double>& b) {
+  static Vec2<Real> rotated(const Vec2<Real>& a, const Vec2<Real>& b) {
     return {a.x() * b.x() - a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
   }
-  static Vec2<double> rotated_back(const Vec2<double>& a, const Vec2<double>& b) {
+  static Vec2<Real> rotated_back(const Vec2<Real>& a, const Vec2<Real>& b) {
     return {a.x() * b.x() + a.y() * b.y(), a.y() * b.x() - a.x() * b.y()};
   }
-  static double cross(const Vec2<double>& a, const Vec2<double>& b) {
+  static Real cross(const Vec2<Real>& a, const Vec2<Real>& b) {
     return a.x() * b.y() - a.y() * b.x();
   }
 
   // The angle of a face at the vertex, given by its half-edge out of the vertex.
-  [[nodiscard]] Vec2<double> rotation(Index corner) const {
-    const Vec2<double>& apex = faces_.apex(corner);
-    const double length = surface_.length(Mesh::previous(corner));
+  [[nodiscard]] Vec2<Real> rotation(Index corner) const {
+    const Vec2<Real>& apex = faces_.apex(corner);
+    const Real length = surface_.length(Mesh::previous(corner));
     return {apex.x() / length, apex.y() / length};
   }
 
@@ -75,17 +75,17 @@ class ShadowOf {
 
   // Turns from face to face, at first over half-edge `side`, at which an angle `turned` is behind,
   // until the angle is pi.
-  [[nodiscard]] Limit turn(Index side, Vec2<double> turned) const {
+  [[nodiscard]] Limit turn(Index side, Vec2<Real> turned) const {
     for (auto faces = std::ssize(surface_.corners(vertex_)); faces > 0; --faces) {
       if (surface_.is_border(side)) return {};
       const Index entering = surface_.twin(side);
-      const Vec2<double> opening = rotation(corner_of(entering));
-      const Vec2<double> rest(-turned.x(), turned.y());  // to the angle pi
-      const double beyond = cross(rest, opening);
+      const Vec2<Real> opening = rotation(corner_of(entering));
+      const Vec2<Real> rest(-turned.x(), turned.y());  // to the angle pi
+      const Real beyond = cross(rest, opening);
       if (rest.y() >= -overlap_ && beyond >= -overlap_) {
-        const double near = surface_.length(entering);
-        const double far = surface_.length(other_side(entering));
-        const double to_near = near * (rest.y() - overlap_), to_far = far * (beyond + overlap_);
+        const Real near = surface_.length(entering);
+        const Real far = surface_.length(other_side(entering));
+        const Real to_near = near * (rest.y() - overlap_), to_far = far * (beyond + overlap_);
         return {entering, to_near > 0 ? to_near / (to_near + to_far) : 0};
       }
       turned = rotated(turned, opening);
@@ -98,13 +98,13 @@ class ShadowOf {
   template <class Visit>
   bool sweep(const Limit& from, const Limit& to, const Visit& visit) const {
     Index entering = from.entering;
-    double begin = from.share;
+    Real begin = from.share;
     for (auto faces = std::ssize(surface_.corners(vertex_)); faces > 0; --faces) {
       const bool last = to.entering >= 0 && Mesh::face_of(entering) == Mesh::face_of(to.entering);
-      const double end = last ? 1 - to.share : 1;
+      const Real end = last ? 1 - to.share : 1;
       if (begin < end) {
         const Index opposite = Mesh::next(corner_of(entering));
-        const double length = surface_.length(opposite);
+        const Real length = surface_.length(opposite);
         if (surface_.origin(entering) == vertex_) {
           visit(opposite, begin * length, end * length);
         } else {
@@ -121,11 +121,9 @@ class ShadowOf {
   }
 
   const Mesh& surface_;
-  const PlanarFaces& faces_;
+  const PlanarFacesOf<Real>& faces_;
   Index vertex_;
-  double overlap_;
+  Real overlap_;
 };
-
-using Shadow = ShadowOf<double>;
 
 }  // namespace gelight::detail

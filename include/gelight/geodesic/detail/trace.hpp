@@ -18,12 +18,13 @@ namespace gelight::detail {
 template <std::floating_point Real>
 class TraceOf {
  public:
-  using Mesh = Surface<double>;
-  using Point = SurfacePoint<double>;
+  using Mesh = Surface<Real>;
+  using Point = SurfacePoint<Real>;
+  using Arrival = ArrivalOf<Real>;
 
-  TraceOf(const Mesh& surface, const PlanarFaces& faces, const Sources& sources,
-          const Array<double>& distances, const Array<Arrival>& arrivals,
-          const Array<Origin>& origins)
+  TraceOf(const Mesh& surface, const PlanarFacesOf<Real>& faces,
+          const std::vector<Source<Real>>& sources, const Array<Real>& distances,
+          const Array<Arrival>& arrivals, const Array<Origin>& origins)
       : surface_(surface),
         faces_(faces),
         sources_(sources),
@@ -36,7 +37,7 @@ class TraceOf {
   [[nodiscard]] std::vector<Point> back(const Point& from, const Vec2<Real>& at,
                                         const Arrival& last) const {
     std::vector<Point> path{from};
-    const Index vertex = last_piece(at, last, unreachable<double>, path);
+    const Index vertex = last_piece(at, last, unreachable<Real>, path);
     return from_vertex(vertex, std::move(path));
   }
 
@@ -44,7 +45,7 @@ class TraceOf {
   [[nodiscard]] std::vector<Point> from_vertex(Index vertex, std::vector<Point> path) const {
     // Every vertex on the way is nearer than the one before, or by rounding they would be endless.
     for (Index left = surface_.vertex_count(); vertex >= 0 && left > 0; --left) {
-      append(path, vertex_point<double>(vertex));
+      append(path, vertex_point<Real>(vertex));
       const Arrival& last = arrivals_[vertex];
       const Vec2<Real> at = last.entry < 0 ? Vec2<Real>(0, 0) : faces_.apex(last.entry);
       const Index next = last_piece(at, last, distances_[vertex], path);
@@ -57,7 +58,7 @@ class TraceOf {
  private:
   static constexpr Index arrived = -1;
   // A vertex beside the path is on it when the way by it is longer by rounding of the whole only.
-  static constexpr double rounding = 16 * std::numeric_limits<double>::epsilon();
+  static constexpr Real rounding = 16 * std::numeric_limits<Real>::epsilon();
 
   static void append(std::vector<Point>& path, const Point& point) {
     if (!(path.back() == point)) path.push_back(point);
@@ -65,7 +66,7 @@ class TraceOf {
 
   // Goes back over one straight piece, from a place at a distance; returns the vertex where it
   // begins, or `arrived`.
-  Index last_piece(const Vec2<Real>& at, const Arrival& last, double distance,
+  Index last_piece(const Vec2<Real>& at, const Arrival& last, Real distance,
                    std::vector<Point>& path) const {
     if (last.entry == Arrival::from_vertex) return last.origin;
     if (last.entry == Arrival::from_source) return reach_source(last.origin, path);
@@ -80,27 +81,27 @@ class TraceOf {
   // Goes back straight through faces; returns the vertex at which the straight line ends. It is
   // nearer to the source, or at the place of the last one and new, or in needles and on edges of no
   // length the way could go in a circle.
-  Index cross_faces(Vec2<Real> at, const Arrival& last, double distance,
+  Index cross_faces(Vec2<Real> at, const Arrival& last, Real distance,
                     std::vector<Point>& path) const {
     Index h = last.entry, origin = last.origin;
     Vec2<Real> image = last.image;
-    double bend = last.bend;
-    const double start = origins_[last.origin].start;
-    const double tie = rounding * (start + (at - image).norm());
+    Real bend = last.bend;
+    const Real start = origins_[last.origin].start;
+    const Real tie = rounding * (start + (at - image).norm());
     // A shortest path crosses a face once; by rounding it may go round the tip of a needle.
     for (Index left = surface_.face_count(); left > 0; --left) {
-      const double length = surface_.length(h);
+      const Real length = surface_.length(h);
       if (length == 0) return nearer_end(h, 0, distance);
-      const double x = bend < 0 ? crossing(at, image, length) : bend;
+      const Real x = bend < 0 ? crossing(at, image, length) : bend;
       bend = Arrival::straight;
       const bool near_origin = 2 * x < length;
       const Index beside = near_origin ? surface_.origin(h) : surface_.tip(h);
-      const double gap = near_origin ? x : length - x;
-      const double rest = start + (Vec2<Real>(x, 0) - image).norm();
+      const Real gap = near_origin ? x : length - x;
+      const Real rest = start + (Vec2<Real>(x, 0) - image).norm();
       const bool is_back =
           distances_[beside] < distance || (distances_[beside] == distance && !is_on(path, beside));
       if (is_back && distances_[beside] + gap <= rest + tie) return beside;
-      append(path, edge_point<double>(surface_.origin(h), surface_.tip(h), x / length));
+      append(path, edge_point<Real>(surface_.origin(h), surface_.tip(h), x / length));
 
       Index across = surface_.twin(h);
       if (origins_[origin].kind == Origin::Kind::crossing) {
@@ -125,11 +126,11 @@ class TraceOf {
   }
 
   static bool is_on(const std::vector<Point>& path, Index vertex) {
-    return std::find(path.begin(), path.end(), vertex_point<double>(vertex)) != path.end();
+    return std::find(path.begin(), path.end(), vertex_point<Real>(vertex)) != path.end();
   }
 
-  static double crossing(const Vec2<Real>& at, const Vec2<Real>& image, double length) {
-    const double height = at.y() - image.y();
+  static Real crossing(const Vec2<Real>& at, const Vec2<Real>& image, Real length) {
+    const Real height = at.y() - image.y();
     if (!(height > 0)) return std::clamp(at.x(), 0.0, length);
     return std::clamp(image.x() + (at.x() - image.x()) * (-image.y() / height), 0.0, length);
   }
@@ -154,13 +155,13 @@ class TraceOf {
   struct Side {
     Index halfedge;
     Vec2<Real> at, image;  // in its frame
-    double way;            // from one to the other through it
+    Real way;              // from one to the other through it
   };
 
   [[nodiscard]] Side side(Index h, const Vec2<Real>& from, const Vec2<Real>& to,
                           const Vec2<Real>& at, const Vec2<Real>& image) const {
-    const double length = surface_.length(h);
-    if (length == 0) return {h, at, image, unreachable<double>};
+    const Real length = surface_.length(h);
+    if (length == 0) return {h, at, image, unreachable<Real>};
     const Vec2<Real> along = (to - from).normalized();
     const auto turned = [&](const Vec2<Real>& p) -> Vec2<Real> {
       const Vec2<Real> d = p - from;
@@ -173,9 +174,9 @@ class TraceOf {
   }
 
   // The end of h by which a point x along it is reached, if it is not farther than `distance`.
-  [[nodiscard]] Index nearer_end(Index h, double x, double distance) const {
-    const double by_origin = distances_[surface_.origin(h)] + x;
-    const double by_tip = distances_[surface_.tip(h)] + surface_.length(h) - x;
+  [[nodiscard]] Index nearer_end(Index h, Real x, Real distance) const {
+    const Real by_origin = distances_[surface_.origin(h)] + x;
+    const Real by_tip = distances_[surface_.tip(h)] + surface_.length(h) - x;
     const Index end = by_origin < by_tip ? surface_.origin(h) : surface_.tip(h);
     const Index other = by_origin < by_tip ? surface_.tip(h) : surface_.origin(h);
     if (distances_[end] < distance) return end;
@@ -199,13 +200,11 @@ class TraceOf {
   }
 
   const Mesh& surface_;
-  const PlanarFaces& faces_;
-  const Sources& sources_;
-  const Array<double>& distances_;
+  const PlanarFacesOf<Real>& faces_;
+  const std::vector<Source<Real>>& sources_;
+  const Array<Real>& distances_;
   const Array<Arrival>& arrivals_;
   const Array<Origin>& origins_;
 };
-
-using Trace = TraceOf<double>;
 
 }  // namespace gelight::detail

@@ -13,17 +13,19 @@
 namespace gelight::detail {
 
 /// Where the straight line from (x, y), y < 0, to a point on or above the x axis crosses the axis.
-[[nodiscard]] inline double straight_crossing(double x, double y, const Vec2<double>& to) {
-  const double height = to.y() - y;
+template <std::floating_point Real>
+[[nodiscard]] inline Real straight_crossing(Real x, Real y, const Vec2<Real>& to) {
+  const Real height = to.y() - y;
   return height > 0 ? x + (to.x() - x) * (-y / height) : to.x();
 }
 
 /// Length of the shortest path from (x, y), y < 0, through the points begin to end of the x axis to
 /// a point on or above it.
-[[nodiscard]] inline double distance_through(double begin, double end, double x, double y,
-                                             const Vec2<double>& to) {
-  const double straight = straight_crossing(x, y, to);
-  const double p = std::clamp(straight, begin, end);
+template <std::floating_point Real>
+[[nodiscard]] inline Real distance_through(Real begin, Real end, Real x, Real y,
+                                           const Vec2<Real>& to) {
+  const Real straight = straight_crossing(x, y, to);
+  const Real p = std::clamp(straight, begin, end);
   if (p == straight) {
     return std::sqrt((to.x() - x) * (to.x() - x) + (to.y() - y) * (to.y() - y));
   }
@@ -40,6 +42,8 @@ inline constexpr double on_line = 1e-30;
 /// (A template only so that it costs nothing to include.)
 template <std::floating_point Real>
 class FaceCrossingOf {
+  using Columns = WindowColumnsOf<Real>;
+  using List = WindowListOf<Real>;
   using Lane = Eigen::Array<Real, lane_size, 1>;
 
  public:
@@ -52,7 +56,7 @@ class FaceCrossingOf {
   };
 
   /// Aims every window of a list at the apex. No window is nearest where no distance is a number.
-  Nearest aim(const WindowList& list, Real base, const Vec2<Real>& apex) {
+  Nearest aim(const List& list, Real base, const Vec2<Real>& apex) {
     base_ = base;
     apex_ = apex;
     size_ = list.size;
@@ -91,7 +95,7 @@ class FaceCrossingOf {
   // side only, and windows left of it by the left one.
 
   /// How many windows at the start of the list may leave by the left side of the face.
-  [[nodiscard]] std::ptrdiff_t left_count(const WindowList& list) const {
+  [[nodiscard]] std::ptrdiff_t left_count(const List& list) const {
     std::ptrdiff_t count = size_;
     while (count > nearest_.window + 1 &&
            !(list.begin[count - 1] < std::min(aim_[count - 1], nearest_.crossing))) {
@@ -102,7 +106,7 @@ class FaceCrossingOf {
   }
 
   /// The first window that may leave by the right side.
-  [[nodiscard]] std::ptrdiff_t right_begin(const WindowList& list) const {
+  [[nodiscard]] std::ptrdiff_t right_begin(const List& list) const {
     std::ptrdiff_t first = 0;
     while (first < nearest_.window && !(list.end[first] > std::max(aim_[first], nearest_.crossing)))
       ++first;
@@ -115,8 +119,8 @@ class FaceCrossingOf {
 
   /// Windows [0, count) of the list as they leave by the left side of the face, of a given length,
   /// in the frame from the base's origin to the apex. Returns how many there are.
-  [[nodiscard]] std::ptrdiff_t cross_left(const WindowList& list, std::ptrdiff_t count, Real length,
-                                          const WindowColumns& out) const {
+  [[nodiscard]] std::ptrdiff_t cross_left(const List& list, std::ptrdiff_t count, Real length,
+                                          const Columns& out) const {
     const Real ax = apex_.x(), ay = apex_.y(), norm = apex_.norm();
     const Real ux = ax / norm, uy = ay / norm;
     for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
@@ -137,8 +141,8 @@ class FaceCrossingOf {
 
   /// Windows [first, size) of the list as they leave by the right side of the face, of a given
   /// length, in the frame from the apex to the base's tip. Returns how many there are.
-  [[nodiscard]] std::ptrdiff_t cross_right(const WindowList& list, std::ptrdiff_t first,
-                                           Real length, const WindowColumns& out) const {
+  [[nodiscard]] std::ptrdiff_t cross_right(const List& list, std::ptrdiff_t first, Real length,
+                                           const Columns& out) const {
     const Real ax = base_ - apex_.x(), ay = apex_.y();
     const Real norm = std::sqrt(ax * ax + ay * ay), ux = ax / norm, uy = ay / norm;
     for (std::ptrdiff_t i = first; i < size_; i += lane_size) {
@@ -164,8 +168,8 @@ class FaceCrossingOf {
   // A window of fewer units in the last place is no window.
   static constexpr Real narrow = 4 * std::numeric_limits<Real>::epsilon();
 
-  static std::ptrdiff_t compact(const WindowList& list, std::ptrdiff_t first, std::ptrdiff_t count,
-                                Real length, const WindowColumns& out) {
+  static std::ptrdiff_t compact(const List& list, std::ptrdiff_t first, std::ptrdiff_t count,
+                                Real length, const Columns& out) {
     std::copy_n(list.origin + first, count, out.origin);
     std::ptrdiff_t kept = 0;
     for (std::ptrdiff_t i = 0; i < count; ++i) {
@@ -186,7 +190,5 @@ class FaceCrossingOf {
   Array<Real> aim_;       // where on the base the line from each image to the apex crosses it
   Array<Real> distance_;  // of the apex through each window
 };
-
-using FaceCrossing = FaceCrossingOf<double>;
 
 }  // namespace gelight::detail

@@ -22,19 +22,22 @@ inline constexpr std::ptrdiff_t lane_size = 4;
 /// Windows on one half-edge, structure of arrays; a view of memory elsewhere. A window holds the
 /// points begin <= p <= end of the edge (in its unit, from the half-edge's origin) that straight
 /// lines reach from the image of its origin at (x, y), y < 0, in the half-edge's frame.
-struct WindowColumns {
-  double *begin = nullptr, *end = nullptr, *x = nullptr, *y = nullptr;
+/// (A template only so that it costs nothing to include; so are those below.)
+template <std::floating_point Real>
+struct WindowColumnsOf {
+  Real *begin = nullptr, *end = nullptr, *x = nullptr, *y = nullptr;
   Index* origin = nullptr;  // which source or bend of the path the windows come from
 
-  /// Where the columns lie in memory of `words(capacity)` words of 8 bytes.
-  static WindowColumns in(std::byte* memory, std::ptrdiff_t capacity) {
-    auto* column = reinterpret_cast<double*>(memory);
+  /// Where the columns lie in memory of `words(capacity)` words, each as large as a Real.
+  static WindowColumnsOf in(std::byte* memory, std::ptrdiff_t capacity) {
+    auto* column = reinterpret_cast<Real*>(memory);
     return {column, column + capacity, column + 2 * capacity, column + 3 * capacity,
             reinterpret_cast<Index*>(column + 4 * capacity)};
   }
   static std::ptrdiff_t words(std::ptrdiff_t capacity) { return 4 * capacity + capacity / 2; }
+  static_assert(2 * sizeof(Index) <= sizeof(Real));
 
-  void copy(std::ptrdiff_t to, const WindowColumns& from, std::ptrdiff_t i) const {
+  void copy(std::ptrdiff_t to, const WindowColumnsOf& from, std::ptrdiff_t i) const {
     begin[to] = from.begin[i];
     end[to] = from.end[i];
     x[to] = from.x[i];
@@ -42,7 +45,7 @@ struct WindowColumns {
     origin[to] = from.origin[i];
   }
 
-  void copy(std::ptrdiff_t to, const WindowColumns& from, std::ptrdiff_t first,
+  void copy(std::ptrdiff_t to, const WindowColumnsOf& from, std::ptrdiff_t first,
             std::ptrdiff_t count) const {
     std::copy_n(from.begin + first, count, begin + to);
     std::copy_n(from.end + first, count, end + to);
@@ -53,8 +56,11 @@ struct WindowColumns {
 };
 
 /// Windows under work, with the distance at each one's origin.
-struct WindowList : WindowColumns {
-  double* start = nullptr;
+template <std::floating_point Real>
+struct WindowListOf : WindowColumnsOf<Real> {
+  using Columns = WindowColumnsOf<Real>;
+
+  Real* start = nullptr;
   std::ptrdiff_t size = 0;
 
   /// Makes room, keeping the windows.
@@ -63,33 +69,33 @@ struct WindowList : WindowColumns {
     capacity = static_cast<std::ptrdiff_t>(
         std::bit_ceil(static_cast<std::size_t>(std::max(capacity, lane_size))));
     auto memory = std::make_unique<std::byte[]>(
-        static_cast<std::size_t>(words(capacity) + capacity) * sizeof(double));
-    const WindowColumns columns = in(memory.get(), capacity);
-    auto* starts = reinterpret_cast<double*>(memory.get()) + words(capacity);
+        static_cast<std::size_t>(Columns::words(capacity) + capacity) * sizeof(Real));
+    const Columns columns = Columns::in(memory.get(), capacity);
+    auto* starts = reinterpret_cast<Real*>(memory.get()) + Columns::words(capacity);
     columns.copy(0, *this, 0, size);
     std::copy_n(start, size, starts);
-    static_cast<WindowColumns&>(*this) = columns;
+    static_cast<Columns&>(*this) = columns;
     start = starts;
     capacity_ = capacity;
     memory_ = std::move(memory);
   }
 
   /// Adds windows whose starts are not known; reads and writes whole lanes.
-  void append(const WindowColumns& from, std::ptrdiff_t count) {
-    constexpr auto lane_bytes = lane_size * sizeof(double);
+  void append(const Columns& from, std::ptrdiff_t count) {
+    constexpr auto lane_bytes = lane_size * sizeof(Real);
     for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
       const std::ptrdiff_t to = size + i;
-      std::memcpy(begin + to, from.begin + i, lane_bytes);
-      std::memcpy(end + to, from.end + i, lane_bytes);
-      std::memcpy(x + to, from.x + i, lane_bytes);
-      std::memcpy(y + to, from.y + i, lane_bytes);
-      std::copy_n(from.origin + i, lane_size, origin + to);
+      std::memcpy(this->begin + to, from.begin + i, lane_bytes);
+      std::memcpy(this->end + to, from.end + i, lane_bytes);
+      std::memcpy(this->x + to, from.x + i, lane_bytes);
+      std::memcpy(this->y + to, from.y + i, lane_bytes);
+      std::copy_n(from.origin + i, lane_size, this->origin + to);
     }
     size += count;
   }
 
   void move(std::ptrdiff_t to, std::ptrdiff_t i) {
-    copy(to, *this, i);
+    this->copy(to, *this, i);
     start[to] = start[i];
   }
 
@@ -99,13 +105,15 @@ struct WindowList : WindowColumns {
 };
 
 /// The windows that wait on each half-edge: batches, each contiguous, in memory that is used again.
-/// (A template only so that it costs nothing to include.)
 template <std::floating_point Real>
 class WindowStoreOf {
  public:
+  using Columns = WindowColumnsOf<Real>;
+  using List = WindowListOf<Real>;
+
   /// Room for a batch: its columns, and a handle to add or release it by.
   struct Batch {
-    WindowColumns windows;
+    Columns windows;
     std::uint32_t handle;
   };
 
@@ -158,12 +166,12 @@ class WindowStoreOf {
 
   /// Moves all windows on a half-edge into a list, batches merged by the windows' middles, with
   /// room for one lane behind them. Their starts are not known here.
-  void take_all(Index h, WindowList& list, WindowList& scratch) {
+  void take_all(Index h, List& list, List& scratch) {
     list.size = 0;
     for (std::uint32_t b = first_[h]; b != none;) {
       const Header header = header_of(b);
       list.reserve(list.size + header.count + lane_size);
-      const WindowColumns batch = columns_of(b);
+      const Columns batch = columns_of(b);
       if (list.size == 0 || !(middle(batch, 0) < middle(list, list.size - 1))) {
         list.append(batch, header.count);
       } else {
@@ -177,18 +185,17 @@ class WindowStoreOf {
 
  private:
   static constexpr std::uint32_t none = ~std::uint32_t{0};
-  // Slabs of 1 MB; a larger batch has slabs of its own. Handles count words of 8 bytes.
+  // Slabs of 1 MB; a larger batch has slabs of its own. Handles count words.
   static constexpr std::ptrdiff_t slab_words = std::ptrdiff_t{1} << 17;
-  static constexpr std::size_t word = sizeof(double);
+  static constexpr std::size_t word = sizeof(Real);
 
   [[nodiscard]] std::ptrdiff_t touched_limit() const { return std::ssize(first_) / 16 + 1; }
 
-  static double middle(const WindowColumns& windows, std::ptrdiff_t i) {
+  static Real middle(const Columns& windows, std::ptrdiff_t i) {
     return windows.begin[i] + windows.end[i];
   }
 
-  static void merge(WindowList& list, const WindowColumns& batch, std::ptrdiff_t count,
-                    WindowList& scratch) {
+  static void merge(List& list, const Columns& batch, std::ptrdiff_t count, List& scratch) {
     const std::ptrdiff_t size = list.size + count;
     scratch.reserve(size + lane_size);
     std::ptrdiff_t i = 0, j = 0;
@@ -217,12 +224,12 @@ class WindowStoreOf {
   [[nodiscard]] Header& header_of(std::uint32_t handle) const {
     return *reinterpret_cast<Header*>(memory_of(handle));
   }
-  [[nodiscard]] WindowColumns columns_of(std::uint32_t handle) const {
-    return WindowColumns::in(memory_of(handle) + header_words * word,
-                             std::ptrdiff_t{1} << header_of(handle).size_class);
+  [[nodiscard]] Columns columns_of(std::uint32_t handle) const {
+    return Columns::in(memory_of(handle) + header_words * word,
+                       std::ptrdiff_t{1} << header_of(handle).size_class);
   }
   static std::ptrdiff_t words_of(std::size_t size_class) {
-    return header_words + WindowColumns::words(std::ptrdiff_t{1} << size_class);
+    return header_words + Columns::words(std::ptrdiff_t{1} << size_class);
   }
 
   void release(std::uint32_t handle) {
@@ -268,7 +275,5 @@ class WindowStoreOf {
   Array<std::size_t> slab_sizes_;
   std::ptrdiff_t used_slabs_ = 0, slab_fill_ = slab_words;
 };
-
-using WindowStore = WindowStoreOf<double>;
 
 }  // namespace gelight::detail

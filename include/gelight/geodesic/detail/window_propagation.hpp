@@ -36,18 +36,19 @@ struct Origin {
 };
 
 /// The last straight piece of the shortest known way to a vertex.
-struct Arrival {
+template <std::floating_point Real>
+struct ArrivalOf {
   /// What `entry` is where the piece lies in one face or along an edge.
   static constexpr Index from_source = -1, from_vertex = -2, none = -3;
   /// What `bend` is where the piece is straight.
-  static constexpr double straight = -1;
+  static constexpr Real straight = -1;
 
-  Vec2<double> image{0, 0};  // where the piece begins, unfolded into the frame of `entry`
-  Index entry = none;        // the half-edge by which it enters its last face
-  Index origin = -1;         // its origin; from_source: the source; from_vertex: the vertex
+  Vec2<Real> image{0, 0};  // where the piece begins, unfolded into the frame of `entry`
+  Index entry = none;      // the half-edge by which it enters its last face
+  Index origin = -1;       // its origin; from_source: the source; from_vertex: the vertex
   // Where on `entry` the piece bends, at the end of a window: rounding, or a vertex in the middle
   // of an edge.
-  double bend = straight;
+  Real bend = straight;
 
   [[nodiscard]] bool is_straight() const { return bend < 0; }
 };
@@ -85,7 +86,11 @@ struct PropagationCounts {
 template <std::floating_point Real>
 class WindowPropagationOf {
  public:
-  Array<double> distances;  // of each vertex
+  using Arrival = ArrivalOf<Real>;
+  using WindowStore = WindowStoreOf<Real>;
+  using WindowColumns = WindowColumnsOf<Real>;
+
+  Array<Real> distances;    // of each vertex
   Array<Arrival> arrivals;  // of each vertex
   Array<Origin> origins;
   WindowStore kept;  // windows that were propagated, by the half-edge by which they entered a face
@@ -93,15 +98,15 @@ class WindowPropagationOf {
   bool was_cancelled = false;
 
   /// Beyond this distance nothing was computed.
-  [[nodiscard]] double bound() const { return bound_; }
+  [[nodiscard]] Real bound() const { return bound_; }
 
   /// Whether windows are kept, all or some.
   [[nodiscard]] bool keeps_any() const {
     return limits_->keep_windows || !limits_->faces_to_keep.empty();
   }
 
-  void run(const Surface<double>& surface, const PlanarFaces& faces, const Sources& sources,
-           const PropagationLimits& limits) {
+  void run(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces,
+           const std::vector<Source<Real>>& sources, const PropagationLimits& limits) {
     // Making room for a million vertices takes as long as some thousand polls; so ask before it,
     // too.
     was_cancelled = limits.cancelled && limits.cancelled();
@@ -121,22 +126,23 @@ class WindowPropagationOf {
   }
 
  private:
-  using Mesh = Surface<double>;
+  using Mesh = Surface<Real>;
+  using PlanarFaces = PlanarFacesOf<Real>;
   static constexpr int pops_between_polls = 256;
   // Meshes of every kind take one or two lists per half-edge for a whole solve. What goes on after
   // so many in one turn, in which no vertex came nearer, goes round a tube of no girth, at no
   // length, and finds nothing more.
   static constexpr std::ptrdiff_t most_lists_per_halfedge = 2;
   // What is not clearly shorter is by this share.
-  static constexpr double tie = 0.6 * (1 - clearly_shorter);
+  static constexpr Real tie = 0.6 * (1 - clearly_shorter);
   // What unfolding leaves in doubt of a path's direction, in radians; where it is short in its last
   // face, as much more as that is shorter than the edge before.
-  static constexpr double angle_rounding = 1e-12;
+  static constexpr Real angle_rounding = 1e-12;
   // A face no higher than this share of its edge has its apex on the edge, but for rounding.
-  static constexpr double on_edge = 16 * std::numeric_limits<double>::epsilon();
+  static constexpr Real on_edge = 16 * std::numeric_limits<Real>::epsilon();
 
-  void reset(const Mesh& surface, const PlanarFaces& faces, const Sources& sources,
-             const PropagationLimits& limits) {
+  void reset(const Mesh& surface, const PlanarFaces& faces,
+             const std::vector<Source<Real>>& sources, const PropagationLimits& limits) {
     surface_ = &surface;
     faces_ = &faces;
     sources_ = &sources;
@@ -157,13 +163,13 @@ class WindowPropagationOf {
   void forget_vertices(Index count) {
     if (is_done_ && std::ssize(distances) == count) {
       for (const Index v : reached_) {
-        distances[v] = unreachable<double>;
+        distances[v] = unreachable<Real>;
         arrivals[v] = {};
         settled_[v] = 0;
       }
     } else {
       const auto vertices = static_cast<std::size_t>(count);
-      distances.assign(vertices, unreachable<double>);
+      distances.assign(vertices, unreachable<Real>);
       arrivals.assign(vertices, {});
       settled_.assign(vertices, 0);
       heap_.reset(count);
@@ -175,8 +181,8 @@ class WindowPropagationOf {
 
   // --- sources -------------------------------------------------------------------------------
 
-  void add_source(const Source<double>& source, Index number) {
-    using Kind = SurfacePoint<double>::Kind;
+  void add_source(const Source<Real>& source, Index number) {
+    using Kind = typename SurfacePoint<Real>::Kind;
     const auto& [a, b] = source.point.element;
     const auto& w = source.point.weights;
     if (source.point.kind == Kind::vertex) {
@@ -199,7 +205,7 @@ class WindowPropagationOf {
   void add_source_in_face(Index h, const Vec2<Real>& point, Index origin) {
     const Vec2<Real> apex = faces_->apex(h);
     const Arrival arrival{{0, 0}, Arrival::from_source, origins[origin].index};
-    const double start = origins[origin].start;
+    const Real start = origins[origin].start;
     arrive(surface_->origin(h), start + point.norm(), arrival);
     arrive(surface_->tip(h), start + (point - tip(h)).norm(), arrival);
     arrive(surface_->apex(h), start + (point - apex).norm(), arrival);
@@ -221,10 +227,10 @@ class WindowPropagationOf {
   void emit(Index h, const Vec2<Real>& point, Index origin) {
     emit(h, point, 0, surface_->length(h), origin);
   }
-  void emit(Index h, const Vec2<Real>& point, double begin, double end, Index origin) {
-    const double length = surface_->length(h);
+  void emit(Index h, const Vec2<Real>& point, Real begin, Real end, Index origin) {
+    const Real length = surface_->length(h);
     if (length == 0 || surface_->is_border(h)) return;
-    const WindowStore::Batch batch = waiting_.allocate(1);
+    const typename WindowStore::Batch batch = waiting_.allocate(1);
     const WindowColumns& w = batch.windows;
     w.begin[0] = length - end;
     w.end[0] = length - begin;
@@ -242,16 +248,16 @@ class WindowPropagationOf {
   // --- vertices ------------------------------------------------------------------------------
 
   // Improvements within rounding are left: they would only set the neighbours off again.
-  [[nodiscard]] bool improves(Index vertex, double distance) const {
-    const double known = distances[vertex];
-    return distance * (1 + rounding) < known || (distance < known && known == unreachable<double>);
+  [[nodiscard]] bool improves(Index vertex, Real distance) const {
+    const Real known = distances[vertex];
+    return distance * (1 + rounding) < known || (distance < known && known == unreachable<Real>);
   }
 
-  void arrive(Index vertex, double distance, const Arrival& last) {
+  void arrive(Index vertex, Real distance, const Arrival& last) {
     if (improves(vertex, distance)) set(vertex, distance, last);
   }
 
-  void set(Index vertex, double distance, const Arrival& last) {
+  void set(Index vertex, Real distance, const Arrival& last) {
     lists_in_turn_ = 0;
     distances[vertex] = distance;
     arrivals[vertex] = last;
@@ -274,7 +280,7 @@ class WindowPropagationOf {
 
   // Along the edges from a vertex; and in all directions where paths can bend there.
   void leave(Index vertex) {
-    const double distance = distances[vertex];
+    const Real distance = distances[vertex];
     for (const Index out : surface_->corners(vertex)) {
       const Index in = Mesh::previous(out);
       go_along(out, vertex, surface_->tip(out));
@@ -292,8 +298,8 @@ class WindowPropagationOf {
   // Whether a ring lies between a vertex and the beginning of the last piece of its path.
   [[nodiscard]] bool is_behind_ring(Index vertex) const {
     const Arrival& last = arrivals[vertex];
-    if (limits_->ring == unreachable<double> || last.entry == Arrival::none) return false;
-    double start = 0;
+    if (limits_->ring == unreachable<Real> || last.entry == Arrival::none) return false;
+    Real start = 0;
     if (last.entry >= 0) {
       start = origins[last.origin].start;
     } else if (last.entry == Arrival::from_vertex) {
@@ -304,12 +310,12 @@ class WindowPropagationOf {
     return distances[vertex] >= next_ring(start);
   }
 
-  [[nodiscard]] double next_ring(double distance) const {
+  [[nodiscard]] Real next_ring(Real distance) const {
     return (std::floor(distance / limits_->ring) + 1) * limits_->ring;
   }
 
   void go_along(Index h, Index from, Index to) {
-    const double length = surface_->length(h), distance = distances[from] + length;
+    const Real length = surface_->length(h), distance = distances[from] + length;
     // Vertices at one place have one distance, to the last bit.
     const bool is_less = length == 0 ? distance < distances[to] : improves(to, distance);
     if (is_less) set(to, distance, {{0, 0}, Arrival::from_vertex, from});
@@ -332,7 +338,7 @@ class WindowPropagationOf {
     }
     Index corner = -1;
     Vec2<Real> back;
-    double doubt = angle_rounding;
+    Real doubt = angle_rounding;
     if (last.entry >= 0) {
       const Vec2<Real>&image = last.image, &apex = faces_->apex(last.entry);
       const Vec2<Real> entry(straight_crossing(image.x(), image.y(), apex), 0);
@@ -346,9 +352,9 @@ class WindowPropagationOf {
     // Arriving over no way, as in a face without area, a path may have bent at the same place.
     if (!(doubt < 1)) return emit_everywhere(vertex, from);
     const Index origin = add_origin(from);
-    Shadow(*surface_, *faces_, vertex, doubt)
+    ShadowOf<Real>(*surface_, *faces_, vertex, doubt)
         .cast(corner, back,
-              [&](Index h, double begin, double end) { emit_from_apex(h, begin, end, origin); });
+              [&](Index h, Real begin, Real end) { emit_from_apex(h, begin, end, origin); });
   }
 
   // The edge between two vertices, as a direction at the first.
@@ -361,22 +367,22 @@ class WindowPropagationOf {
   }
 
   // A window over part of h, seen from the vertex across h's own face, unless it is of no use.
-  void emit_from_apex(Index h, double begin, double end, Index origin) {
+  void emit_from_apex(Index h, Real begin, Real end, Index origin) {
     if (!is_useless(h, origins[origin].start)) emit(h, faces_->apex(h), begin, end, origin);
   }
 
   [[nodiscard]] bool is_at_source(Index vertex) const {
     if (arrivals[vertex].entry != Arrival::from_source) return false;
     const auto& point = (*sources_)[static_cast<std::size_t>(arrivals[vertex].origin)].point;
-    return point.kind == SurfacePoint<double>::Kind::vertex && point.element[0] == vertex;
+    return point.kind == SurfacePoint<Real>::Kind::vertex && point.element[0] == vertex;
   }
 
   // Whether every point of h is reached sooner along h than from the apex at a distance; see
   // drop_useless.
-  [[nodiscard]] bool is_useless(Index h, double distance) const {
-    const double to_origin = distance + surface_->length(Mesh::previous(h));
-    const double to_tip = distance + surface_->length(Mesh::next(h));
-    const double length = surface_->length(h);
+  [[nodiscard]] bool is_useless(Index h, Real distance) const {
+    const Real to_origin = distance + surface_->length(Mesh::previous(h));
+    const Real to_tip = distance + surface_->length(Mesh::next(h));
+    const Real length = surface_->length(h);
     return distances[surface_->origin(h)] + length < to_tip * clearly_shorter ||
            distances[surface_->tip(h)] + length < to_origin * clearly_shorter;
   }
@@ -385,9 +391,9 @@ class WindowPropagationOf {
   void update_bound() {
     settled_since_bound_ = 0;
     if (limits_->targets.empty()) return;
-    double farthest = 0;
+    Real farthest = 0;
     for (const Target& target : limits_->targets) {
-      double nearest = unreachable<double>;
+      Real nearest = unreachable<Real>;
       for (std::size_t k = 0; k < 3; ++k) {
         nearest = std::min(nearest, distances[target.corners[k]] + target.gaps[k]);
       }
@@ -415,7 +421,7 @@ class WindowPropagationOf {
 
   // Windows that leave a face across its half-edge h, given in the frame of a half-edge that runs
   // the other way along the same edge, go to the other faces on the edge.
-  void deliver(Index h, const WindowStore::Batch& batch, std::ptrdiff_t count) {
+  void deliver(Index h, const typename WindowStore::Batch& batch, std::ptrdiff_t count) {
     const Index first = surface_->twin(h);
     if (count == 0) return waiting_.release(batch);
     if (surface_->twin(first) != h) return deliver_to_many(h, batch, count);
@@ -425,10 +431,10 @@ class WindowPropagationOf {
     wait(first, batch, count);
   }
 
-  void deliver_to_many(Index h, const WindowStore::Batch& batch, std::ptrdiff_t count) {
+  void deliver_to_many(Index h, const typename WindowStore::Batch& batch, std::ptrdiff_t count) {
     mark_crossing(h, batch.windows, count);
     for (Index t = surface_->twin(h); t != h; t = surface_->twin(t)) {
-      const WindowStore::Batch copy = waiting_.allocate(count);
+      const typename WindowStore::Batch copy = waiting_.allocate(count);
       copy.windows.copy(0, batch.windows, 0, count);
       if (surface_->origin(t) == surface_->origin(h)) {
         mirror(copy.windows, count, surface_->length(h));
@@ -438,7 +444,7 @@ class WindowPropagationOf {
     waiting_.release(batch);
   }
 
-  void wait(Index h, const WindowStore::Batch& batch, std::ptrdiff_t count) {
+  void wait(Index h, const typename WindowStore::Batch& batch, std::ptrdiff_t count) {
     if (lists_in_turn_ > most_lists_) return waiting_.release(batch);
     counts.created += count;
     waiting_.add(h, batch, count);
@@ -457,14 +463,14 @@ class WindowPropagationOf {
     }
   }
 
-  static void mirror(const WindowColumns& windows, std::ptrdiff_t count, double length) {
+  static void mirror(const WindowColumns& windows, std::ptrdiff_t count, Real length) {
     for (std::ptrdiff_t i = 0; i < count; ++i) {
-      const double begin = windows.begin[i];
+      const Real begin = windows.begin[i];
       windows.begin[i] = length - windows.end[i];
       windows.end[i] = length - begin;
       windows.x[i] = length - windows.x[i];
     }
-    for (double* column : {windows.begin, windows.end, windows.x, windows.y}) {
+    for (Real* column : {windows.begin, windows.end, windows.x, windows.y}) {
       std::reverse(column, column + count);
     }
     std::reverse(windows.origin, windows.origin + count);
@@ -480,13 +486,13 @@ class WindowPropagationOf {
     ++counts.lists;
     ++lists_in_turn_;
     counts.loaded += list_.size;
-    const double length = surface_->length(h);
+    const Real length = surface_->length(h);
     const bool sees_through_a_point = snap_images(h);
     drop_useless({length, reach_of(surface_->origin(h), length, is_flat(h)),
                   reach_of(surface_->tip(h), length, is_flat(h))},
                  list_);
-    if (bound_ < unreachable<double>) drop_beyond(bound_, rest_at(h), list_);
-    if (limits_->ring < unreachable<double>) drop_behind_rings(length);
+    if (bound_ < unreachable<Real>) drop_beyond(bound_, rest_at(h), list_);
+    if (limits_->ring < unreachable<Real>) drop_behind_rings(length);
     if (list_.size > 1) {
       sort_windows(list_);
       if (!sees_through_a_point) WindowTrimmer(list_).trim();
@@ -510,11 +516,11 @@ class WindowPropagationOf {
     return is_behind_flat && snap_images(surface_->length(h));
   }
 
-  bool snap_images(double length) {
-    const double slack = on_edge * length;
+  bool snap_images(Real length) {
+    const Real slack = on_edge * length;
     bool any = false;
     for (std::ptrdiff_t i = 0; i < list_.size; ++i) {
-      const double x = std::clamp(list_.x[i], list_.begin[i], list_.end[i]);
+      const Real x = std::clamp(list_.x[i], list_.begin[i], list_.end[i]);
       if (list_.y[i] < -slack || std::fabs(list_.x[i] - x) > slack) continue;
       list_.x[i] = x;
       list_.y[i] = -on_line * length;
@@ -525,16 +531,16 @@ class WindowPropagationOf {
 
   // Whether a face has no area, but for rounding.
   [[nodiscard]] bool is_flat(Index h) const {
-    const Vec2<double>& apex = faces_->apex(h);
+    const Vec2<Real>& apex = faces_->apex(h);
     return apex.y() <= on_edge * (surface_->length(h) + std::fabs(apex.x()));
   }
 
   // Windows go on for one edge behind the ring, to reach all vertices there.
-  void drop_behind_rings(double length) {
+  void drop_behind_rings(Real length) {
     std::ptrdiff_t count = 0;
     for (std::ptrdiff_t i = 0; i < list_.size; ++i) {
-      const double p = std::clamp(list_.x[i], list_.begin[i], list_.end[i]);
-      const double nearest = list_.start[i] + std::hypot(p - list_.x[i], list_.y[i]);
+      const Real p = std::clamp(list_.x[i], list_.begin[i], list_.end[i]);
+      const Real nearest = list_.start[i] + std::hypot(p - list_.x[i], list_.y[i]);
       if (nearest <= next_ring(list_.start[i]) + length) list_.move(count++, i);
     }
     list_.size = count;
@@ -545,8 +551,8 @@ class WindowPropagationOf {
   // the end; and where the window enters a face without area, into which it looks along the edge.
   // Else windows would circle for ever round vertices whose angles sum to nothing, as where edges
   // have no length, at the tips of needles, and round what is a line.
-  [[nodiscard]] double reach_of(Index vertex, double length, bool is_flat) const {
-    const double distance = distances[vertex];
+  [[nodiscard]] Real reach_of(Index vertex, Real length, bool is_flat) const {
+    const Real distance = distances[vertex];
     const auto bend = faces_->bend(vertex);
     const bool is_enough =
         is_flat || bend == PlanarFaces::Bend::any || bend == PlanarFaces::Bend::tip;
@@ -571,13 +577,13 @@ class WindowPropagationOf {
     const Index left = Mesh::previous(h), right = Mesh::next(h);
     const std::ptrdiff_t left_count = can_cross(left) ? crossing_.left_count(list_) : 0;
     if (left_count > 0) {
-      const WindowStore::Batch batch = waiting_.allocate(left_count);
+      const typename WindowStore::Batch batch = waiting_.allocate(left_count);
       deliver(left, batch,
               crossing_.cross_left(list_, left_count, surface_->length(left), batch.windows));
     }
     const std::ptrdiff_t first = can_cross(right) ? crossing_.right_begin(list_) : list_.size;
     if (first < list_.size) {
-      const WindowStore::Batch batch = waiting_.allocate(list_.size - first);
+      const typename WindowStore::Batch batch = waiting_.allocate(list_.size - first);
       deliver(right, batch,
               crossing_.cross_right(list_, first, surface_->length(right), batch.windows));
     }
@@ -587,7 +593,7 @@ class WindowPropagationOf {
     return !surface_->is_border(h) && surface_->length(h) > 0;
   }
 
-  [[nodiscard]] double rest_at_vertex(Index vertex) const {
+  [[nodiscard]] Real rest_at_vertex(Index vertex) const {
     return limits_->rest.empty() ? 0 : limits_->rest[vertex];
   }
 
@@ -603,16 +609,16 @@ class WindowPropagationOf {
   }
 
   void keep(Index h) {
-    const WindowStore::Batch batch = kept.allocate(list_.size);
+    const typename WindowStore::Batch batch = kept.allocate(list_.size);
     batch.windows.copy(0, list_, 0, list_.size);
     kept.add(h, batch, list_.size);
   }
 
   const Mesh* surface_ = nullptr;
   const PlanarFaces* faces_ = nullptr;
-  const Sources* sources_ = nullptr;
+  const std::vector<Source<Real>>* sources_ = nullptr;
   const PropagationLimits* limits_ = nullptr;
-  double bound_ = unreachable<double>;
+  Real bound_ = unreachable<Real>;
   IndexedHeap heap_;
   Array<char> settled_;   // of each vertex: whether it was ever the nearest one
   Array<Index> reached_;  // vertices with a distance
@@ -620,7 +626,7 @@ class WindowPropagationOf {
   WindowStore waiting_;
   Array<char> is_active_;  // of each half-edge: whether it is in the queue
   Array<Index> active_;
-  WindowList list_, scratch_;
+  WindowListOf<Real> list_, scratch_;
   FaceCrossingOf<Real> crossing_;
   std::ptrdiff_t settled_since_bound_ = 0;
   std::ptrdiff_t most_lists_ = 0;
