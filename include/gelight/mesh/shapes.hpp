@@ -182,13 +182,13 @@ template <std::floating_point T>
   const auto rings = [&](T distance) {
     return static_cast<int>(std::ceil(distance / (edge_length * std::sqrt(T(0.75)))));
   };
+  const T quarter = std::numbers::pi_v<T> / 2;
+  const int wall_rings = rings(wall), cap_rings = rings(radius * quarter);
   std::vector<ProfilePoint<T>> profile;
-  const int wall_rings = rings(wall);
+  profile.reserve(static_cast<std::size_t>(wall_rings + cap_rings) + 1);
   for (int i = 0; i < wall_rings; ++i) {
     profile.push_back({radius, wall * static_cast<T>(i) / static_cast<T>(wall_rings)});
   }
-  const T quarter = std::numbers::pi_v<T> / 2;
-  const int cap_rings = rings(radius * quarter);
   for (int i = 0; i < cap_rings; ++i) {
     const T angle = quarter * static_cast<T>(i) / static_cast<T>(cap_rings);
     profile.push_back({radius * std::cos(angle), wall + radius * std::sin(angle)});
