@@ -33,6 +33,15 @@ Mesh<double> rough_sphere(int level, double noise) {
   return mesh;
 }
 
+Mesh<double> bumpy_sphere(int level) {
+  auto mesh = icosphere<double>(level);
+  for (auto& p : mesh.positions) {
+    const double r = 1 + 0.1 * std::sin(5 * p[0]) * std::sin(4 * p[1] + 1) * std::cos(6 * p[2]);
+    for (double& x : p) x *= r;
+  }
+  return mesh;
+}
+
 std::vector<Family> families() {
   auto saddle = grid<double>(40, 40);
   for (auto& p : saddle.positions) p[2] = 0.5 * (p[0] - 0.5) * (p[1] - 0.5);
@@ -50,6 +59,15 @@ std::vector<Family> families() {
   for (auto& p : disc.positions) p[2] *= 0.05;
   auto egg_box = grid<double>(40, 40);
   for (auto& p : egg_box.positions) p[2] = 0.05 * std::sin(15 * p[0]) * std::sin(13 * p[1]);
+  // Waves of all lengths at random.
+  auto terrain = test::jittered_grid(40, 0.1, random);
+  for (int k = 0; k < 30; ++k) {
+    const double length = 4 * std::pow(10, test::uniform(random, 0, 1));
+    const double x = test::uniform(random, -1, 1) / length, phase = test::uniform(random, 0, 6);
+    for (auto& p : terrain.positions) {
+      p[2] += 0.01 * length * std::sin(6 * (x * p[0] + p[1] / length) + phase);
+    }
+  }
   return {{"sphere", icosphere<double>(4)},
           {"membrane", membrane<double>(0.01146, 0.0455, 0.0014)},
           {"saddle", saddle},
@@ -61,7 +79,9 @@ std::vector<Family> families() {
           {"jittered", jittered},
           {"disc", disc},
           {"corner", corner},
-          {"egg box", egg_box}};
+          {"egg box", egg_box},
+          {"bumpy", bumpy_sphere(4)},
+          {"terrain", terrain}};
 }
 
 RelativeError error_of(const std::vector<double>& distances, const std::vector<double>& truth) {
@@ -141,6 +161,69 @@ TEST_CASE("samples are exact distances, from vertices and from other points") {
   }
 }
 
+TEST_CASE("paths tell how far fast marching is off") {
+  for (const Family& family : families()) {
+    CAPTURE(family.name);
+    const Surface<double> surface(family.mesh);
+    const ExactSolver exact(surface);
+    const FastMarchingSolver fast(surface);
+    const auto edge = edge_point<double>(family.mesh.faces[99][0], family.mesh.faces[99][1], 0.3);
+    const auto face = face_point<double>(700, {0.2, 0.3, 0.5});
+    const double later = 2 * surface.length(0);
+    for (const detail::Sources& sources :
+         {detail::Sources{{vertex_point<double>(130), 0}}, detail::Sources{{face, 0}},
+          detail::Sources{{edge, later}}}) {
+      const std::span<const Source<double>> from(sources);
+      const auto given = fast.distance(from), truth = exact.distance(from);
+      std::vector<Index> targets;
+      double sum = 0;
+      for (Index v = 0; v < surface.vertex_count(); ++v) {
+        const auto i = static_cast<std::size_t>(v);
+        if (!(given[i] > 0) || std::isinf(given[i])) continue;
+        targets.push_back(v);
+        sum += std::abs(given[i] / truth[i] - 1);
+      }
+      const double error = sum / static_cast<double>(targets.size());
+      CAPTURE(error);
+      detail::TracedErrorOf<double> traced(surface, sources, given, targets);
+      traced.trace(256);
+      CHECK(traced.at_most(2.5) < 2 * error + 1e-12);
+      CHECK(traced.at_most(2.5) > 0.95 * error - 1e-12);
+      CHECK(traced.at_least(2.5) < 1.1 * error + 1e-12);
+    }
+  }
+}
+
+TEST_CASE("a path back is as long as a straight line where the mesh is flat") {
+  Random random(5);
+  const auto mesh = test::jittered_grid(30, 0.2, random);
+  const Surface<double> surface(mesh);
+  const auto at = [&](const SurfacePoint<double>& p) { return surface.position(p); };
+  // Distances that are right lead straight; distorted ones astray, but never to a shorter path.
+  for (const double distortion : {0.0, 0.01, 0.05}) {
+    for (const SurfacePoint<double>& source :
+         {vertex_point<double>(465), face_point<double>(905, {0.6, 0.3, 0.1})}) {
+      const bool is_vertex = source.kind == SurfacePoint<double>::Kind::vertex;
+      if (!is_vertex && distortion > 0) continue;  // solvers are exact next to sources
+      std::vector<double> distances;
+      for (Index v = 0; v < surface.vertex_count(); ++v) {
+        const Vec3<double> p = at(vertex_point<double>(v));
+        distances.push_back((p - at(source)).norm() * (1 + distortion * std::sin(p.x() / 5)));
+      }
+      detail::WayBackOf<double> way(surface, {{source, 0}}, distances);
+      for (Index v = 0; v < surface.vertex_count(); v += 7) {
+        const double d = (at(vertex_point<double>(v)) - at(source)).norm();
+        if (d < 3) continue;
+        const auto [walked, taut] = way.from(v);
+        CHECK(taut <= walked * (1 + 1e-12));
+        if (distortion == 0) CHECK(walked == doctest::Approx(d).epsilon(1e-9));
+        if (is_vertex) CHECK(taut >= d * (1 - 1e-12));
+        CHECK(std::abs(taut / d - 1) <= distortion + 1e-9);
+      }
+    }
+  }
+}
+
 TEST_CASE("cheap for a loose tolerance, exact for a tight one; a certificate where it suffices") {
   const auto mesh = membrane<double>(0.01146, 0.0455, 0.001);
   const auto plan = [&](double tolerance, Assurance assurance, Index sources) {
@@ -155,6 +238,26 @@ TEST_CASE("cheap for a loose tolerance, exact for a tight one; a certificate whe
       DistancePlanner(mesh, {.tolerance = 0.05, .assurance = Assurance::certified}).distance(7);
   CHECK(result.achieved == Assurance::certified);
   CHECK(result.error <= 0.05);
+}
+
+TEST_CASE("where experience says too little, fast marching is tried, and kept where paths say so") {
+  const auto mesh = bumpy_sphere(5);
+  const auto exact = ExactSolver(mesh).distance(130);
+  const double error = error_of(FastMarchingSolver(mesh).distance(130), exact).mean;
+  int kept = 0, given_up = 0;
+  for (double tolerance = 0.7 * error; tolerance < 2 * error; tolerance *= 1.2) {
+    const DistancePlanner planner(mesh, {.tolerance = tolerance, .assurance = Assurance::expected});
+    CHECK(planner.plan().method == "fast_marching");
+    CHECK(planner.plan().expected_error > tolerance);
+    const auto result = planner.distance(130);
+    CAPTURE(result.reason);
+    CHECK(result.satisfies);
+    CHECK(error_of(result.distances, exact).mean <= tolerance);
+    kept += result.method == "fast_marching";
+    given_up += result.reason.find("escalated") != std::string::npos;
+  }
+  CHECK(kept > 0);
+  CHECK(given_up > 0);
 }
 
 TEST_CASE("a certificate that fails is given up, and exact distances are returned") {

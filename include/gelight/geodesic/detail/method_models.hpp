@@ -38,6 +38,7 @@ inline constexpr std::array<MethodCost, 4> method_costs{{{"dijkstra", 90, 45, 0.
   return method_costs[static_cast<std::size_t>(method)];
 }
 inline constexpr MethodCost certificate_cost{"certificate", 160, 650, 0.1, 1100};
+inline constexpr MethodCost paths_cost{"paths", 0, 50, -0.5, 10};
 
 /// What checking one target exactly costs, as a share of an exact query.
 inline constexpr double sample_share = 0.1;
