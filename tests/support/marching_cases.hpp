@@ -200,6 +200,13 @@ void check_scales() {
   for (auto& p : sheet.positions) p[1] -= 1e6;
   const auto far = Solver(sheet).distance(5);
   for (std::size_t v = 0; v < far.size(); ++v) CHECK(std::abs(far[v] - near[v]) < 1e-8);
+  // Most edges 1e20 times shorter than the last way, whose end is seen by way of the far only.
+  auto tiny = grid<double>(10, 10, 1e-20, 1e-20);
+  const auto first = static_cast<Index>(tiny.positions.size());
+  tiny.positions.insert(tiny.positions.end(), {{1, 0, 0}, {2, 1, 0}, {3, 0, 0}});
+  tiny.faces.insert(tiny.faces.end(), {{10, first, 21}, {first, first + 1, 21}});
+  tiny.faces.push_back({first, first + 2, first + 1});
+  CHECK(Solver(tiny).distance(0).back() == doctest::Approx(3));
 }
 
 // Never longer than along edges; a query leaves no trace.

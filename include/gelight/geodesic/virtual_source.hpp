@@ -4,14 +4,17 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <memory>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/prefetch.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/bucket_queue.hpp"
 #include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/detail/pool.hpp"
+#include "gelight/geodesic/detail/spokes.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/mesh/surface.hpp"
 
@@ -41,12 +44,17 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   template <TriangleMesh M>
   explicit VirtualSourceSolver(const M& mesh) : surface_(mesh) {
     step_ = detail::short_edge_length(surface_);
-    corner_begin_.push_back(0);
+    detail::Spokes spokes(surface_);
+    begin_.reserve(static_cast<std::size_t>(surface_.vertex_count()) + 1);
+    begin_.push_back(0);
+    spokes_.reserve(static_cast<std::size_t>(surface_.halfedge_count() + surface_.vertex_count()));
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      for (const Index h : surface_.corners(v)) {
-        corners_.push_back({surface_.tip(h), surface_.apex(h)});
-      }
-      corner_begin_.push_back(static_cast<Index>(corners_.size()));
+      spokes.visit(v, [&](Index edge, Index corner) {
+        const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
+        spokes_.push_back({end, corner < 0 ? no_face : unevenness(corner)});
+      });
+      begin_.push_back(static_cast<Index>(spokes_.size()));
+      most_spokes_ = std::max(most_spokes_, begin_[v + 1] - begin_[v]);
     }
   }
 
@@ -61,63 +69,76 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     const double earliest = detail::move_to_zero(sources);
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
-    front.images.assign(static_cast<std::size_t>(surface_.vertex_count()), {});
-    front.settled.assign(front.images.size(), 0);
-    front.queue.reset(step_);
+    clear(front);
     for (const auto& source : sources) {
       const double offset = source.distance;
       const auto point = detail::simplified(surface_, source.point);
       const Vec3<double> position = surface_.position(point);
       detail::for_each_vertex_near(surface_, point, [&](Index v, double d) {
-        if (offset + d < front.images[v].distance) front.reach(v, {position, offset, offset + d});
+        if (offset + d < front.vertices[v].distance) front.reach(v, position, offset, offset + d);
       });
     }
     while (!front.queue.empty()) {
-      const auto [v, d] = front.queue.pop();
-      if (d > front.images[v].distance) continue;  // reached on a shorter way since
+      const Index v = next(front);
+      if (front.settled[v]) continue;  // it is in the queue for every time that it came nearer
       front.settled[v] = 1;
-      for (Index c = corner_begin_[v]; c < corner_begin_[v + 1]; ++c) {
-        advance(v, corners_[c].tip, corners_[c].apex, front);
-      }
+      advance(v, front);
     }
-    detail::Array<double> distance(front.images.size());
+    detail::Array<double> distance(front.vertices.size());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      distance[v] = earliest + front.images[v].distance;
+      distance[v] = earliest + front.vertices[v].distance;
     }
     return distance;
   }
 
-  /// The other two vertices of one of a vertex' faces.
-  struct Corner {
-    Index tip, apex;
+  /// An edge at a vertex, of its fan in order: the other end, and by how much a way over an edge of
+  /// the face between this one and the one before may be shorter than to an end of that edge.
+  struct Spoke {
+    Index end;
+    float slack;
   };
+  static constexpr float no_face = -unreachable<float>;  // no way over it is short enough
 
-  /// Where a vertex sees its source: `distance` is `offset` and the straight line to it.
-  struct Image {
+  /// A vertex, and where it sees its source: `distance` is `offset` and the straight line to
+  /// `image`. All that its neighbours ask for is in one line of the cache.
+  struct alignas(64) Vertex {
     Vec3<double> position = Vec3<double>::Zero();
+    Vec3<double> image = Vec3<double>::Zero();
     double offset = 0;
     double distance = unreachable<double>;
+
+    [[nodiscard]] bool is_bettered(double new_offset, double new_distance) const {
+      return new_distance < distance * (1 - least_gain) ||
+             (new_offset < offset / 2 && new_distance < limit());
+    }
+    // Ways as long as this, or longer, are of no use.
+    [[nodiscard]] double limit() const { return distance * (1 + tie); }
+  };
+
+  /// An edge as seen from one of its ends.
+  struct Neighbour {
+    Vec3<double> edge;
+    double squared_length;
+    double limit;  // of the vertex at the other end
+    double least;  // no way over this edge is shorter by more than the slack of the face
+    double slack;  // of the face between this edge and the one before
+    Index vertex;
   };
 
   struct Front {
-    detail::Array<Image> images;  // of each vertex
-    detail::Array<char> settled;  // of each vertex: not in the queue, having been there
+    detail::Array<Vertex> vertices;
+    detail::Array<char> settled;   // of each vertex: not in the queue, having been there
+    detail::Array<Neighbour> fan;  // of the vertex in turn
     detail::BucketQueue queue;
 
-    // How long a new line may be at most to serve a vertex, given what precedes it.
-    [[nodiscard]] double room(Index v, double offset) const {
-      const Image& held = images[v];
-      return held.distance * (offset < held.offset ? 1 + tie : 1 - least_gain) - offset;
-    }
-    [[nodiscard]] bool is_better(Index v, double offset, double distance) const {
-      const Image& held = images[v];
-      return distance < held.distance * (1 - least_gain) ||
-             (offset < held.offset / 2 && distance < held.distance * (1 + tie));
-    }
-    void reach(Index v, const Image& image) {
-      images[v] = image;
+    void reach(Index v, const Vec3<double>& image, double offset, double distance) {
+      Vertex& vertex = vertices[v];
+      const bool in_place = !settled[v] && queue.are_together(vertex.distance, distance);
+      vertex.image = image;
+      vertex.offset = offset;
+      vertex.distance = distance;
       settled[v] = 0;
-      queue.push(v, image.distance);
+      if (!in_place) queue.push(v, distance);
     }
   };
 
@@ -131,89 +152,177 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   // something in between, and is not handed on beside it.
   static constexpr double largest_disagreement = 3e-3;
 
-  // Reaches the other two vertices of a face of v: along the edges from v, and through them with
-  // the images that both ends of the edge hold.
-  void advance(Index v, Index tip, Index apex, Front& front) const {
-    const Vec3<double>& at = surface_.position(v);
-    const Vec3<double> to_tip = surface_.position(tip) - at;
-    const Vec3<double> to_apex = surface_.position(apex) - at;
-    const double tip2 = to_tip.squaredNorm(), apex2 = to_apex.squaredNorm();
-    along(v, tip, tip2, front);
-    along(v, apex, apex2, front);
-    // An edge is crossed when the second of its ends comes out of the queue.
-    if (!front.settled[tip] && !front.settled[apex]) return;
-    const double dot = to_tip.dot(to_apex);
-    const double area2 = cross<double>(to_tip, to_apex).squaredNorm();
-    if (front.settled[tip]) {
-      const Crossing c{v, tip, apex, to_tip, to_apex, tip2, dot / tip2, area2 / tip2};
-      through(c, v, tip, front);
-      through(c, tip, v, front);
+  void clear(Front& front) const {
+    const auto count = static_cast<std::size_t>(surface_.vertex_count());
+    if (front.vertices.empty()) {
+      front.vertices.resize(count);
+      for (Index v = 0; v < surface_.vertex_count(); ++v) {
+        front.vertices[v].position = surface_.position(v);
+      }
+      front.fan.resize(static_cast<std::size_t>(most_spokes_));
     }
-    if (front.settled[apex]) {
-      const Crossing c{v, apex, tip, to_apex, to_tip, apex2, dot / apex2, area2 / apex2};
-      through(c, v, apex, front);
-      through(c, apex, v, front);
+    for (Vertex& vertex : front.vertices) vertex.distance = unreachable<double>;
+    front.settled.assign(count, 0);
+    front.queue.reset(step_);
+  }
+
+  // Takes a vertex from the queue and has the memory fetched for those after it, each step early
+  // enough for the next (measured): waiting for it would take a third of the time.
+  Index next(Front& front) const {
+    constexpr int long_before = 8, before = 4, just_before = 1;
+    const Vertex* vertices = front.vertices.data();
+    const Index v = front.queue.pop().first;
+    if (const Index w = front.queue.next_or(-1, long_before); w >= 0) {
+      detail::prefetch(begin_.data() + w, sizeof(Index));
+      detail::prefetch(vertices + w, sizeof(Vertex));
+    }
+    if (const Index w = front.queue.next_or(-1, before); w >= 0) {
+      detail::prefetch(spokes_.data() + begin_[w], sizeof(Spoke));
+    }
+    if (const Index w = front.queue.next_or(-1, just_before); w >= 0) {
+      const Spoke* end = spokes_.data() + begin_[w + 1];
+      for (const Spoke* spoke = spokes_.data() + begin_[w]; spoke != end; ++spoke) {
+        detail::prefetch(vertices + spoke->end, sizeof(Vertex));
+      }
+    }
+    return v;
+  }
+
+  // Reaches the neighbours of a vertex: along the edges, and over them with the images that their
+  // two ends hold. Here and below, conditions that nobody can foresee are joined by `&`, which
+  // makes one branch of them.
+  void advance(Index v, Front& front) const {
+    const Vertex& vertex = front.vertices[v];
+    const Index count = begin_[v + 1] - begin_[v];
+    look_round(v, front);
+    const Neighbour* fan = front.fan.data();
+    for (Index i = 1; i < count; ++i) {
+      const Neighbour &before = fan[i - 1], &here = fan[i];
+      if (here.limit + here.slack > before.least) over(vertex, before, here, here.slack, front);
+      if (before.limit + here.slack > here.least) over(vertex, here, before, here.slack, front);
+      along(vertex, before, front);
+    }
+    if (count > 0) along(vertex, fan[count - 1], front);
+  }
+
+  // Fills the fan of a vertex.
+  void look_round(Index v, Front& front) const {
+    const Vec3<double> at = front.vertices[v].position;
+    const double distance = front.vertices[v].distance;
+    Neighbour* neighbour = front.fan.data();
+    const Vertex* vertices = front.vertices.data();
+    const char* settled = front.settled.data();
+    const Spoke* last = spokes_.data() + begin_[v + 1];
+    const double seen = distance * (1 - largest_disagreement);
+    for (const Spoke* spoke = spokes_.data() + begin_[v]; spoke != last; ++spoke, ++neighbour) {
+      const Index end = spoke->end;
+      const Vertex& other = vertices[end];
+      neighbour->vertex = end;
+      neighbour->slack = spoke->slack;
+      neighbour->edge = other.position - at;
+      neighbour->squared_length = neighbour->edge.squaredNorm();
+      neighbour->limit = other.limit();
+      // An edge is crossed when the second of its ends comes out of the queue, from either end, and
+      // with no image that shows the other too near.
+      neighbour->least =
+          settled[end] ? std::max(std::min(distance, other.distance), seen) : unreachable<double>;
     }
   }
 
-  void along(Index v, Index w, double squared_length, Front& front) const {
-    const double d = front.images[v].distance;
-    const double room = front.room(w, d);
-    if (!(room > 0 && squared_length < room * room)) return;
-    const double distance = d + std::sqrt(squared_length);
-    if (front.is_better(w, d, distance)) front.reach(w, {surface_.position(v), d, distance});
+  void along(const Vertex& from, const Neighbour& to, Front& front) const {
+    const Vertex& target = front.vertices[to.vertex];
+    const double room = target.limit() - from.distance;
+    if (!((room > 0) & (to.squared_length < room * room))) return;
+    const double distance = from.distance + std::sqrt(to.squared_length);
+    if (!target.is_bettered(from.distance, distance)) return;
+    front.reach(to.vertex, from.position, from.distance, distance);
   }
 
   /// A vertex as seen across an edge of its face, from the edge's first end; `foot` is how far
   /// along the edge it lies, in shares of the edge.
   struct Crossing {
-    Index first, second, target;
-    Vec3<double> edge, to_target;
-    double squared_length, foot, squared_height;
+    const Vertex& first;
+    const Neighbour& edge;
+    const Neighbour& to;
+    double inverse_square, foot, squared_height;
   };
 
+  void over(const Vertex& first, const Neighbour& edge, const Neighbour& to, double slack,
+            Front& front) const {
+    const Vertex& second = front.vertices[edge.vertex];
+    // A way over an edge is not shorter, but for the slack, than to either of its ends.
+    const double limit = to.limit + slack;
+    const double rest = limit - second.offset;
+    const bool with_first = first.distance < limit;
+    const bool with_second =
+        (second.distance < limit) & ((second.image - first.position).squaredNorm() < rest * rest);
+    if (!(with_first | with_second)) return;
+    const double inverse = 1 / edge.squared_length;
+    const Crossing c{first,
+                     edge,
+                     to,
+                     inverse,
+                     edge.edge.dot(to.edge) * inverse,
+                     cross<double>(edge.edge, to.edge).squaredNorm() * inverse};
+    if (with_first) through(c, first, second, front);
+    if (with_second) through(c, second, first, front);
+  }
+
   // Hands on the image of `owner`, one end of the edge, that is seen from the `other` end too.
-  void through(const Crossing& c, Index owner, Index other, Front& front) const {
-    const Image& image = front.images[owner];
-    const double room = front.room(c.target, image.offset);
-    const Vec3<double> to_image = image.position - surface_.position(c.first);
-    const double foot = to_image.dot(c.edge) / c.squared_length;
-    const double squared_depth = (to_image - foot * c.edge).squaredNorm();
+  void through(const Crossing& c, const Vertex& owner, const Vertex& other, Front& front) const {
+    const Vertex& target = front.vertices[c.to.vertex];
+    const double square = c.edge.squared_length;
+    const double room = target.limit() - owner.offset;
+    const Vec3<double> to_image = owner.image - c.first.position;
+    const double foot = to_image.dot(c.edge.edge) * c.inverse_square;
+    const double squared_depth = (to_image - foot * c.edge.edge).squaredNorm();
     // Most are not shorter, which is seen before any root: with depth and height on one line,
     // (depth + height)^2 + aside^2 < room^2.
     const double aside = c.foot - foot;
-    const double squared_aside = aside * aside * c.squared_length;
+    const double squared_aside = aside * aside * square;
     const double rest = room * room - c.squared_height - squared_depth - squared_aside;
-    if (!(room > 0 && rest > 0 && 4 * c.squared_height * squared_depth < rest * rest)) return;
-    const double least = front.images[other].distance * (1 - largest_disagreement) - image.offset;
-    const double share = other == c.first ? foot : 1 - foot;
-    if (least > 0 && share * share * c.squared_length + squared_depth < least * least) return;
+    if (!((room > 0) & (rest > 0) & (4 * c.squared_height * squared_depth < rest * rest))) return;
+    const double least = other.distance * (1 - largest_disagreement) - owner.offset;
+    const double share = &other == &c.first ? foot : 1 - foot;
+    if ((least > 0) & (share * share * square + squared_depth < least * least)) return;
 
     const double depth = std::sqrt(squared_depth), height = std::sqrt(c.squared_height);
     const double at_edge = foot * height + c.foot * depth;
-    if (!(at_edge >= 0 && at_edge <= height + depth)) return;
     const double total = height + depth;
-    const double distance = image.offset + std::sqrt(squared_aside + total * total);
-    if (!front.is_better(c.target, image.offset, distance)) return;
-    front.reach(c.target, {unfolded(image.position, c, foot, depth), image.offset, distance});
+    if (!((at_edge >= 0) & (at_edge <= total))) return;
+    const double distance = owner.offset + std::sqrt(squared_aside + total * total);
+    if (!target.is_bettered(owner.offset, distance)) return;
+    front.reach(c.to.vertex, unfolded(owner.image, c, foot, depth), owner.offset, distance);
   }
 
   // An image turned about the edge into the plane of the target's face, on the side away from it. A
   // face without area has no plane; as a way over the edge the image is right where it is.
-  [[nodiscard]] Vec3<double> unfolded(const Vec3<double>& image, const Crossing& c, double foot,
-                                      double depth) const {
+  [[nodiscard]] static Vec3<double> unfolded(const Vec3<double>& image, const Crossing& c,
+                                             double foot, double depth) {
     // Made orthogonal twice: in a face of hardly any area the first time leaves rounding's part.
-    Vec3<double> upright = c.to_target - c.foot * c.edge;
-    upright -= upright.dot(c.edge) / c.squared_length * c.edge;
+    const Vec3<double>& edge = c.edge.edge;
+    Vec3<double> upright = c.to.edge - c.foot * edge;
+    upright -= upright.dot(edge) * c.inverse_square * edge;
     const double height = upright.norm();
     if (height == 0) return image;
-    return surface_.position(c.first) + foot * c.edge - depth / height * upright;
+    return c.first.position + foot * edge - depth / height * upright;
+  }
+
+  // The slack of a face. A way over its edge (a, b) at x to its third vertex t is longer than the
+  // way to a by at least |x t| - |x a|, which is least where x = b.
+  [[nodiscard]] float unevenness(Index h) const {
+    const double a = surface_.length(h), b = surface_.length(surface_.next(h));
+    const double c = surface_.length(surface_.previous(h));
+    const double uneven = std::max({a, b, c}) - std::min({a, b, c});
+    using Limits = std::numeric_limits<float>;  // rounded up, also where it is next to nothing
+    return static_cast<float>(uneven) * (1 + Limits::epsilon()) + Limits::min();
   }
 
   Surface<double> surface_;
   double step_ = 0;
-  detail::Array<Index> corner_begin_;  // of each vertex, and one more
-  detail::Array<Corner> corners_;
+  Index most_spokes_ = 0;       // of any vertex
+  detail::Array<Index> begin_;  // of each vertex, and one more: where its spokes begin
+  detail::Array<Spoke> spokes_;
   std::shared_ptr<detail::Pool<Front>> pool_ = std::make_shared<detail::Pool<Front>>();
 };
 

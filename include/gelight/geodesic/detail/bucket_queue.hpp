@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -14,14 +15,16 @@ namespace gelight::detail {
 
 /// A queue of vertices in about the order of their distances: those within a third of a step of
 /// each other come out in any order. For solvers that correct what they did too early that is
-/// enough, and a push costs no more than an array's.
-class BucketQueue {
+/// enough, and a push costs no more than an array's. (A template only so that it costs nothing to
+/// include.)
+template <std::floating_point Real>
+class BucketQueueOf {
  public:
   /// Empties the queue. Keys are not negative; `step` is about what a vertex adds to the distance
   /// of the last.
-  void reset(double step) {
+  void reset(Real step) {
     // Finite, so that a key of zero has a number where the step is next to nothing.
-    scale_ = step > 0 ? std::min(buckets_per_step / step, std::numeric_limits<double>::max()) : 1;
+    scale_ = step > 0 ? std::min(buckets_per_step / step, std::numeric_limits<Real>::max()) : 1;
     front_ = count_ = 0;
     round_end_ = bucket_count;
     later_.clear();
@@ -29,26 +32,26 @@ class BucketQueue {
     for (auto& bucket : buckets_) bucket.clear();
   }
 
-  void push(Index vertex, double key) {
+  void push(Index vertex, Real key) {
     ++count_;
     put({vertex, key});
   }
 
-  /// Whether entries with these keys come out in any order.
-  [[nodiscard]] bool are_together(double one, double other) const {
-    return number_of(one) == number_of(other);
+  /// Whether entries with these keys come out in any order. None has an infinite key.
+  [[nodiscard]] bool are_together(Real one, Real other) const {
+    return number_of(one) == number_of(other) && std::max(one, other) < unreachable<Real>;
   }
 
   [[nodiscard]] bool empty() const { return count_ == 0; }
 
-  /// The vertex that probably comes out next, or `unknown`.
-  [[nodiscard]] Index next_or(Index unknown) const {
+  /// The vertex that probably comes out next, or after `ahead` others, or `unknown`.
+  [[nodiscard]] Index next_or(Index unknown, std::ptrdiff_t ahead = 0) const {
     const auto& bucket = buckets_[front_ % bucket_count];
-    return bucket.empty() ? unknown : bucket.back().first;
+    return std::ssize(bucket) > ahead ? bucket.end()[-1 - ahead].first : unknown;
   }
 
   /// A vertex and the key it was pushed with, which may have been bettered since.
-  std::pair<Index, double> pop() {
+  std::pair<Index, Real> pop() {
     while (buckets_[front_ % bucket_count].empty()) {
       if (++front_ == round_end_) start_round();
     }
@@ -60,12 +63,12 @@ class BucketQueue {
   }
 
  private:
-  using Entry = std::pair<Index, double>;
-  static constexpr double buckets_per_step = 3;
+  using Entry = std::pair<Index, Real>;
+  static constexpr Real buckets_per_step = 3;
   static constexpr std::size_t bucket_count = 256;
-  static constexpr double largest_number = 1e15;
+  static constexpr Real largest_number = 1e15;
 
-  [[nodiscard]] std::size_t number_of(double key) const {
+  [[nodiscard]] std::size_t number_of(Real key) const {
     return static_cast<std::size_t>(
         static_cast<std::int64_t>(std::min(key * scale_, largest_number)));
   }
@@ -90,12 +93,14 @@ class BucketQueue {
     for (const Entry& entry : waiting) put(entry);
   }
 
-  double scale_ = 1;
+  Real scale_ = 1;
   std::size_t front_ = 0;                 // number of the bucket in turn
   std::size_t round_end_ = bucket_count;  // those from here on are put off
   std::size_t count_ = 0;
   std::vector<std::vector<Entry>> buckets_;
   std::vector<Entry> later_;
 };
+
+using BucketQueue = BucketQueueOf<double>;
 
 }  // namespace gelight::detail
