@@ -1,7 +1,8 @@
 // Speed against accuracy: every distance solver with its dials on meshes of every kind, time and
 // error from the same runs. A wrong answer is an error.
 //
-// pareto_benchmark [--mesh=FILE] adds a mesh of the user's; FILE is read by OpenMesh. Counters:
+// pareto_benchmark [--mesh=FILE] [--quick] adds a mesh of the user's, FILE, which is read by
+// OpenMesh; --quick: less patience with the planner. Counters:
 // setup_s, first_s (the first query, which makes what is made late), the time itself: a further
 // query; mean, p99, max: relative error against the exact polyhedral distance; smooth_*: against
 // the great circle; floor: 0.10 (kappa h)^2 of the mesh; peak_MB: beyond the mesh; windows: of an
@@ -193,6 +194,14 @@ constexpr std::array<Promise, 3> promises{{{"expected", Assurance::expected},
                                            {"sampled", Assurance::sampled},
                                            {"certified", Assurance::certified}}};
 
+/// Turns that the planner and the best methods take, and vertices from which these have to keep the
+/// tolerance.
+struct Patience {
+  int turns = 3;
+  Index vertices = 12;
+};
+constexpr Patience little_patience{1, 4};
+
 double sampled_error(const Case& on, Index source, const Distances& distances, double width) {
   const Surface<double> surface(on.mesh);
   const gelight::detail::PlanarFaces faces(surface);
@@ -210,8 +219,8 @@ double proved_error(const Case& on, Index source, const Distances& distances) {
   return Certifier(on.mesh).bounds(source, distances).error_of(distances).mean;
 }
 
-/// A method by itself on one mesh: the largest mean error from any of twelve vertices, first to
-/// last, and the largest that a certificate proves.
+/// A method by itself on one mesh: the largest mean error from any of some vertices, first to last,
+/// and the largest that a certificate proves.
 struct Single {
   const Dial* dial;
   double seconds = 0, error = 0, proved = 0;
@@ -223,12 +232,13 @@ struct Single {
 };
 
 /// Those that answer sooner than the exact solver, and that one; by the time from mesh to answer.
-std::vector<Single> singles_on(const Case& on, const std::vector<Dial>& all) {
+std::vector<Single> singles_on(const Case& on, const std::vector<Dial>& all,
+                               const Patience& patience) {
   std::vector<Single> singles;
   double exact_seconds = 0;
   for (const Dial& dial : all) {
     std::vector<double> times;
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < patience.turns; ++i) {
       times.push_back(seconds([&] { (void)dial.make(on.mesh)(sources[0]); }));
     }
     singles.push_back({&dial, median(times)});
@@ -237,14 +247,13 @@ std::vector<Single> singles_on(const Case& on, const std::vector<Dial>& all) {
   std::erase_if(singles, [&](const Single& s) { return s.seconds > exact_seconds; });
   std::sort(singles.begin(), singles.end(),
             [](const Single& a, const Single& b) { return a.seconds < b.seconds; });
-  constexpr Index count = 12;
   const auto n = static_cast<Index>(on.mesh.positions.size());
   const ExactSolver<double> exact(on.mesh);
   const Certifier<double> certifier(on.mesh);
   std::vector<Query> queries;
   for (const Single& single : singles) queries.push_back(single.dial->make(on.mesh));
-  for (Index i = 0; i < count; ++i) {
-    const Index source = i * (n - 1) / (count - 1);
+  for (Index i = 0; i < patience.vertices; ++i) {
+    const Index source = i * (n - 1) / (patience.vertices - 1);
     const Distances truth = exact.distance(source);
     for (std::size_t k = 0; k < singles.size(); ++k) {
       if (singles[k].is_exact()) continue;
@@ -279,9 +288,9 @@ void plan(benchmark::State& state, const Case& on, const std::vector<Single>& si
   for (const Single& single : singles) {
     const bool is_in_race =
         choices.size() < 2 || (single.is_exact() && assurance != Assurance::expected);
-    if (is_in_race && single.keeps(tolerance, assurance) && answer_by(single) <= tolerance) {
-      choices.push_back(&single);
-    }
+    if (!is_in_race || !single.keeps(tolerance, assurance)) continue;
+    const bool has_to_show = assurance == Assurance::sampled && !single.is_exact();
+    if (!has_to_show || answer_by(single) <= tolerance) choices.push_back(&single);
   }
   const PlanRequest request{.tolerance = tolerance, .assurance = assurance};
   std::vector<double> ours;
@@ -351,29 +360,32 @@ int main(int argc, char** argv) {
   static const std::vector<Dial> all = dials();
   static const std::vector<Case> unseen = unseen_cases();
   static std::map<std::string, std::vector<Single>> singles;
-  const auto register_plans = [](const Case& on, std::vector<Single>& known) {
+  Patience patience;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i], mesh = "--mesh=";
+    const bool is_mesh = argument.starts_with(mesh);
+    if (!is_mesh && argument != "--quick") continue;
+    if (is_mesh) cases.push_back(read_case(argument.substr(mesh.size())));
+    if (!is_mesh) patience = little_patience;
+    std::copy(argv + i + 1, argv + argc, argv + i);
+    --argc, --i;
+  }
+  const auto register_plans = [patience](const Case& on, std::vector<Single>& known) {
     for (const double tolerance : {0.1, 0.01, 1e-3, 1e-4, 1e-6}) {
       for (const Promise& promise : promises) {
         const std::string name =
             "plan/" + on.name + "/" + promise.name + "/" + std::to_string(tolerance);
         benchmark::RegisterBenchmark(name.c_str(),
                                      [=, &on, &known](benchmark::State& state) {
-                                       if (known.empty()) known = singles_on(on, all);
+                                       if (known.empty()) known = singles_on(on, all, patience);
                                        plan(state, on, known, tolerance, promise.assurance);
                                      })
             ->UseManualTime()
-            ->Iterations(3)
+            ->Iterations(patience.turns)
             ->Unit(benchmark::kMillisecond);
       }
     }
   };
-  const std::string option = "--mesh=";
-  for (int i = 1; i < argc; ++i) {
-    if (!std::string(argv[i]).starts_with(option)) continue;
-    cases.push_back(read_case(argv[i] + option.size()));
-    std::copy(argv + i + 1, argv + argc, argv + i);
-    --argc, --i;
-  }
   using benchmark::kMillisecond;
   using benchmark::RegisterBenchmark;
   for (const Case& on : cases) {

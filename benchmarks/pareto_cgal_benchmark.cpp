@@ -12,8 +12,10 @@ namespace {
 using namespace pareto;
 using namespace bench::cgal;
 
+// Where every query begins anew, the first, timed already, is as good as a further one.
 template <class Make>
-void measure(benchmark::State& state, const Case& on, double wrong_beyond, const Make& make) {
+void measure(benchmark::State& state, const Case& on, double wrong_beyond, bool begins_anew,
+             const Make& make) {
   CgalMesh mesh = to_cgal(on.mesh);
   const PeakMemory memory;
   std::function<Distances(Index)> query;
@@ -24,7 +26,8 @@ void measure(benchmark::State& state, const Case& on, double wrong_beyond, const
   Errors errors, smooth;
   for (auto _ : state) {
     const std::size_t which = times.size() % sources.size();
-    times.push_back(seconds([&] { distances = query(sources[which]); }));
+    const bool is_timed = begins_anew && times.empty();
+    times.push_back(is_timed ? first : seconds([&] { distances = query(sources[which]); }));
     state.SetIterationTime(times.back());
     if (times.size() > sources.size()) continue;
     errors.add(distances, on.exact[which]);
@@ -42,14 +45,14 @@ void measure(benchmark::State& state, const Case& on, double wrong_beyond, const
 }
 
 void measure_exact(benchmark::State& state, const Case& on) {
-  measure(state, on, 1e-9, [](CgalMesh& mesh) {
+  measure(state, on, 1e-9, true, [](CgalMesh& mesh) {
     auto paths = std::make_shared<ShortestPath>(mesh);
     return [&mesh, paths](Index source) { return exact_distances(mesh, *paths, source); };
   });
 }
 
 void measure_heat(benchmark::State& state, const Case& on) {
-  measure(state, on, 1.0, [](CgalMesh& mesh) {
+  measure(state, on, 1.0, false, [](CgalMesh& mesh) {
     auto heat = std::make_shared<Heat>(mesh);
     const auto map = mesh.add_property_map<Vertex, double>("v:distance", 0).first;
     return [&mesh, heat, map](Index source) { return heat_distances(mesh, map, *heat, source); };
