@@ -390,7 +390,7 @@ class DistancePlanner {
                                    const std::vector<double>& distances) const {
     if (needs_certificate(method)) return certify(sources, distances);
     if (needs_paths(method)) {
-      const Finding traced = trace(sources, distances);
+      Finding traced = trace(sources, distances);
       const bool is_beyond = traced.error > request_.tolerance;
       if (!needs_samples(method) || (is_beyond && may_escalate())) return traced;
     }
@@ -439,6 +439,7 @@ class DistancePlanner {
   // All vertices that matter, where a relative error means something.
   [[nodiscard]] std::vector<Index> reached_targets(const std::vector<double>& distances) const {
     std::vector<Index> targets;
+    targets.reserve(distances.size());
     const auto add = [&](Index v) {
       const double d = distances[static_cast<std::size_t>(v)];
       if (d > 0 && std::isfinite(d)) targets.push_back(v);
