@@ -5,7 +5,7 @@
 # --to FOLDER: elsewhere than into benchmarks/results.  --mesh FILE: with a mesh of one's own.
 set -eu
 cd "$(dirname "$0")/.."
-patience=0.3 to=benchmarks/results quick= mesh=
+patience=0.3 to=benchmarks/results quick='' mesh=
 while [ $# -gt 0 ]; do
   case $1 in
     --quick) patience=0.02 quick=--quick ;;
