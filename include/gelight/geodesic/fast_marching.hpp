@@ -59,7 +59,8 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     const auto corners = measured_corners(surface_);
     detail::Spokes spokes(surface_);
     begin_.reserve(static_cast<std::size_t>(surface_.vertex_count()) + 1);
-    spokes_.reserve(static_cast<std::size_t>(surface_.halfedge_count() + surface_.vertex_count()));
+    spokes_.reserve(static_cast<std::size_t>(surface_.halfedge_count()) +
+                    static_cast<std::size_t>(surface_.vertex_count()));
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       begin_.push_back(static_cast<Index>(spokes_.size()));
       spokes.visit(v, [&](Index edge, Index corner) {

@@ -264,6 +264,7 @@ requires detail::FilterPixel<PixelOf<I>>
     return {low, std::min(low + 1, in - 1), static_cast<T>(at - low)};
   };
   std::vector<Between> columns;
+  columns.reserve(static_cast<std::size_t>(width));
   for (Index x = 0; x < width; ++x) columns.push_back(sample(x, width, in_width));
   for (Index y = 0; y < height; ++y) {
     const Between row = sample(y, height, in_height);

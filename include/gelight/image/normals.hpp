@@ -25,6 +25,7 @@ namespace detail {
 template <std::floating_point T>
 [[nodiscard]] std::vector<T> ray_columns(const Camera<T>& camera) {
   std::vector<T> columns;
+  columns.reserve(static_cast<std::size_t>(camera.width));
   for (Index x = 0; x < camera.width; ++x) columns.push_back(camera.ray(static_cast<T>(x), 0).x());
   return columns;
 }

@@ -28,7 +28,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> unit_way(const Surface<T>& surface, Index h, const Vec2<T>& from,
                                const Vec2<T>& to) {
-  const Vec3<T> o = surface.position(surface.origin(h));
+  const Vec3<T>& o = surface.position(surface.origin(h));
   const Vec3<T> x = stable_unit(surface.position(surface.tip(h)) - o);
   const Vec3<T> to_apex = surface.position(surface.apex(h)) - o;
   const Vec3<T> y = stable_unit(to_apex - x.dot(to_apex) * x);
@@ -38,7 +38,7 @@ template <std::floating_point T>
 /// The angle from half-edge h to a direction, towards the inside of its face, in radians.
 template <std::floating_point T>
 [[nodiscard]] T angle_from(const Surface<T>& surface, Index h, const Vec3<T>& direction) {
-  const Vec3<T> o = surface.position(surface.origin(h));
+  const Vec3<T>& o = surface.position(surface.origin(h));
   const Vec3<T> x = surface.position(surface.tip(h)) - o;
   const Vec3<T> up = cross<T>(cross<T>(x, surface.position(surface.apex(h)) - o), x);
   return std::atan2(direction.dot(stable_unit(up)), direction.dot(stable_unit(x)));

@@ -70,8 +70,8 @@ class PlanarFacesOf {
   }
 
   static Vec3<Real> vector(const Surface<Real>& surface, Index h) {
-    const Vec3<Real> origin = surface.position(surface.origin(h));
-    const Vec3<Real> tip = surface.position(surface.tip(h));
+    const Vec3<Real>& origin = surface.position(surface.origin(h));
+    const Vec3<Real>& tip = surface.position(surface.tip(h));
     return tip - origin;
   }
 

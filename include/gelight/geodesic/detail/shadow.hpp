@@ -35,7 +35,7 @@ class ShadowOf {
     const Limit left = turn(Mesh::previous(corner), rotated_back(opening, back));
     const Limit right = turn(corner, back);
     if (left.entering >= 0 && sweep(left, right, visit)) return;
-    if (right.entering >= 0) sweep(right, left, visit);
+    if (right.entering >= 0) (void)sweep(right, left, visit);
   }
 
  private:
@@ -96,7 +96,7 @@ class ShadowOf {
 
   // Visits from one limit on, to the other one or to the border; returns whether to the other.
   template <class Visit>
-  bool sweep(const Limit& from, const Limit& to, const Visit& visit) const {
+  [[nodiscard]] bool sweep(const Limit& from, const Limit& to, const Visit& visit) const {
     Index entering = from.entering;
     Real begin = from.share;
     for (auto faces = std::ssize(surface_.corners(vertex_)); faces > 0; --faces) {

@@ -269,7 +269,7 @@ class PlaneFitRows {
 
  private:
   [[nodiscard]] std::size_t rows_of_block() const {
-    return static_cast<std::size_t>(2 * radius_ + 1);
+    return 2 * static_cast<std::size_t>(radius_) + 1;
   }
   [[nodiscard]] double* block(std::size_t row, std::size_t moment) {
     return block_.data() + (row * column_moments + moment) * static_cast<std::size_t>(stride_);
