@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <concepts>
 #include <memory>
+#include <vector>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
@@ -41,7 +42,8 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
     detail::require(options.steiner_points >= 0, "the number of Steiner points is ",
                     options.steiner_points, ", less than 0");
     if (options.steiner_points > 0) {
-      graph_ = std::make_shared<const detail::SteinerGraph>(surface_, options.steiner_points);
+      graph_ =
+          std::make_shared<const detail::SteinerGraphOf<Real>>(surface_, options.steiner_points);
     } else {
       link();
     }
@@ -52,26 +54,28 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
 
  private:
   friend class detail::DistanceQueries<DijkstraSolver<T>, T>;
+  using Real = typename detail::WorkingPrecision<T>::Real;
+  using Queue = detail::BucketQueueOf<Real>;
 
-  [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
-    const double start = detail::move_to_zero(sources);
+  [[nodiscard]] detail::Array<Real> solve_vertices(std::vector<Source<Real>> sources) const {
+    const Real start = detail::move_to_zero(sources);
     auto distance = graph_ ? graph_->distance(sources) : along_edges(sources);
-    for (double& d : distance) d += start;
+    for (Real& d : distance) d += start;
     return distance;
   }
 
   struct Edge {
-    double length;
+    Real length;
     Index tip;
   };
 
-  [[nodiscard]] detail::Array<double> along_edges(const detail::Sources& sources) const {
-    detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()),
-                                   unreachable<double>);
-    const detail::Pool<detail::BucketQueue>::Borrowed borrowed(*queues_);
-    detail::BucketQueue& queue = *borrowed;
+  [[nodiscard]] detail::Array<Real> along_edges(const std::vector<Source<Real>>& sources) const {
+    detail::Array<Real> distance(static_cast<std::size_t>(surface_.vertex_count()),
+                                 unreachable<Real>);
+    const typename detail::Pool<Queue>::Borrowed borrowed(*queues_);
+    Queue& queue = *borrowed;
     queue.reset(step_);
-    const auto relax = [&](Index v, double d) {
+    const auto relax = [&](Index v, Real d) {
       if (d >= distance[v]) return;
       distance[v] = d;
       queue.push(v, d);
@@ -79,7 +83,7 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
     for (const auto& source : sources) {
       const auto point = detail::simplified(surface_, source.point);
       detail::for_each_vertex_near(surface_, point,
-                                   [&](Index v, double d) { relax(v, source.distance + d); });
+                                   [&](Index v, Real d) { relax(v, source.distance + d); });
     }
     while (!queue.empty()) {
       const auto [v, d] = queue.pop();
@@ -112,13 +116,12 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
     step_ = detail::short_edge_length(surface_);
   }
 
-  Surface<double> surface_;
-  double step_ = 0;
+  Surface<Real> surface_;
+  Real step_ = 0;
   detail::Array<Index> begin_;  // of each vertex, and one more: where its edges begin
   detail::Array<Edge> edges_;
-  std::shared_ptr<detail::Pool<detail::BucketQueue>> queues_ =
-      std::make_shared<detail::Pool<detail::BucketQueue>>();
-  std::shared_ptr<const detail::SteinerGraph> graph_;  // where there are Steiner points
+  std::shared_ptr<detail::Pool<Queue>> queues_ = std::make_shared<detail::Pool<Queue>>();
+  std::shared_ptr<const detail::SteinerGraphOf<Real>> graph_;  // where there are Steiner points
 };
 
 template <TriangleMesh M>

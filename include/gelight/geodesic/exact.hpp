@@ -179,6 +179,8 @@ class ExactField {
   using Point = SurfacePoint<Real>;
   using PlanarFaces = detail::PlanarFacesOf<Real>;
   using Propagation = detail::WindowPropagationOf<Real>;
+  using Limits = detail::PropagationLimitsOf<Real>;
+  using Origin = detail::OriginOf<Real>;
   using Arrival = detail::ArrivalOf<Real>;
   using Weights = std::array<Real, 3>;
 
@@ -366,7 +368,7 @@ class ExactField {
   // Solves from the point to the sources, leaving out what the known distances of the vertices show
   // to be a detour beyond `limit`.
   [[nodiscard]] ExactField search_back(const Point& p, Real limit) const {
-    detail::PropagationLimits limits;
+    Limits limits;
     limits.distance = limit * (1 + detail::rounding);
     limits.keep_windows = true;
     limits.rest.reserve(distances_.size());
@@ -470,12 +472,11 @@ class ExactField {
     if (last.entry == Arrival::from_vertex) return vertex_point<Real>(last.origin);
     if (last.entry == Arrival::from_source) return source_point(last.origin);
     Index origin = last.origin;
-    while (origins_[origin].kind == detail::Origin::Kind::crossing) {
+    while (origins_[origin].kind == Origin::Kind::crossing) {
       origin = origins_[origin].previous;
     }
-    const detail::Origin& o = origins_[origin];
-    return o.kind == detail::Origin::Kind::vertex ? vertex_point<Real>(o.index)
-                                                  : source_point(o.index);
+    const Origin& o = origins_[origin];
+    return o.kind == Origin::Kind::vertex ? vertex_point<Real>(o.index) : source_point(o.index);
   }
 
   // The arrival by a vertex where the path cannot bend goes on with the arrival there.
@@ -598,7 +599,7 @@ class ExactField {
   Real bound_ = unreachable<Real>;
   detail::Array<Real> distances_;    // of each vertex, less the offset
   detail::Array<Arrival> arrivals_;  // of each vertex
-  detail::Array<detail::Origin> origins_;
+  detail::Array<Origin> origins_;
   std::shared_ptr<const detail::WindowStoreOf<Real>> windows_;  // where any were kept
   detail::Array<char> kept_faces_;                              // which, or empty for all
   bool bends_anywhere_ = false;                                 // with a reset radius
@@ -676,6 +677,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   using PlanarFaces = detail::PlanarFacesOf<Real>;
   using Sources = std::vector<Source<Real>>;
   using Workspace = detail::WindowPropagationOf<Real>;
+  using Limits = detail::PropagationLimitsOf<Real>;
   using Pool = detail::Pool<Workspace>;
   using Borrowed = typename Pool::Borrowed;
 
@@ -689,7 +691,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   [[nodiscard]] detail::Array<Real> solve_vertices(Sources sources) const {
     const Real offset = normalise(sources);
     const Borrowed workspace(*pool_);
-    detail::PropagationLimits limits = limits_of(options_, offset);
+    Limits limits = limits_of(options_, offset);
     limits.keep_windows = false;
     limits.faces_to_keep.clear();
     run(*workspace, sources, limits);
@@ -707,7 +709,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     field.faces_ = faces_;
     field.offset_ = normalise(sources);
     field.sources_ = std::move(sources);
-    const detail::PropagationLimits limits = limits_of(options, field.offset_);
+    const Limits limits = limits_of(options, field.offset_);
     const Borrowed workspace(*pool_);
     run(*workspace, field.sources_, limits);
     field.adopt(*workspace);
@@ -716,8 +718,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     return field;
   }
 
-  void run(Workspace& workspace, const Sources& sources,
-           const detail::PropagationLimits& limits) const {
+  void run(Workspace& workspace, const Sources& sources, const Limits& limits) const {
     workspace.run(surface_, *faces_, sources, limits);
     if (workspace.was_cancelled) throw Cancelled("the exact solve was cancelled");
   }
@@ -733,9 +734,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     return least;
   }
 
-  [[nodiscard]] detail::PropagationLimits limits_of(const ExactOptions<T>& options,
-                                                    Real offset) const {
-    detail::PropagationLimits limits;
+  [[nodiscard]] Limits limits_of(const ExactOptions<T>& options, Real offset) const {
+    Limits limits;
     limits.distance = Real{options.max_distance} - offset;
     limits.cancelled = options.cancelled;
     limits.keep_windows = options.keep_windows;
@@ -749,11 +749,11 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     return limits;
   }
 
-  void add_target(const Point& p, detail::PropagationLimits& limits) const {
+  void add_target(const Point& p, Limits& limits) const {
     std::array<Index, 3> corners{p.element[0], p.element[0], p.element[0]};
     if (p.kind == Point::Kind::edge) corners[1] = p.element[1];
     if (p.kind == Point::Kind::face) corners = surface_.face(p.element[0]);
-    detail::Target target{corners, {}};
+    typename Limits::Target target{corners, {}};
     for (std::size_t k = 0; k < 3; ++k) {
       target.gaps[k] = detail::straight(surface_.position(p), surface_.position(corners[k]));
     }

@@ -59,19 +59,22 @@ namespace detail {
 /// solvers that use them. (A template only so that it costs nothing to include.)
 template <std::floating_point Real>
 struct HeatSystemOf {
+  using Pattern = SymmetricPatternOf<Real>;
+  using Dissection = DissectionOf<Real>;
+
   Real time_factor = 1;
   bool is_delaunay = false;
   Real mean_edge = 0;
   Real unit = 1;  // of the lengths below: the mean edge, or 1 if that is zero
-  IntrinsicTriangulation mesh;
+  IntrinsicTriangulationOf<Real> mesh;
   Array<PlanarFace> faces;
   Array<Index> component;  // of each vertex
-  std::shared_ptr<const SymmetricPattern> pattern;
+  std::shared_ptr<const Pattern> pattern;
   Array<Real> mass;
   SymmetricMatrix<Real> laplacian;
   SymmetricMatrix<Real> heat;
 
-  HeatSystemOf(const Surface<double>& surface, Real time, bool intrinsic,
+  HeatSystemOf(const Surface<Real>& surface, Real time, bool intrinsic,
                LinearBackend<Real> backend = nullptr)
       : time_factor(time), is_delaunay(intrinsic), surface_(surface) {
     require(time_factor > 0 && std::isfinite(time_factor), "the heat's time factor is ",
@@ -81,7 +84,7 @@ struct HeatSystemOf {
     mesh = intrinsic ? intrinsic_delaunay(surface, unit) : intrinsic_triangulation(surface, unit);
     faces = planar_faces(mesh);
     component = component_of_vertices(mesh);
-    pattern = std::make_shared<SymmetricPattern>(mesh);
+    pattern = std::make_shared<Pattern>(mesh);
     mass = vertex_areas(mesh);
     laplacian = cotan_laplacian(mesh, pattern);
 
@@ -123,8 +126,8 @@ struct HeatSystemOf {
     });
   }
 
-  static std::shared_ptr<const Dissection> dissected(const Surface<double>& surface,
-                                                     const SymmetricPattern& pattern) {
+  static std::shared_ptr<const Dissection> dissected(const Surface<Real>& surface,
+                                                     const Pattern& pattern) {
     std::vector<Vec3<Real>> points;
     points.reserve(static_cast<std::size_t>(surface.vertex_count()));
     for (Index v = 0; v < surface.vertex_count(); ++v) points.push_back(surface.position(v));
@@ -163,7 +166,7 @@ struct HeatSystemOf {
   }
 
  private:
-  Surface<double> surface_;
+  Surface<Real> surface_;
   std::shared_ptr<const LinearAnalysis<Real>> analysis_;  // by a backend, where there is one
   Late<std::shared_ptr<const Dissection>> late_dissection_;
   Late<Factor> late_heat_, late_poisson_;
@@ -201,23 +204,25 @@ struct HeatResult {
 /// edge heat never forgets the mesh. Set-up takes about n^1.5, a query n log n.
 template <std::floating_point T>
 class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
+  using Real = typename detail::WorkingPrecision<T>::Real;
+
  public:
   /// Throws InvalidInput as Surface does, and for a time factor that is not positive, an exact
   /// radius or a number of refinements that is negative.
   template <TriangleMesh M>
   explicit HeatSolver(const M& mesh, const HeatOptions& options = {})
-      : HeatSolver(Surface<double>(mesh), options, nullptr) {}
+      : HeatSolver(Surface<Real>(mesh), options, nullptr) {}
 
   /// Shares the factored systems of another solver of the same surface, where there is one; their
   /// time factor, triangulation and backend then hold instead of the options'.
-  HeatSolver(Surface<double> surface, const HeatOptions& options,
-             std::shared_ptr<const detail::HeatSystem> system)
+  HeatSolver(Surface<Real> surface, const HeatOptions& options,
+             std::shared_ptr<const detail::HeatSystemOf<Real>> system)
       : surface_(std::move(surface)),
         options_(options),
         system_(system ? std::move(system)
-                       : std::make_shared<detail::HeatSystem>(surface_, options.time_factor,
-                                                              options.intrinsic_delaunay,
-                                                              options.backend)) {
+                       : std::make_shared<detail::HeatSystemOf<Real>>(surface_, options.time_factor,
+                                                                      options.intrinsic_delaunay,
+                                                                      options.backend)) {
     detail::require(options.exact_radius >= 0, "the exact radius is ", options.exact_radius,
                     ", less than 0");
     detail::require(options.refinements >= 0, "the number of refinements is ", options.refinements,
@@ -246,44 +251,42 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   ///@}
 
   /// The factored systems, for solvers that share them.
-  [[nodiscard]] const std::shared_ptr<const detail::HeatSystem>& system() const { return system_; }
+  [[nodiscard]] const std::shared_ptr<const detail::HeatSystemOf<Real>>& system() const {
+    return system_;
+  }
 
  private:
   friend class detail::DistanceQueries<HeatSolver<T>, T>;
-  // double, but looked into only where the solver is used: it costs less to include.
-  using Real =
-      std::conditional_t<(sizeof(T) > 0), double, T>;  // NOLINT(bugprone-sizeof-expression)
   using Points = std::vector<SurfacePoint<Real>>;
 
   struct Solution {
-    detail::Array<double> distance;
+    detail::Array<Real> distance;
     detail::Array<char> is_exact;  // of each vertex
     bool is_too_small = false, is_too_far = false;
   };
 
   // Of a result that may be trusted. The error of heat sits within a few edges of the source.
-  static constexpr double largest_residual = 0.15, least_extent = 4;
+  static constexpr Real largest_residual = 0.15, least_extent = 4;
 
-  [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
+  [[nodiscard]] detail::Array<Real> solve_vertices(detail::Sources sources) const {
     return solution(std::move(sources)).distance;
   }
 
   [[nodiscard]] Solution solution(detail::Sources sources) const {
     const auto count = static_cast<std::size_t>(surface_.vertex_count());
-    Solution nearest{detail::Array<double>(count, unreachable<double>),
-                     detail::Array<char>(count, 0)};
+    Solution nearest{detail::Array<Real>(count, unreachable<Real>), detail::Array<char>(count, 0)};
     const auto later = [](const auto& a, const auto& b) { return a.distance < b.distance; };
     std::stable_sort(sources.begin(), sources.end(), later);
     for (auto first = sources.begin(); first != sources.end();) {
       const auto last = std::upper_bound(first, sources.end(), *first, later);
-      std::vector<SurfacePoint<double>> points;
+      std::vector<SurfacePoint<Real>> points;
       for (auto s = first; s != last; ++s) {
         const auto point = detail::simplified(surface_, s->point);
         if (std::find(points.begin(), points.end(), point) == points.end()) points.push_back(point);
       }
       const auto part = distance_from(points);
       for (Index v = 0; v < surface_.vertex_count(); ++v) {
-        const double d = first->distance + part.distance[v];
+        const Real d = first->distance + part.distance[v];
         if (!(d < nearest.distance[v])) continue;
         nearest.distance[v] = d;
         nearest.is_exact[v] = part.is_exact[v];
@@ -298,25 +301,25 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   [[nodiscard]] HeatResult<T> result_of(const Solution& solution) const {
     HeatResult<T> result;
     result.distance.reserve(solution.distance.size());
-    for (const double d : solution.distance) result.distance.push_back(static_cast<T>(d));
+    for (const Real d : solution.distance) result.distance.push_back(static_cast<T>(d));
     result.residual = residual_of(solution);
     result.is_too_coarse = solution.is_too_small || result.residual > largest_residual;
     result.is_too_far = solution.is_too_far;
     return result;
   }
 
-  [[nodiscard]] double residual_of(const Solution& solution) const {
-    double sum = 0, total = 0;
+  [[nodiscard]] Real residual_of(const Solution& solution) const {
+    Real sum = 0, total = 0;
     for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto d = values_at(f, solution.distance);
       const Index* v = system_->mesh.origins.data() + 3 * std::ptrdiff_t{f};
       const auto& is_exact = solution.is_exact;
-      if (!(d[0] < unreachable<double>) || (is_exact[v[0]] && is_exact[v[1]] && is_exact[v[2]])) {
+      if (!(d[0] < unreachable<Real>) || (is_exact[v[0]] && is_exact[v[1]] && is_exact[v[2]])) {
         continue;
       }
       const auto& face = system_->faces[f];
-      const double double_area = face.x1 * face.y2;
-      const double steepness = scaled_gradient(face, d).norm() / double_area / system_->unit;
+      const Real double_area = face.x1 * face.y2;
+      const Real steepness = scaled_gradient(face, d).norm() / double_area / system_->unit;
       sum += double_area * std::abs(steepness - 1);
       total += double_area;
     }
@@ -325,10 +328,10 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
 
   // Whether heat decides in a part that ends close to its source.
   [[nodiscard]] bool is_too_small(const Solution& solution) const {
-    detail::Array<double> extent(solution.distance.size(), 0);
+    detail::Array<Real> extent(solution.distance.size(), 0);
     detail::Array<char> decides(solution.distance.size(), 0);
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (solution.distance[v] == unreachable<double>) continue;
+      if (solution.distance[v] == unreachable<Real>) continue;
       const Index c = system_->component[v];
       extent[c] = std::max(extent[c], solution.distance[v] / system_->unit);
       decides[c] |= static_cast<char>(!solution.is_exact[v]);
@@ -351,7 +354,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     }
     Solution result{placed(std::move(phi), near, reached), detail::Array<char>(near.size(), 0)};
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      result.is_exact[v] = near[v] < unreachable<double>;
+      result.is_exact[v] = near[v] < unreachable<Real>;
     }
     result.is_too_small = is_too_small(result);
     result.is_too_far = heat.unknown > 0;
@@ -359,11 +362,10 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   }
 
   // Distance, in units, of the vertices close to the points; infinite elsewhere.
-  [[nodiscard]] detail::Array<double> near_distance(const Points& points) const {
-    detail::Array<double> near(static_cast<std::size_t>(surface_.vertex_count()),
-                               unreachable<double>);
+  [[nodiscard]] detail::Array<Real> near_distance(const Points& points) const {
+    detail::Array<Real> near(static_cast<std::size_t>(surface_.vertex_count()), unreachable<Real>);
     if (exact_ && system_->mean_edge > 0) {
-      std::vector<Source<double>> sources;
+      std::vector<Source<Real>> sources;
       for (const auto& point : points) sources.push_back({point, 0});
       const auto field =
           exact_->solve(sources, {.max_distance = options_.exact_radius * system_->mean_edge});
@@ -372,21 +374,21 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     }
     for (const auto& point : points) {
       detail::for_each_vertex_near(surface_, point,
-                                   [&](Index v, double d) { near[v] = std::min(near[v], d); });
+                                   [&](Index v, Real d) { near[v] = std::min(near[v], d); });
     }
-    for (double& d : near) d /= system_->unit;
+    for (Real& d : near) d /= system_->unit;
     return near;
   }
 
   // The function whose gradient is nearest to that of the near distance where that is known at all
   // vertices of a face, to `unit_field(face)` elsewhere.
-  [[nodiscard]] detail::Array<double> continued(const detail::Array<double>& near,
-                                                auto&& unit_field) const {
-    detail::Array<double> divergence(near.size(), 0);
+  [[nodiscard]] detail::Array<Real> continued(const detail::Array<Real>& near,
+                                              auto&& unit_field) const {
+    detail::Array<Real> divergence(near.size(), 0);
     for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto d = values_at(f, near);
       const auto& face = system_->faces[f];
-      const bool is_near = std::max({d[0], d[1], d[2]}) < unreachable<double>;
+      const bool is_near = std::max({d[0], d[1], d[2]}) < unreachable<Real>;
       const Vec2<Real> field =
           is_near ? Vec2<Real>(scaled_gradient(face, d) / (face.x1 * face.y2)) : unit_field(f);
       const auto at = integrated_divergence(face, field);
@@ -397,14 +399,14 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     return system_->integrate(std::move(divergence));
   }
 
-  [[nodiscard]] std::array<double, 3> values_at(Index f, const detail::Array<double>& u) const {
+  [[nodiscard]] std::array<Real, 3> values_at(Index f, const detail::Array<Real>& u) const {
     const Index* v = system_->mesh.origins.data() + 3 * std::ptrdiff_t{f};
     return {u[v[0]], u[v[1]], u[v[2]]};
   }
 
-  [[nodiscard]] detail::Array<double> load_of(const Points& points) const {
-    using Kind = SurfacePoint<double>::Kind;
-    detail::Array<double> load(static_cast<std::size_t>(surface_.vertex_count()), 0);
+  [[nodiscard]] detail::Array<Real> load_of(const Points& points) const {
+    using Kind = typename SurfacePoint<Real>::Kind;
+    detail::Array<Real> load(static_cast<std::size_t>(surface_.vertex_count()), 0);
     for (const auto& point : points) {
       std::array<Index, 3> vertices{point.element[0], point.element[1], 0};
       if (point.kind == Kind::face) vertices = surface_.face(point.element[0]);
@@ -417,8 +419,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   // Mean of the directions in which heat descends that is free at the border and that is held at
   // zero there (or the latter alone). Directions are averaged rather than heats: far from the
   // source one of the heats would outweigh the other.
-  [[nodiscard]] auto averaged_field(const detail::ScaledField<double>& free,
-                                    const detail::Array<double>& load) const {
+  [[nodiscard]] auto averaged_field(const detail::ScaledField<Real>& free,
+                                    const detail::Array<Real>& load) const {
     auto inner_load = load;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (is_border_[v]) inner_load[v] = 0;
@@ -428,17 +430,17 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
       if (is_border_[v]) inner_reached[v] = 0;
     }
     auto held = detail::heat_flow(border_heat_, *border_factor_, inner_load, inner_reached);
-    const double share = options_.boundary == HeatBoundary::dirichlet ? 0 : 1;
+    const Real share = options_.boundary == HeatBoundary::dirichlet ? 0 : 1;
     return [this, &free, share, held = std::move(held)](Index f) -> Vec2<Real> {
       const Vec2<Real> a = descent(f, held), b = descent(f, free);
       const Vec2<Real> mixed = a + (a.isZero(0) ? 1 : share) * b;
-      const double norm = mixed.norm();
+      const Real norm = mixed.norm();
       return norm > 0 ? Vec2<Real>(mixed / norm) : mixed;
     };
   }
 
   // Unit direction in which heat falls, or zero where it is the same at all three vertices.
-  [[nodiscard]] Vec2<Real> descent(Index f, const detail::ScaledField<double>& heat) const {
+  [[nodiscard]] Vec2<Real> descent(Index f, const detail::ScaledField<Real>& heat) const {
     const Index* v = system_->mesh.origins.data() + 3 * std::ptrdiff_t{f};
     const std::array<Index, 3> exponent{heat.exponent[v[0]], heat.exponent[v[1]],
                                         heat.exponent[v[2]]};
@@ -447,25 +449,24 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     for (std::size_t k = 0; k < 3; ++k) {
       if (exponent[k] != largest) u[k] = std::ldexp(u[k], exponent[k] - largest);
     }
-    const double most = std::max({std::abs(u[0]), std::abs(u[1]), std::abs(u[2])});
+    const Real most = std::max({std::abs(u[0]), std::abs(u[1]), std::abs(u[2])});
     if (most == 0) return Vec2<Real>::Zero();
     return unit_gradient(f, {-u[0] / most, -u[1] / most, -u[2] / most});
   }
 
-  [[nodiscard]] Vec2<Real> unit_gradient(Index f, const std::array<double, 3>& u) const {
+  [[nodiscard]] Vec2<Real> unit_gradient(Index f, const std::array<Real, 3>& u) const {
     const Vec2<Real> g = scaled_gradient(system_->faces[f], u);
-    const double norm = g.norm();
+    const Real norm = g.norm();
     return norm > 0 ? Vec2<Real>(g / norm) : g;
   }
 
   // Shifts each component so that it agrees with the near distance on average, and gives the near
   // vertices that distance.
-  [[nodiscard]] detail::Array<double> placed(detail::Array<double> phi,
-                                             const detail::Array<double>& near,
-                                             const detail::Array<char>& reached) const {
-    detail::Array<double> shift(phi.size(), 0), count(phi.size(), 0);
+  [[nodiscard]] detail::Array<Real> placed(detail::Array<Real> phi, const detail::Array<Real>& near,
+                                           const detail::Array<char>& reached) const {
+    detail::Array<Real> shift(phi.size(), 0), count(phi.size(), 0);
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (near[v] == unreachable<double>) continue;
+      if (near[v] == unreachable<Real>) continue;
       const Index c = system_->component[v];
       shift[c] += phi[v] - near[v];
       count[c] += 1;
@@ -473,8 +474,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const Index c = system_->component[v];
       if (!reached[v]) {
-        phi[v] = unreachable<double>;
-      } else if (near[v] < unreachable<double>) {
+        phi[v] = unreachable<Real>;
+      } else if (near[v] < unreachable<Real>) {
         phi[v] = system_->mean_edge * near[v];
       } else {
         phi[v] = system_->mean_edge * std::max(0.0, phi[v] - shift[c] / count[c]);
@@ -492,7 +493,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
       any = true;
     }
     if (!any) return;
-    border_heat_ = detail::HeatSystem::with_held(system_->heat, is_border_);
+    border_heat_ = detail::HeatSystemOf<Real>::with_held(system_->heat, is_border_);
     border_factor_ = system_->factor(border_heat_);
   }
 
@@ -501,8 +502,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   std::shared_ptr<const detail::HeatSystemOf<Real>> system_;
   std::optional<ExactSolver<Real>> exact_;
   detail::Array<char> is_border_;  // of each vertex, where heat is held at zero there
-  detail::SymmetricMatrix<double> border_heat_;
-  detail::HeatSystem::Factor border_factor_;
+  detail::SymmetricMatrix<Real> border_heat_;
+  typename detail::HeatSystemOf<Real>::Factor border_factor_;
 };
 
 template <TriangleMesh M>

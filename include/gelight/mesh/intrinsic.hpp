@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 
 #include "gelight/core/array.hpp"
@@ -12,16 +13,21 @@
 namespace gelight {
 
 /// A triangulation that knows its edges' lengths but no positions. Half-edges are numbered as in
-/// Surface; two vertices may share more than one edge.
-struct IntrinsicTriangulation {
-  Index vertex_count = 0;         ///< of the surface, whether or not they are in a face
-  detail::Array<Index> origins;   ///< of each half-edge: the vertex it starts from
-  detail::Array<Index> twins;     ///< of each half-edge: the one across, -1 where there is no flip
-  detail::Array<double> lengths;  ///< of each half-edge
+/// Surface; two vertices may share more than one edge. (A template, as are the functions below,
+/// only so that it costs nothing to include.)
+template <std::floating_point Real>
+struct IntrinsicTriangulationOf {
+  Index vertex_count = 0;        ///< of the surface, whether or not they are in a face
+  detail::Array<Index> origins;  ///< of each half-edge: the vertex it starts from
+  detail::Array<Index> twins;    ///< of each half-edge: the one across, -1 where there is no flip
+  detail::Array<Real> lengths;   ///< of each half-edge
 
   /// Three half-edges are a face.
   [[nodiscard]] Index face_count() const { return static_cast<Index>(origins.size() / 3); }
 };
+
+/// A triangulation with lengths in double.
+using IntrinsicTriangulation = IntrinsicTriangulationOf<double>;
 
 /// A face laid out in the plane: its first vertex at (0, 0), its second at (x1, 0), its third at
 /// (x2, y2), y2 > 0.
@@ -34,8 +40,9 @@ struct PlanarFace {
 namespace detail {
 
 /// Mean length of a surface's edges, each counted once.
-inline double mean_edge_length(const Surface<double>& surface) {
-  double sum = 0;
+template <std::floating_point Real>
+Real mean_edge_length(const Surface<Real>& surface) {
+  Real sum = 0;
   Index count = 0;
   for (Index h = 0; h < surface.halfedge_count(); ++h) {
     bool is_first = true;
@@ -82,9 +89,10 @@ inline PlanarFace laid_out(const std::array<double, 3>& l) {
 }  // namespace detail
 
 /// A surface's own triangulation with lengths in units of `unit`, faces of no area mollified.
-[[nodiscard]] inline IntrinsicTriangulation intrinsic_triangulation(const Surface<double>& surface,
-                                                                    double unit = 1) {
-  IntrinsicTriangulation result;
+template <std::floating_point Real>
+[[nodiscard]] IntrinsicTriangulationOf<Real> intrinsic_triangulation(const Surface<Real>& surface,
+                                                                     double unit = 1) {
+  IntrinsicTriangulationOf<Real> result;
   result.vertex_count = surface.vertex_count();
   result.origins.resize(static_cast<std::size_t>(surface.halfedge_count()));
   result.twins.resize(result.origins.size());
@@ -105,10 +113,11 @@ inline PlanarFace laid_out(const std::array<double, 3>& l) {
 }
 
 /// Each face laid out in the plane.
-[[nodiscard]] inline detail::Array<PlanarFace> planar_faces(const IntrinsicTriangulation& mesh) {
+template <std::floating_point Real>
+[[nodiscard]] detail::Array<PlanarFace> planar_faces(const IntrinsicTriangulationOf<Real>& mesh) {
   detail::Array<PlanarFace> faces(static_cast<std::size_t>(mesh.face_count()));
   for (Index f = 0; f < mesh.face_count(); ++f) {
-    const double* l = mesh.lengths.data() + 3 * std::ptrdiff_t{f};
+    const Real* l = mesh.lengths.data() + 3 * std::ptrdiff_t{f};
     faces[f] = detail::laid_out({l[0], l[1], l[2]});
   }
   return faces;
@@ -119,24 +128,26 @@ namespace detail {
 /// Lengthens all edges alike until in every face two outrun the third by a share of the mean edge
 /// length (Sharp and Crane 2020): faces that share an edge go on agreeing about it. Where no edge
 /// has a length, all get 1.
-inline void mollify_together(IntrinsicTriangulation& mesh) {
+template <std::floating_point Real>
+void mollify_together(IntrinsicTriangulationOf<Real>& mesh) {
   constexpr double share = 1e-5;
-  double sum = 0;
-  for (const double length : mesh.lengths) sum += length;
-  const double least = share * sum / static_cast<double>(mesh.lengths.size());
-  double missing = 0;
+  Real sum = 0;
+  for (const Real length : mesh.lengths) sum += length;
+  const Real least = share * sum / static_cast<Real>(mesh.lengths.size());
+  Real missing = 0;
   for (Index f = 0; f < mesh.face_count(); ++f) {
-    const double* l = mesh.lengths.data() + 3 * std::ptrdiff_t{f};
-    const double slack = l[0] + l[1] + l[2] - 2 * std::max({l[0], l[1], l[2]});
+    const Real* l = mesh.lengths.data() + 3 * std::ptrdiff_t{f};
+    const Real slack = l[0] + l[1] + l[2] - 2 * std::max({l[0], l[1], l[2]});
     missing = std::max(missing, least - slack);
   }
   if (!(sum > 0)) missing = 1;
-  for (double& length : mesh.lengths) length += missing;
+  for (Real& length : mesh.lengths) length += missing;
 }
 
 /// The length that half-edge h's edge has once it joins the vertices across it; negative unless
 /// the edge is to be flipped: the angles opposite sum to more than pi.
-inline double flipped_length(const IntrinsicTriangulation& mesh, Index h) {
+template <std::floating_point Real>
+inline Real flipped_length(const IntrinsicTriangulationOf<Real>& mesh, Index h) {
   const auto next = [](Index g) { return g % 3 == 2 ? g - 2 : g + 1; };
   const auto face_from = [&](Index g) {
     return laid_out({mesh.lengths[g], mesh.lengths[next(g)], mesh.lengths[next(next(g))]});
@@ -147,14 +158,15 @@ inline double flipped_length(const IntrinsicTriangulation& mesh, Index h) {
   const auto cotangent = [](const PlanarFace& f) {
     return (f.y2 - f.x2 * (f.x1 - f.x2) / f.y2) / f.x1;
   };
-  const double a = cotangent(left), b = cotangent(right);
+  const Real a = cotangent(left), b = cotangent(right);
   constexpr double tolerance = 1e-10;
   if (!(a + b < -tolerance * (1 + std::abs(a) + std::abs(b)))) return -1;
-  const double along = left.x2 - (right.x1 - right.x2);
+  const Real along = left.x2 - (right.x1 - right.x2);
   return std::hypot(along, left.y2 + right.y2);
 }
 
-inline void flip(IntrinsicTriangulation& mesh, Index h, double length) {
+template <std::floating_point Real>
+inline void flip(IntrinsicTriangulationOf<Real>& mesh, Index h, Real length) {
   const auto next = [](Index g) { return g % 3 == 2 ? g - 2 : g + 1; };
   const Index t = mesh.twins[h];
   const Index left = h - h % 3, right = t - t % 3;
@@ -162,7 +174,7 @@ inline void flip(IntrinsicTriangulation& mesh, Index h, double length) {
   const std::array<Index, 4> from{next(next(h)), next(t), next(next(t)), next(h)};
   const std::array<Index, 4> to{left + 1, left + 2, right + 1, right + 2};
   std::array<Index, 4> origins, twins;
-  std::array<double, 4> lengths;
+  std::array<Real, 4> lengths;
   for (std::size_t k = 0; k < 4; ++k) {
     origins[k] = mesh.origins[from[k]];
     lengths[k] = mesh.lengths[from[k]];
@@ -185,8 +197,9 @@ inline void flip(IntrinsicTriangulation& mesh, Index h, double length) {
 
 /// A surface's own triangulation with lengths in units of `unit`; where some face has (almost) no
 /// area, all edges are longer by the same small amount.
-[[nodiscard]] inline IntrinsicTriangulation mollified_triangulation(const Surface<double>& surface,
-                                                                    double unit) {
+template <std::floating_point Real>
+[[nodiscard]] IntrinsicTriangulationOf<Real> mollified_triangulation(const Surface<Real>& surface,
+                                                                     double unit) {
   auto mesh = intrinsic_triangulation(surface, unit);
   for (Index h = 0; h < surface.halfedge_count(); ++h) mesh.lengths[h] = surface.length(h) / unit;
   mollify_together(mesh);
@@ -195,7 +208,8 @@ inline void flip(IntrinsicTriangulation& mesh, Index h, double length) {
 
 /// Calls `flip_edge(h, new length)`, which is to flip that edge, until the angles opposite each
 /// edge sum to at most pi, at most 1000 times for each.
-inline void flip_to_delaunay(IntrinsicTriangulation& mesh, auto&& flip_edge) {
+template <std::floating_point Real>
+void flip_to_delaunay(IntrinsicTriangulationOf<Real>& mesh, auto&& flip_edge) {
   constexpr std::ptrdiff_t flip_limit = 1000;
   Array<Index> pending;
   for (Index h = 0; h < static_cast<Index>(mesh.twins.size()); ++h) {
@@ -206,12 +220,12 @@ inline void flip_to_delaunay(IntrinsicTriangulation& mesh, auto&& flip_edge) {
     const Index h = pending.back();
     pending.pop_back();
     if (mesh.twins[h] < 0 || mesh.twins[h] / 3 == h / 3) continue;
-    const double length = flipped_length(mesh, h);
+    const Real length = flipped_length(mesh, h);
     if (length < 0) continue;
     const Index left = h - h % 3, right = mesh.twins[h] - mesh.twins[h] % 3;
     flip_edge(h, length);
     --flips_left;
-    pending.insert(pending.end(), {left + 1, left + 2, right + 1, right + 2});
+    for (const Index side : {left + 1, left + 2, right + 1, right + 2}) pending.push_back(side);
   }
 }
 
@@ -223,10 +237,11 @@ inline void flip_to_delaunay(IntrinsicTriangulation& mesh, auto&& flip_edge) {
 /// Where some face has (almost) no area, all edges are first lengthened by the same small amount.
 /// Edges of one face, or of more than two, or of two faces oriented against each other stay. Ends
 /// after at most 1000 flips for each edge, sooner on any mesh met so far.
-[[nodiscard]] inline IntrinsicTriangulation intrinsic_delaunay(const Surface<double>& surface,
-                                                               double unit = 1) {
+template <std::floating_point Real>
+[[nodiscard]] IntrinsicTriangulationOf<Real> intrinsic_delaunay(const Surface<Real>& surface,
+                                                                double unit = 1) {
   auto mesh = detail::mollified_triangulation(surface, unit);
-  detail::flip_to_delaunay(mesh, [&](Index h, double length) { detail::flip(mesh, h, length); });
+  detail::flip_to_delaunay(mesh, [&](Index h, Real length) { detail::flip(mesh, h, length); });
   return mesh;
 }
 

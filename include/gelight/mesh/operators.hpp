@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <memory>
 #include <numeric>
 
@@ -24,17 +25,18 @@ namespace gelight {
 
 /// The cotan Laplacian, positive semidefinite: (L u)(i) = sum over edges ij of
 /// (cot a + cot b)/2 (u(i) - u(j)). Any number of faces may share an edge.
-[[nodiscard]] inline detail::SymmetricMatrix<double> cotan_laplacian(
-    const IntrinsicTriangulation& mesh,
+template <std::floating_point Real>
+[[nodiscard]] detail::SymmetricMatrix<Real> cotan_laplacian(
+    const IntrinsicTriangulationOf<Real>& mesh,
     const std::shared_ptr<const detail::SymmetricPattern>& pattern) {
-  detail::SymmetricMatrix<double> matrix{pattern, {}};
+  detail::SymmetricMatrix<Real> matrix{pattern, {}};
   auto& values = matrix.values;
   values.assign(static_cast<std::size_t>(pattern->entry_count()), 0);
   const auto faces = planar_faces(mesh);
   for (Index f = 0; f < mesh.face_count(); ++f) {
     const auto weights = half_cotangents(faces[f]);
     for (Index k = 0; k < 3; ++k) {
-      const double weight = weights[static_cast<std::size_t>(k)];
+      const Real weight = weights[static_cast<std::size_t>(k)];
       const Index from = mesh.origins[3 * f + k], to = mesh.origins[3 * f + (k + 1) % 3];
       if (from == to) continue;  // a loop carries no difference
       values[pattern->entry(3 * f + k)] -= weight;
@@ -46,8 +48,9 @@ namespace gelight {
 }
 
 /// A third of the area of each vertex's faces: the lumped mass matrix's diagonal.
-[[nodiscard]] inline detail::Array<double> vertex_areas(const IntrinsicTriangulation& mesh) {
-  detail::Array<double> areas(static_cast<std::size_t>(mesh.vertex_count), 0);
+template <std::floating_point Real>
+[[nodiscard]] detail::Array<Real> vertex_areas(const IntrinsicTriangulationOf<Real>& mesh) {
+  detail::Array<Real> areas(static_cast<std::size_t>(mesh.vertex_count), 0);
   const auto faces = planar_faces(mesh);
   for (Index f = 0; f < mesh.face_count(); ++f) {
     for (Index k = 0; k < 3; ++k) {
@@ -59,24 +62,27 @@ namespace gelight {
 
 /// Twice the face's area times the gradient of the linear function with these values at its
 /// vertices, in the face's plane.
-[[nodiscard]] inline Vec2<double> scaled_gradient(const PlanarFace& face,
-                                                  const std::array<double, 3>& u) {
-  const double du1 = u[1] - u[0], du2 = u[2] - u[0];
+template <std::floating_point Real = double>
+[[nodiscard]] inline Vec2<Real> scaled_gradient(const PlanarFace& face,
+                                                const std::array<Real, 3>& u) {
+  const Real du1 = u[1] - u[0], du2 = u[2] - u[0];
   return {face.y2 * du1, face.x1 * du2 - face.x2 * du1};
 }
 
 /// The face's share of the integrated divergence at its three vertices: the integral of the
 /// hat functions' gradients times a field constant on the face.
-[[nodiscard]] inline std::array<double, 3> integrated_divergence(const PlanarFace& face,
-                                                                 const Vec2<double>& field) {
-  const double at1 = (face.y2 * field[0] - face.x2 * field[1]) / 2;
-  const double at2 = face.x1 * field[1] / 2;
+template <std::floating_point Real>
+[[nodiscard]] inline std::array<Real, 3> integrated_divergence(const PlanarFace& face,
+                                                               const Vec2<Real>& field) {
+  const Real at1 = (face.y2 * field[0] - face.x2 * field[1]) / 2;
+  const Real at2 = face.x1 * field[1] / 2;
   return {-at1 - at2, at1, at2};
 }
 
 /// For each vertex the smallest vertex that faces join it to: one number per connected part.
-[[nodiscard]] inline detail::Array<Index> component_of_vertices(
-    const IntrinsicTriangulation& mesh) {
+template <std::floating_point Real>
+[[nodiscard]] detail::Array<Index> component_of_vertices(
+    const IntrinsicTriangulationOf<Real>& mesh) {
   detail::Array<Index> parent(static_cast<std::size_t>(mesh.vertex_count));
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](Index v) {

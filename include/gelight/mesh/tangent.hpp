@@ -34,7 +34,8 @@ using TangentBasis = TangentBasisOf<double>;
 
 /// Throws InvalidInput unless every edge has at most two faces, and those run it in opposite ways:
 /// without that, a tangent vector has no left and right.
-inline void require_oriented(const Surface<double>& surface) {
+template <std::floating_point Real>
+void require_oriented(const Surface<Real>& surface) {
   for (Index h = 0; h < surface.halfedge_count(); ++h) {
     const Index t = surface.twin(h);
     if (t == h) continue;
@@ -58,11 +59,11 @@ template <std::floating_point Real>
 class TangentFramesOf {
  public:
   /// Throws InvalidInput as require_oriented does. Linear in the faces.
-  explicit TangentFramesOf(const Surface<double>& surface)
+  explicit TangentFramesOf(const Surface<Real>& surface)
       : TangentFramesOf(surface, intrinsic_triangulation(surface)) {}
 
   /// With the angles of other edge lengths, the half-edges being the same.
-  TangentFramesOf(const Surface<double>& surface, const IntrinsicTriangulation& mesh)
+  TangentFramesOf(const Surface<Real>& surface, const IntrinsicTriangulationOf<Real>& mesh)
       : surface_(surface) {
     require_oriented(surface);
     measure_corners(mesh);
@@ -92,7 +93,7 @@ class TangentFramesOf {
   }
 
  private:
-  void measure_corners(const IntrinsicTriangulation& mesh) {
+  void measure_corners(const IntrinsicTriangulationOf<Real>& mesh) {
     const auto faces = planar_faces(mesh);
     corners_.resize(static_cast<std::size_t>(surface_.halfedge_count()));
     for (Index f = 0; f < surface_.face_count(); ++f) {
@@ -173,7 +174,7 @@ class TangentFramesOf {
 
   static constexpr Real unvisited = -1e300;
 
-  Surface<double> surface_;
+  Surface<Real> surface_;
   detail::Array<TangentBasisOf<Real>> bases_;  // of each vertex
   detail::Array<Real> corners_;                // of each half-edge: the angle at its origin
   detail::Array<Real> angles_;                 // of each half-edge, at its origin

@@ -22,6 +22,8 @@ namespace gelight {
 /// direction in which the shortest path to each leaves. Made by ExactLogMapSolver.
 template <std::floating_point T>
 class ExactLogMap {
+  using Real = typename detail::WorkingPrecision<T>::Real;
+
  public:
   /// Two unit vectors, x and y, along which coordinates are counted.
   [[nodiscard]] const std::array<Vec3<T>, 2>& tangent_basis() const { return basis_; }
@@ -35,9 +37,9 @@ class ExactLogMap {
     if (!(distance < unreachable<T>)) return {unreachable<T>, unreachable<T>};
     if (!(distance > 0)) return {0, 0};
     const ExactDeparture<T> way = field_.departure(point);
-    const Index face = Surface<double>::face_of(way.halfedge);
-    const double angle =
-        planes_->angle_at(source_, face, planes_->side_angle(way.halfedge) + double{way.angle});
+    const Index face = Surface<Real>::face_of(way.halfedge);
+    const Real angle =
+        planes_->angle_at(source_, face, planes_->side_angle(way.halfedge) + Real{way.angle});
     return {distance * static_cast<T>(std::cos(angle)), distance * static_cast<T>(std::sin(angle))};
   }
   ///@}
@@ -69,15 +71,15 @@ class ExactLogMap {
   template <std::floating_point>
   friend class ExactLogMapSolver;
 
-  ExactLogMap(std::shared_ptr<const detail::TangentPlanes> planes, SurfacePoint<double> source,
-              ExactField<T> field)
+  ExactLogMap(std::shared_ptr<const detail::TangentPlanesOf<Real>> planes,
+              SurfacePoint<Real> source, ExactField<T> field)
       : planes_(std::move(planes)), source_(source), field_(std::move(field)) {
-    const TangentBasis basis = planes_->basis(source_);
+    const TangentBasisOf<Real> basis = planes_->basis(source_);
     basis_ = {basis.x.template cast<T>(), basis.y.template cast<T>()};
   }
 
-  std::shared_ptr<const detail::TangentPlanes> planes_;
-  SurfacePoint<double> source_;
+  std::shared_ptr<const detail::TangentPlanesOf<Real>> planes_;
+  SurfacePoint<Real> source_;
   ExactField<T> field_;
   std::array<Vec3<T>, 2> basis_;
 };
@@ -89,12 +91,14 @@ class ExactLogMap {
 /// long as their distances.
 template <std::floating_point T>
 class ExactLogMapSolver {
+  using Real = typename detail::WorkingPrecision<T>::Real;
+
  public:
   /// Throws InvalidInput as Surface does, for faces that are not oriented alike, and for edges of
   /// more than two faces.
   template <TriangleMesh M>
   explicit ExactLogMapSolver(const M& mesh)
-      : planes_(std::make_shared<const detail::TangentPlanes>(Surface<double>(mesh))),
+      : planes_(std::make_shared<const detail::TangentPlanesOf<Real>>(Surface<Real>(mesh))),
         solver_(planes_->surface()) {}
 
   /// The surface that the solver works on.
@@ -106,8 +110,8 @@ class ExactLogMapSolver {
   [[nodiscard]] ExactLogMap<T> solve(Index source) const { return solve(vertex_point<T>(source)); }
   [[nodiscard]] ExactLogMap<T> solve(const SurfacePoint<T>& source) const {
     surface().require_point(source);
-    const auto point = detail::simplified(surface(), source.template cast<double>());
-    if (point.kind == SurfacePoint<double>::Kind::vertex) {
+    const auto point = detail::simplified(surface(), source.template cast<Real>());
+    if (point.kind == SurfacePoint<Real>::Kind::vertex) {
       detail::require(!surface().corners(point.element[0]).empty(), "vertex ", point.element[0],
                       " is in no face, it has no tangent plane");
     }
@@ -125,12 +129,12 @@ class ExactLogMapSolver {
   /// for a vertex that is not of the surface.
   [[nodiscard]] std::array<Vec3<T>, 2> tangent_basis(Index vertex) const {
     surface().require_vertex(vertex);
-    const TangentBasis& basis = planes_->frames().basis(vertex);
+    const TangentBasisOf<Real>& basis = planes_->frames().basis(vertex);
     return {basis.x.template cast<T>(), basis.y.template cast<T>()};
   }
 
  private:
-  std::shared_ptr<const detail::TangentPlanes> planes_;
+  std::shared_ptr<const detail::TangentPlanesOf<Real>> planes_;
   ExactSolver<T> solver_;
 };
 

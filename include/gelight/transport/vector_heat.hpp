@@ -53,6 +53,8 @@ struct VectorSource {
 /// antipode of a source without symmetry, the carried vector is up to 17 degrees off.
 template <std::floating_point T>
 class VectorHeatSolver {
+  using Real = typename detail::WorkingPrecision<T>::Real;
+
  public:
   /// Throws InvalidInput as Surface does, for faces that are not oriented alike, for edges of more
   /// than two faces, and for a time factor that is not positive. Each matrix is factored when it is
@@ -91,13 +93,13 @@ class VectorHeatSolver {
   [[nodiscard]] std::vector<Vec3<T>> transport(std::span<const VectorSource<T>> sources) const {
     detail::require(!sources.empty(), "there is no source");
     Field load(vertex_count(), 0);
-    detail::Array<double> length_load(vertex_count(), 0), share_load(vertex_count(), 0);
+    detail::Array<Real> length_load(vertex_count(), 0), share_load(vertex_count(), 0);
     for (std::size_t s = 0; s < sources.size(); ++s) {
       add_source(sources[s], s, load, length_load, share_load);
     }
     auto carried = unit_directions(flow(load));
     if (sources.size() == 1) {
-      const double length = std::accumulate(length_load.begin(), length_load.end(), 0.0);
+      const Real length = std::accumulate(length_load.begin(), length_load.end(), 0.0);
       for (auto& z : carried) z *= length;
     } else {
       const auto lengths = ratio(length_load, share_load);
@@ -135,8 +137,8 @@ class VectorHeatSolver {
     std::vector<Vec2<T>> result(vertex_count());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const auto i = static_cast<std::size_t>(v);
-      const std::complex<double> direction = radial[v] * std::conj(axis[v]);
-      const bool is_reached = distance[i] < unreachable<double>;
+      const std::complex<Real> direction = radial[v] * std::conj(axis[v]);
+      const bool is_reached = distance[i] < unreachable<Real>;
       result[i] = is_reached ? Vec2<T>(static_cast<T>(distance[i] * direction.real()),
                                        static_cast<T>(distance[i] * direction.imag()))
                              : Vec2<T>(unreachable<T>, unreachable<T>);
@@ -153,12 +155,12 @@ class VectorHeatSolver {
     detail::require(!vertices.empty(), "there is no vertex to extend from");
     detail::require(vertices.size() == values.size(), "there are ", vertices.size(),
                     " vertices and ", values.size(), " values");
-    detail::Array<double> value_load(vertex_count(), 0), share_load(vertex_count(), 0);
+    detail::Array<Real> value_load(vertex_count(), 0), share_load(vertex_count(), 0);
     for (std::size_t k = 0; k < vertices.size(); ++k) {
       surface_.require_vertex(vertices[k]);
       detail::require(std::isfinite(values[k]), "value ", k, " is ", values[k],
                       ", which is not finite");
-      value_load[vertices[k]] += double{values[k]};
+      value_load[vertices[k]] += Real{values[k]};
       share_load[vertices[k]] += 1;
     }
     const auto extended = ratio(value_load, share_load);
@@ -168,24 +170,25 @@ class VectorHeatSolver {
   }
 
  private:
-  using Field = detail::Array<std::complex<double>>;
-  using Point = SurfacePoint<double>;
+  using Field = detail::Array<std::complex<Real>>;
+  using Point = SurfacePoint<Real>;
+  using Signposts = detail::SignpostsOf<Real>;
 
   // Made when first asked for.
   struct Late {
-    detail::Late<detail::SparseFactor<std::complex<double>>> factor;
-    detail::Late<HeatSolver<double>> heat;
-    detail::Late<ExactSolver<double>> exact;
+    detail::Late<detail::SparseFactor<std::complex<Real>>> factor;
+    detail::Late<HeatSolver<Real>> heat;
+    detail::Late<ExactSolver<Real>> exact;
   };
 
-  VectorHeatSolver(Surface<double> surface, std::shared_ptr<const detail::HeatSystem> system,
+  VectorHeatSolver(Surface<Real> surface, std::shared_ptr<const detail::HeatSystemOf<Real>> system,
                    const VectorHeatOptions& options)
       : surface_(std::move(surface)),
         planes_(surface_, options.intrinsic_delaunay ? detail::mollified_triangulation(surface_, 1)
                                                      : intrinsic_triangulation(surface_)),
         system_(system ? std::move(system)
-                       : std::make_shared<detail::HeatSystem>(surface_, options.time_factor,
-                                                              options.intrinsic_delaunay)),
+                       : std::make_shared<detail::HeatSystemOf<Real>>(surface_, options.time_factor,
+                                                                      options.intrinsic_delaunay)),
         signposts_(signposts()),
         connection_(connection_matrix()),
         late_(std::make_shared<Late>()) {}
@@ -199,21 +202,19 @@ class VectorHeatSolver {
                     " is in no face, it has no tangent plane");
   }
 
-  [[nodiscard]] detail::Signposts signposts() const {
+  [[nodiscard]] Signposts signposts() const {
     if (!system_->is_delaunay) return {system_->mesh, planes_.frames()};
     // The same flips as the system's, with the directions kept.
-    detail::Signposts posts(detail::mollified_triangulation(surface_, system_->unit),
-                            planes_.frames());
-    detail::flip_to_delaunay(posts.mesh,
-                             [&](Index h, double length) { posts.flip_edge(h, length); });
+    Signposts posts(detail::mollified_triangulation(surface_, system_->unit), planes_.frames());
+    detail::flip_to_delaunay(posts.mesh, [&](Index h, Real length) { posts.flip_edge(h, length); });
     return posts;
   }
 
   // Mass and connection Laplacian: the heat matrix with each edge's entry turned by its transport.
-  [[nodiscard]] detail::SymmetricMatrix<std::complex<double>> connection_matrix() const {
+  [[nodiscard]] detail::SymmetricMatrix<std::complex<Real>> connection_matrix() const {
     const auto& pattern = *system_->pattern;
     const auto& mesh = system_->mesh;
-    detail::SymmetricMatrix<std::complex<double>> matrix{system_->pattern, {}};
+    detail::SymmetricMatrix<std::complex<Real>> matrix{system_->pattern, {}};
     matrix.values.assign(system_->heat.values.begin(), system_->heat.values.end());
     for (Index v = 0; v < pattern.size(); ++v) {
       for (Index e = pattern.diagonal(v) + 1; e < pattern.begin(v + 1); ++e) matrix.values[e] = 0;
@@ -222,8 +223,8 @@ class VectorHeatSolver {
       const auto weights = half_cotangents(system_->faces[f]);
       for (Index k = 0; k < 3; ++k) {
         const Index h = 3 * f + k;
-        const Index from = mesh.origins[h], to = mesh.origins[detail::Signposts::next(h)];
-        const double weight = system_->time_factor * weights[static_cast<std::size_t>(k)];
+        const Index from = mesh.origins[h], to = mesh.origins[Signposts::next(h)];
+        const Real weight = system_->time_factor * weights[static_cast<std::size_t>(k)];
         const auto turn =
             std::polar(1.0, signposts_.angle_back(h) + std::numbers::pi - signposts_.angle[h]);
         if (from == to) {
@@ -237,21 +238,21 @@ class VectorHeatSolver {
     return matrix;
   }
 
-  [[nodiscard]] const detail::SparseFactor<std::complex<double>>& factor() const {
+  [[nodiscard]] const detail::SparseFactor<std::complex<Real>>& factor() const {
     return late_->factor.get([&] { return detail::factored(system_->dissection(), connection_); });
   }
 
-  [[nodiscard]] HeatSolver<double> shared_heat() const {
+  [[nodiscard]] HeatSolver<Real> shared_heat() const {
     return {surface_, HeatOptions{.time_factor = system_->time_factor}, system_};
   }
 
-  [[nodiscard]] detail::ScaledField<std::complex<double>> flow(const Field& load) const {
+  [[nodiscard]] detail::ScaledField<std::complex<Real>> flow(const Field& load) const {
     return detail::heat_flow(connection_, factor(), load, system_->reached_from(load));
   }
 
-  [[nodiscard]] static Field unit_directions(detail::ScaledField<std::complex<double>> heat) {
+  [[nodiscard]] static Field unit_directions(detail::ScaledField<std::complex<Real>> heat) {
     for (auto& z : heat.value) {
-      const double most = detail::magnitude(z);
+      const Real most = detail::magnitude(z);
       if (most == 0) continue;
       z /= most;
       z /= std::abs(z);
@@ -260,13 +261,13 @@ class VectorHeatSolver {
   }
 
   // Quotient of two heat flows: a mean of value / share, weighted by nearness. NaN where no heat.
-  [[nodiscard]] detail::Array<double> ratio(const detail::Array<double>& values,
-                                            const detail::Array<double>& shares) const {
+  [[nodiscard]] detail::Array<Real> ratio(const detail::Array<Real>& values,
+                                          const detail::Array<Real>& shares) const {
     const auto& system = *system_;
     const auto reached = system.reached_from(shares);
     const auto above = detail::heat_flow(system.heat, system.heat_factor(), values, reached);
     const auto below = detail::heat_flow(system.heat, system.heat_factor(), shares, reached);
-    detail::Array<double> result(values.size(), std::numeric_limits<double>::quiet_NaN());
+    detail::Array<Real> result(values.size(), std::numeric_limits<Real>::quiet_NaN());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (below.value[v] == 0) continue;
       result[v] =
@@ -286,36 +287,36 @@ class VectorHeatSolver {
 
   // As far as HeatSolver's distances are exact, the map is so too.
   void set_near(Index source, std::vector<Vec2<T>>& map) const {
-    const double radius = HeatOptions{}.exact_radius * system_->mean_edge;
-    const auto& exact = late_->exact.get([&] { return ExactSolver<double>(surface_); });
+    const Real radius = HeatOptions{}.exact_radius * system_->mean_edge;
+    const auto& exact = late_->exact.get([&] { return ExactSolver<Real>(surface_); });
     const auto field = exact.solve(source, {.max_distance = radius});
     const auto distances = field.distances();
     for (std::size_t v = 0; v < map.size(); ++v) {
-      const double d = distances[v];
-      if (!(d > 0 && d < unreachable<double>)) continue;
+      const Real d = distances[v];
+      if (!(d > 0 && d < unreachable<Real>)) continue;
       const auto way = field.departure(static_cast<Index>(v));
-      const double angle =
-          planes_.angle_at(vertex_point<double>(source), Surface<double>::face_of(way.halfedge),
+      const Real angle =
+          planes_.angle_at(vertex_point<Real>(source), Surface<Real>::face_of(way.halfedge),
                            planes_.side_angle(way.halfedge) + way.angle);
       map[v] = {static_cast<T>(d * std::cos(angle)), static_cast<T>(d * std::sin(angle))};
     }
   }
 
   void add_source(const VectorSource<T>& source, std::size_t number, Field& load,
-                  detail::Array<double>& lengths, detail::Array<double>& shares) const {
+                  detail::Array<Real>& lengths, detail::Array<Real>& shares) const {
     surface_.require_point(source.point);
-    const auto point = detail::simplified(surface_, source.point.template cast<double>());
-    const Vec3<double> vector = source.vector.template cast<double>();
+    const auto point = detail::simplified(surface_, source.point.template cast<Real>());
+    const Vec3<Real> vector = source.vector.template cast<Real>();
     detail::require(vector.allFinite(), "the vector of source ", number, " is (", vector[0], ", ",
                     vector[1], ", ", vector[2], "), which is not finite");
-    if (point.kind == SurfacePoint<double>::Kind::vertex) require_faces(point.element[0]);
+    if (point.kind == Point::Kind::vertex) require_faces(point.element[0]);
     const auto basis = planes_.basis(point);
     const auto tangent = basis.project(vector);
-    const double length = std::abs(tangent);
+    const Real length = std::abs(tangent);
     detail::require(length > normal_share * detail::stable_norm(vector), "the vector of source ",
                     number, ", (", vector[0], ", ", vector[1], ", ", vector[2],
                     "), has no part tangent to the surface");
-    const auto add = [&](Index v, double weight, double turn) {
+    const auto add = [&](Index v, Real weight, Real turn) {
       load[v] += weight * tangent * std::polar(1.0, turn);
       lengths[v] += weight * length;
       shares[v] += weight;
@@ -338,10 +339,10 @@ class VectorHeatSolver {
     }
     for (Index k = 0; k < 3; ++k) {
       // The middle of the vertex' corner in its own plane lies on the middle of the face's corner.
-      const double middle = planes_.side_angle(h + k) + frames.corner(h + k) / 2;
+      const Real middle = planes_.side_angle(h + k) + frames.corner(h + k) / 2;
       const Index v = surface_.origin(h + k);
       visit(v, point.weights[static_cast<std::size_t>(k)],
-            planes_.angle_at(vertex_point<double>(v), point.element[0], middle) - middle);
+            planes_.angle_at(vertex_point<Real>(v), point.element[0], middle) - middle);
     }
   }
 
@@ -366,15 +367,15 @@ class VectorHeatSolver {
   // any mesh of a plane, while loads that follow the unit field itself lean with the mesh's edges.
   void add_radial_load(Index h, Field& load) const {
     const auto& mesh = signposts_.mesh;
-    const Index next = detail::Signposts::next(h), back = detail::Signposts::previous(h);
-    const double corner = signposts_.corner(h);
-    const std::complex<double> to_tip = mesh.lengths[h];
-    const std::complex<double> to_apex = std::polar(mesh.lengths[back], corner);
-    const std::complex<double> quarter_turn(0, 1);
+    const Index next = Signposts::next(h), back = Signposts::previous(h);
+    const Real corner = signposts_.corner(h);
+    const std::complex<Real> to_tip = mesh.lengths[h];
+    const std::complex<Real> to_apex = std::polar(mesh.lengths[back], corner);
+    const std::complex<Real> quarter_turn(0, 1);
     // Twice the integrals, in the face with h along x.
     const auto at_tip = -quarter_turn * to_apex;
     const auto at_apex = quarter_turn * to_tip;
-    const double middle = (signposts_.angle[h] + signposts_.far[h]) / 2;
+    const Real middle = (signposts_.angle[h] + signposts_.far[h]) / 2;
     load[mesh.origins[h]] -= (at_tip + at_apex) * std::polar(1.0, middle - corner / 2);
     load[mesh.origins[next]] +=
         at_tip * std::polar(1.0, signposts_.angle_back(h) + std::numbers::pi);
@@ -383,13 +384,13 @@ class VectorHeatSolver {
   }
 
   // A vector whose tangent part is less than this share of it has no direction beyond round-off.
-  static constexpr double normal_share = 16.0 * double{std::numeric_limits<T>::epsilon()};
+  static constexpr Real normal_share = 16.0 * Real{std::numeric_limits<T>::epsilon()};
 
-  Surface<double> surface_;
-  detail::TangentPlanes planes_;
-  std::shared_ptr<const detail::HeatSystem> system_;
-  detail::Signposts signposts_;
-  detail::SymmetricMatrix<std::complex<double>> connection_;
+  Surface<Real> surface_;
+  detail::TangentPlanesOf<Real> planes_;
+  std::shared_ptr<const detail::HeatSystemOf<Real>> system_;
+  Signposts signposts_;
+  detail::SymmetricMatrix<std::complex<Real>> connection_;
   std::shared_ptr<const Late> late_;
 };
 

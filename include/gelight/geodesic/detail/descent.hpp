@@ -29,6 +29,7 @@ class DescentOf {
  public:
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
+  using Origin = OriginOf<Real>;
   using Arrival = ArrivalOf<Real>;
 
   DescentOf(const Mesh& surface, const PlanarFacesOf<Real>& faces,

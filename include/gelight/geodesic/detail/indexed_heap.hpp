@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 
 #include "gelight/core/array.hpp"
@@ -8,8 +9,9 @@
 namespace gelight::detail {
 
 /// A 4-ary heap of numbers 0 to n-1, each at most once, ordered by a key and then by the number, so
-/// that equal keys cannot be confused.
-class IndexedHeap {
+/// that equal keys cannot be confused. (A template only so that it costs nothing to include.)
+template <std::floating_point Real>
+class IndexedHeapOf {
  public:
   /// Empties the heap and makes room for the numbers below `count`.
   void reset(Index count) {
@@ -20,7 +22,7 @@ class IndexedHeap {
   [[nodiscard]] bool empty() const { return items_.empty(); }
 
   /// Inserts a number, or moves it to a smaller key.
-  void push(Index number, double key) {
+  void push(Index number, Real key) {
     Index hole = place_[number];
     if (hole == absent) {
       hole = static_cast<Index>(items_.size());
@@ -44,7 +46,7 @@ class IndexedHeap {
   static constexpr Index arity = 4;
 
   struct Item {
-    double key;
+    Real key;
     Index number;
     [[nodiscard]] bool before(const Item& other) const {
       return key < other.key || (key == other.key && number < other.number);
@@ -87,5 +89,7 @@ class IndexedHeap {
   Array<Item> items_;
   Array<Index> place_;  // of each number, or absent
 };
+
+using IndexedHeap = IndexedHeapOf<double>;
 
 }  // namespace gelight::detail

@@ -28,7 +28,7 @@ class SteinerGraphOf {
  public:
   /// Nodes are the vertices, then `per_edge` points of each edge, from its first half-edge's
   /// origin on.
-  SteinerGraphOf(const Surface<double>& surface, Index per_edge)
+  SteinerGraphOf(const Surface<Real>& surface, Index per_edge)
       : surface_(surface), faces_(surface), per_edge_(per_edge) {
     for (Index h = 0; h < surface.halfedge_count(); ++h) {
       if (is_first(h)) halfedges_.push_back(h);
@@ -43,7 +43,7 @@ class SteinerGraphOf {
   }
 
   /// Distance along the graph of every vertex from the sources. Start distances are not negative.
-  [[nodiscard]] Array<Real> distance(const Sources& sources) const {
+  [[nodiscard]] Array<Real> distance(const std::vector<Source<Real>>& sources) const {
     const typename Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.nodes.assign(static_cast<std::size_t>(node_count_), {});
@@ -64,7 +64,7 @@ class SteinerGraphOf {
   }
 
  private:
-  using Mesh = Surface<double>;
+  using Mesh = Surface<Real>;
 
   struct Node {
     Real distance = unreachable<Real>;
@@ -73,7 +73,7 @@ class SteinerGraphOf {
 
   struct Front {
     Array<Node> nodes;
-    BucketQueue queue;
+    BucketQueueOf<Real> queue;
 
     void reach(Index node, Real d, Index face) {
       if (!(d < nodes[node].distance)) return;
@@ -115,9 +115,9 @@ class SteinerGraphOf {
 
   [[nodiscard]] Real share(Index i) const { return (i + 1.0) / (per_edge_ + 1.0); }
 
-  void start(const Source<double>& source, Front& front) const {
+  void start(const Source<Real>& source, Front& front) const {
     const auto point = simplified(surface_, source.point);
-    if (point.kind == SurfacePoint<double>::Kind::vertex) {
+    if (point.kind == SurfacePoint<Real>::Kind::vertex) {
       return front.reach(point.element[0], source.distance, -1);
     }
     const Vec3<Real> at = surface_.position(point);
@@ -183,8 +183,8 @@ class SteinerGraphOf {
 
   static Real length(const Vec2<Real>& v) { return std::sqrt(v.x() * v.x() + v.y() * v.y()); }
 
-  Surface<double> surface_;
-  PlanarFaces faces_;
+  Surface<Real> surface_;
+  PlanarFacesOf<Real> faces_;
   Index per_edge_;
   Index node_count_ = 0;
   Real spacing_ = 0;

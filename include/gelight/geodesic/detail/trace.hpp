@@ -20,6 +20,7 @@ class TraceOf {
  public:
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
+  using Origin = OriginOf<Real>;
   using Arrival = ArrivalOf<Real>;
 
   TraceOf(const Mesh& surface, const PlanarFacesOf<Real>& faces,

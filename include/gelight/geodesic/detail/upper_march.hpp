@@ -193,7 +193,7 @@ class UpperMarchOf {
   Array<char> settled_;  // of each vertex
   Array<char> proved_;   // of each half-edge: F is an upper bound on its edge
   std::vector<SourceEdge> source_edges_;
-  IndexedHeap heap_;
+  IndexedHeapOf<Real> heap_;
   std::vector<Index> pending_;   // faces of which more may be proved now
   std::vector<Index> marching_;  // half-edges just proved, with an apex yet to settle
 };

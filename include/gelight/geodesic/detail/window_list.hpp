@@ -219,7 +219,7 @@ class WindowStoreOf {
   static_assert(sizeof(Header) <= header_words * word);
 
   [[nodiscard]] std::byte* memory_of(std::uint32_t handle) const {
-    return slabs_[handle / slab_words].get() + handle % slab_words * word;
+    return slabs_[handle / slab_words].memory.get() + handle % slab_words * word;
   }
   [[nodiscard]] Header& header_of(std::uint32_t handle) const {
     return *reinterpret_cast<Header*>(memory_of(handle));
@@ -255,24 +255,22 @@ class WindowStoreOf {
     return handle;
   }
 
+  struct Slab {
+    std::unique_ptr<std::byte[]> memory;
+    std::size_t size = 0;  // in words
+  };
+
   void add_slab(std::ptrdiff_t words) {
     const auto size = static_cast<std::size_t>(std::max(words, slab_words));
-    if (used_slabs_ == std::ssize(slabs_)) {
-      slabs_.emplace_back();
-      slab_sizes_.push_back(0);
-    }
-    if (slab_sizes_[used_slabs_] < size) {
-      slabs_[used_slabs_] = std::make_unique<std::byte[]>(size * word);
-      slab_sizes_[used_slabs_] = size;
-    }
-    ++used_slabs_;
+    if (used_slabs_ == std::ssize(slabs_)) slabs_.emplace_back();
+    Slab& slab = slabs_[used_slabs_++];
+    if (slab.size < size) slab = {std::make_unique<std::byte[]>(size * word), size};
   }
 
   Array<std::uint32_t> first_;            // of each half-edge: its first batch
   Array<Index> touched_;                  // half-edges that had a batch, up to the limit
   std::array<std::uint32_t, 32> free_{};  // of each size class: a batch that is free
-  Array<std::unique_ptr<std::byte[]>> slabs_;
-  Array<std::size_t> slab_sizes_;
+  Array<Slab> slabs_;
   std::ptrdiff_t used_slabs_ = 0, slab_fill_ = slab_words;
 };
 

@@ -27,9 +27,10 @@ namespace gelight::detail {
 
 /// From where windows come: a source, a vertex at which paths bend, or the crossing of an edge of
 /// three faces or more.
-struct Origin {
+template <std::floating_point Real>
+struct OriginOf {
   enum class Kind : unsigned char { source, vertex, crossing };
-  double start;  // the distance there
+  Real start;  // the distance there
   Kind kind;
   Index index;     // of the source, the vertex, or the half-edge by which the edge was reached
   Index previous;  // of a crossing: the origin of the windows that cross
@@ -53,21 +54,24 @@ struct ArrivalOf {
   [[nodiscard]] bool is_straight() const { return bend < 0; }
 };
 
-/// A point to be reached: the corners of where it lies, and its distance from each.
-struct Target {
-  std::array<Index, 3> corners;
-  std::array<double, 3> gaps;
-};
+template <std::floating_point Real>
+struct PropagationLimitsOf {
+  /// A point to be reached: the corners of where it lies, and its distance from each.
+  struct Target {
+    std::array<Index, 3> corners;
+    std::array<Real, 3> gaps;
+  };
 
-struct PropagationLimits {
-  double distance = unreachable<double>;
+  Real distance = unreachable<Real>;
   std::vector<Target> targets;  // propagation ends when all of these are known
   std::function<bool()> cancelled;
-  bool keep_windows = false;  // of all faces, or
-  Array<char> faces_to_keep;  // of those marked, where not empty
-  Array<double> rest;         // of each vertex, where not empty: the least way left from there
-  double ring = unreachable<double>;  // at every multiple of it paths go through a vertex
+  bool keep_windows = false;      // of all faces, or
+  Array<char> faces_to_keep;      // of those marked, where not empty
+  Array<Real> rest;               // of each vertex, where not empty: the least way left from there
+  Real ring = unreachable<Real>;  // at every multiple of it paths go through a vertex
 };
+
+using PropagationLimits = PropagationLimitsOf<double>;
 
 /// What propagation did, for benchmarks.
 struct PropagationCounts {
@@ -86,7 +90,9 @@ struct PropagationCounts {
 template <std::floating_point Real>
 class WindowPropagationOf {
  public:
+  using Origin = OriginOf<Real>;
   using Arrival = ArrivalOf<Real>;
+  using Limits = PropagationLimitsOf<Real>;
   using WindowStore = WindowStoreOf<Real>;
   using WindowColumns = WindowColumnsOf<Real>;
 
@@ -106,7 +112,7 @@ class WindowPropagationOf {
   }
 
   void run(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces,
-           const std::vector<Source<Real>>& sources, const PropagationLimits& limits) {
+           const std::vector<Source<Real>>& sources, const Limits& limits) {
     // Making room for a million vertices takes as long as some thousand polls; so ask before it,
     // too.
     was_cancelled = limits.cancelled && limits.cancelled();
@@ -142,7 +148,7 @@ class WindowPropagationOf {
   static constexpr Real on_edge = 16 * std::numeric_limits<Real>::epsilon();
 
   void reset(const Mesh& surface, const PlanarFaces& faces,
-             const std::vector<Source<Real>>& sources, const PropagationLimits& limits) {
+             const std::vector<Source<Real>>& sources, const Limits& limits) {
     surface_ = &surface;
     faces_ = &faces;
     sources_ = &sources;
@@ -392,7 +398,7 @@ class WindowPropagationOf {
     settled_since_bound_ = 0;
     if (limits_->targets.empty()) return;
     Real farthest = 0;
-    for (const Target& target : limits_->targets) {
+    for (const auto& target : limits_->targets) {
       Real nearest = unreachable<Real>;
       for (std::size_t k = 0; k < 3; ++k) {
         nearest = std::min(nearest, distances[target.corners[k]] + target.gaps[k]);
@@ -617,9 +623,9 @@ class WindowPropagationOf {
   const Mesh* surface_ = nullptr;
   const PlanarFaces* faces_ = nullptr;
   const std::vector<Source<Real>>* sources_ = nullptr;
-  const PropagationLimits* limits_ = nullptr;
+  const Limits* limits_ = nullptr;
   Real bound_ = unreachable<Real>;
-  IndexedHeap heap_;
+  IndexedHeapOf<Real> heap_;
   Array<char> settled_;   // of each vertex: whether it was ever the nearest one
   Array<Index> reached_;  // vertices with a distance
   bool is_done_ = false;  // the last run came to its end: nothing waits to be settled

@@ -27,6 +27,8 @@ namespace gelight::detail {
 template <class Scalar>
 class SparseFactor : public LinearFactor<Scalar> {
  public:
+  using Dissection = DissectionOf<typename Eigen::NumTraits<Scalar>::Real>;
+
   SparseFactor(std::shared_ptr<const Dissection> dissection, const SymmetricMatrix<Scalar>& matrix)
       : dissection_(std::move(dissection)) {
     values_ = large_array<Scalar>(dissection_->value_count() + Front<Scalar>::overhang);
@@ -62,7 +64,7 @@ class SparseFactor : public LinearFactor<Scalar> {
   }
 
  private:
-  using Node = Dissection::Node;
+  using Node = typename Dissection::Node;
   using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
@@ -172,8 +174,9 @@ template <class Scalar>
 
 /// The same with our own factor.
 template <class Scalar>
-[[nodiscard]] SparseFactor<Scalar> factored(const std::shared_ptr<const Dissection>& dissection,
-                                            SymmetricMatrix<Scalar> matrix) {
+[[nodiscard]] SparseFactor<Scalar> factored(
+    const std::shared_ptr<const typename SparseFactor<Scalar>::Dissection>& dissection,
+    SymmetricMatrix<Scalar> matrix) {
   return factored(std::move(matrix), [&](const SymmetricMatrix<Scalar>& positive) {
     return SparseFactor<Scalar>(dissection, positive);
   });

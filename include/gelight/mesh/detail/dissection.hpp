@@ -47,7 +47,7 @@ class DissectionOf {
     std::ptrdiff_t slot;
   };
 
-  DissectionOf(const SymmetricPattern& pattern, std::span<const Vec3<Real>> points)
+  DissectionOf(const SymmetricPatternOf<Real>& pattern, std::span<const Vec3<Real>> points)
       : points_(points) {
     find_neighbours(pattern);
     const auto count = static_cast<std::size_t>(pattern.size());
@@ -91,7 +91,7 @@ class DissectionOf {
     Index unknown, entry;
   };
 
-  void find_neighbours(const SymmetricPattern& pattern) {
+  void find_neighbours(const SymmetricPatternOf<Real>& pattern) {
     neighbour_begin_.assign(static_cast<std::size_t>(pattern.size()) + 1, 0);
     const auto for_each_pair = [&](auto&& visit) {
       for (Index j = 0; j < pattern.size(); ++j) {
@@ -217,7 +217,7 @@ class DissectionOf {
   }
 
   // Where children's rows and the matrix' entries go in each node's block.
-  void relate_rows(const SymmetricPattern& pattern) {
+  void relate_rows(const SymmetricPatternOf<Real>& pattern) {
     Array<Index> row_of(order_.size());
     rows_in_parent_.resize(rows_.size());
     placements_.reserve(static_cast<std::size_t>(pattern.entry_count()));
@@ -234,7 +234,8 @@ class DissectionOf {
     }
   }
 
-  void place_entries(Node& node, const SymmetricPattern& pattern, const Array<Index>& row_of) {
+  void place_entries(Node& node, const SymmetricPatternOf<Real>& pattern,
+                     const Array<Index>& row_of) {
     node.placements_begin = static_cast<Index>(placements_.size());
     for (Index p = node.begin; p < node.end; ++p) {
       const Index v = order_[p];

@@ -20,7 +20,7 @@ namespace gelight::detail {
 template <std::floating_point Real>
 class SymmetricPatternOf {
  public:
-  explicit SymmetricPatternOf(const IntrinsicTriangulation& mesh) {
+  explicit SymmetricPatternOf(const IntrinsicTriangulationOf<Real>& mesh) {
     const Index halfedges = static_cast<Index>(mesh.origins.size());
     const auto ends = [&](Index h) -> std::pair<Index, Index> {
       return std::minmax(mesh.origins[h], mesh.origins[h % 3 == 2 ? h - 2 : h + 1]);
@@ -84,7 +84,9 @@ using SymmetricPattern = SymmetricPatternOf<double>;
 /// A(row(e), column).
 template <class Scalar>
 struct SymmetricMatrix {
-  std::shared_ptr<const SymmetricPattern> pattern;
+  using Real = typename Eigen::NumTraits<Scalar>::Real;
+
+  std::shared_ptr<const SymmetricPatternOf<Real>> pattern;
   Array<Scalar> values;
 
   [[nodiscard]] Array<Scalar> operator*(const Array<Scalar>& x) const {

@@ -17,12 +17,12 @@ namespace gelight::detail {
 /// that it triangulates. (A template only so that it costs nothing to include.)
 template <std::floating_point Real>
 struct SignpostsOf {
-  IntrinsicTriangulation mesh;
+  IntrinsicTriangulationOf<Real> mesh;
   Array<Real> angle;  // of each half-edge, at its origin
   Array<Real> far;    // of the edge before each half-edge, at the same vertex
 
   /// Of the surface's own edges, with the lengths and angles given.
-  SignpostsOf(IntrinsicTriangulation own, const TangentFramesOf<Real>& frames)
+  SignpostsOf(IntrinsicTriangulationOf<Real> own, const TangentFramesOf<Real>& frames)
       : mesh(std::move(own)) {
     angle.reserve(mesh.origins.size());
     far.reserve(mesh.origins.size());

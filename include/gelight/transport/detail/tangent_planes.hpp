@@ -17,12 +17,12 @@
 namespace gelight::detail {
 
 /// The shares of a face's corners that give a point of it: of the face itself, an edge or a vertex.
-[[nodiscard]] inline std::array<double, 3> shares_in_face(const Surface<double>& surface,
-                                                          const SurfacePoint<double>& point,
-                                                          Index face) {
-  using Kind = SurfacePoint<double>::Kind;
+template <std::floating_point Real>
+[[nodiscard]] std::array<Real, 3> shares_in_face(const Surface<Real>& surface,
+                                                 const SurfacePoint<Real>& point, Index face) {
+  using Kind = typename SurfacePoint<Real>::Kind;
   if (point.kind == Kind::face) return point.weights;
-  std::array<double, 3> shares{0, 0, 0};
+  std::array<Real, 3> shares{0, 0, 0};
   const auto vertices = surface.face(face);
   for (std::size_t k = 0; k < 3; ++k) {
     if (vertices[k] == point.element[0]) shares[k] = point.weights[0];
@@ -32,9 +32,9 @@ namespace gelight::detail {
 }
 
 /// A face that holds both points, or -1.
-[[nodiscard]] inline Index shared_face(const Surface<double>& surface,
-                                       const SurfacePoint<double>& a,
-                                       const SurfacePoint<double>& b) {
+template <std::floating_point Real>
+[[nodiscard]] Index shared_face(const Surface<Real>& surface, const SurfacePoint<Real>& a,
+                                const SurfacePoint<Real>& b) {
   Index shared = -1;
   for_each_face_at(surface, a, [&](Index f) {
     for_each_face_at(surface, b, [&](Index g) {
@@ -51,18 +51,18 @@ template <std::floating_point Real>
 class TangentPlanesOf {
  public:
   /// Throws InvalidInput as TangentFrames does.
-  explicit TangentPlanesOf(const Surface<double>& surface) : surface_(surface), frames_(surface) {}
+  explicit TangentPlanesOf(const Surface<Real>& surface) : surface_(surface), frames_(surface) {}
 
   /// With the angles of other edge lengths, the half-edges being the same.
-  TangentPlanesOf(const Surface<double>& surface, const IntrinsicTriangulation& mesh)
+  TangentPlanesOf(const Surface<Real>& surface, const IntrinsicTriangulationOf<Real>& mesh)
       : surface_(surface), frames_(surface, mesh) {}
 
-  [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+  [[nodiscard]] const Surface<Real>& surface() const { return surface_; }
   [[nodiscard]] const TangentFramesOf<Real>& frames() const { return frames_; }
 
   /// The plane on an edge halves the angle between its faces.
-  [[nodiscard]] TangentBasisOf<Real> basis(const SurfacePoint<double>& point) const {
-    using Kind = SurfacePoint<double>::Kind;
+  [[nodiscard]] TangentBasisOf<Real> basis(const SurfacePoint<Real>& point) const {
+    using Kind = typename SurfacePoint<Real>::Kind;
     if (point.kind == Kind::vertex) return frames_.basis(point.element[0]);
     const Index h = first_halfedge(point);
     Vec3<Real> normal = unit_normal(surface_.face_of(h));
@@ -78,8 +78,8 @@ class TangentPlanesOf {
 
   /// A direction from a point into a face that holds it, given as an angle from the face's first
   /// half-edge, as an angle in the point's tangent plane.
-  [[nodiscard]] Real angle_at(const SurfacePoint<double>& point, Index face, Real angle) const {
-    using Kind = SurfacePoint<double>::Kind;
+  [[nodiscard]] Real angle_at(const SurfacePoint<Real>& point, Index face, Real angle) const {
+    using Kind = typename SurfacePoint<Real>::Kind;
     if (point.kind == Kind::face) return angle;
     if (point.kind == Kind::edge) {
       const Index h = first_halfedge(point);
@@ -97,8 +97,8 @@ class TangentPlanesOf {
   }
 
   /// The half-edge from which angles on an edge or in a face are counted.
-  [[nodiscard]] Index first_halfedge(const SurfacePoint<double>& point) const {
-    return point.kind == SurfacePoint<double>::Kind::face
+  [[nodiscard]] Index first_halfedge(const SurfacePoint<Real>& point) const {
+    return point.kind == SurfacePoint<Real>::Kind::face
                ? 3 * point.element[0]
                : surface_.find_halfedge(point.element[0], point.element[1]);
   }
@@ -119,7 +119,7 @@ class TangentPlanesOf {
     return stable_unit(cross(stable_unit(ab), stable_unit(ac)));
   }
 
-  Surface<double> surface_;
+  Surface<Real> surface_;
   TangentFramesOf<Real> frames_;
 };
 
