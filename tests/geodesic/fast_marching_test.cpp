@@ -8,6 +8,8 @@ using namespace gelight;
 namespace {
 
 using Solver = FastMarchingSolver<double>;
+static_assert(DistanceSolver<FastMarchingSolver<double>, double>);
+static_assert(DistanceSolver<FastMarchingSolver<float>, float>);
 
 }  // namespace
 

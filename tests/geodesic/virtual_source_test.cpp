@@ -13,6 +13,8 @@ using namespace gelight;
 namespace {
 
 using Solver = VirtualSourceSolver<double>;
+static_assert(DistanceSolver<VirtualSourceSolver<double>, double>);
+static_assert(DistanceSolver<VirtualSourceSolver<float>, float>);
 
 }  // namespace
 

@@ -47,7 +47,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     detail::Spokes spokes(surface_);
     begin_.reserve(static_cast<std::size_t>(surface_.vertex_count()) + 1);
     begin_.push_back(0);
-    spokes_.reserve(static_cast<std::size_t>(surface_.halfedge_count() + surface_.vertex_count()));
+    spokes_.reserve(static_cast<std::size_t>(surface_.halfedge_count()) +
+                    static_cast<std::size_t>(surface_.vertex_count()));
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       spokes.visit(v, [&](Index edge, Index corner) {
         const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
@@ -328,7 +329,5 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
 template <TriangleMesh M>
 explicit VirtualSourceSolver(const M&) -> VirtualSourceSolver<MeshScalar<M>>;
-
-static_assert(DistanceSolver<VirtualSourceSolver<double>, double>);
 
 }  // namespace gelight

@@ -172,7 +172,8 @@ class DescentOf {
     const Vec2<Real> apex = faces_.apex(place.halfedge);
     const Vec2<Real> origin = is_next ? tip(place.halfedge) : apex;
     const Vec2<Real> end = is_next ? apex : Vec2<Real>(0, 0);
-    const Vec2<Real> along = stable_unit(end - origin), from = place.at - origin;
+    const Vec2<Real> along = stable_unit(end - origin);
+    Vec2<Real> from = place.at - origin;
     if (surface_.length(h) == 0) return from;
     return {along.dot(from), along.x() * from.y() - along.y() * from.x()};
   }

@@ -159,7 +159,7 @@ void dominate(SymmetricMatrix<Scalar>& matrix) {
 /// std::runtime_error where the matrix is not finite.
 template <class Scalar>
 [[nodiscard]] auto factored(SymmetricMatrix<Scalar> matrix, const auto& factor) {
-  for (double share = 1e-14; share < 1e-3; share *= 100) {
+  for (const double share : {1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4}) {
     try {
       return factor(matrix);
     } catch (const std::runtime_error&) {
