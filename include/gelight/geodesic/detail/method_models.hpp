@@ -30,9 +30,9 @@ struct MethodCost {
   }
 };
 
-inline constexpr std::array<MethodCost, 4> method_costs{{{"dijkstra", 90, 45, 0.1, 400},
-                                                         {"virtual_source", 40, 300, 0.25, 450},
-                                                         {"fast_marching", 140, 110, 0.3, 600},
+inline constexpr std::array<MethodCost, 4> method_costs{{{"dijkstra", 100, 45, 0.2, 400},
+                                                         {"virtual_source", 110, 150, 0.05, 450},
+                                                         {"fast_marching", 180, 95, 0.05, 600},
                                                          {"exact", 160, 1400, 0.5, 600}}};
 [[nodiscard]] constexpr const MethodCost& cost_of(Method method) {
   return method_costs[static_cast<std::size_t>(method)];
