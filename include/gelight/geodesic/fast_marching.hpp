@@ -9,9 +9,9 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
-#include "gelight/core/prefetch.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/bucket_queue.hpp"
+#include "gelight/geodesic/detail/fetch_ahead.hpp"
 #include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/detail/spokes.hpp"
@@ -93,7 +93,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
           [&](Index v, double d) { front.reach(v, source.distance + d, wave); });
     }
     while (!front.queue.empty()) {
-      const Index v = next(front);
+      const Index v = detail::pop_and_fetch(front.queue, begin_, spokes_, front.vertices);
       if (front.vertices[v].settled) continue;  // waited in two places
       front.settle(v);
       advance(v, front);
@@ -123,8 +123,6 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // improving each other by ever less, since a wave that runs along an edge turns by the root of
   // what its ends are off.
   static constexpr double gain_growth = 1.1, largest_gain = 3e-4;
-
-  static constexpr std::size_t typical_spokes = 7;
 
   // Right angles are not obtuse by rounding: the share by which a squared length may be less.
   static constexpr double right_angle = 1 + 1e-5;
@@ -160,27 +158,6 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
       vertex.to_beat = vertex.distance * (1 - vertex.gain);
     }
   };
-
-  // Takes a vertex from the queue and has the memory fetched for those after it, each step early
-  // enough for the next (measured).
-  Index next(Front& front) const {
-    constexpr int long_before = 8, before = 4, just_before = 1;
-    const Vertex* vertices = front.vertices.data();
-    const Index v = front.queue.pop().first;
-    if (const Index w = front.queue.next_or(-1, long_before); w >= 0) {
-      detail::prefetch(begin_.data() + w, sizeof(Index));
-    }
-    if (const Index w = front.queue.next_or(-1, before); w >= 0) {
-      detail::prefetch(spokes_.data() + begin_[w], typical_spokes * sizeof(Spoke));
-    }
-    if (const Index w = front.queue.next_or(-1, just_before); w >= 0) {
-      const Spoke* end = spokes_.data() + begin_[w + 1];
-      for (const Spoke* spoke = spokes_.data() + begin_[w]; spoke != end; ++spoke) {
-        detail::prefetch(vertices + spoke->end, sizeof(Vertex));
-      }
-    }
-    return v;
-  }
 
   // Reaches the neighbours of a vertex: along the edges, and across the edge to a neighbour that
   // has left the queue too. Of waves from different sources no circle has both distances.

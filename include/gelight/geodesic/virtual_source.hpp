@@ -9,9 +9,9 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
-#include "gelight/core/prefetch.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/bucket_queue.hpp"
+#include "gelight/geodesic/detail/fetch_ahead.hpp"
 #include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/detail/spokes.hpp"
@@ -80,7 +80,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
       });
     }
     while (!front.queue.empty()) {
-      const Index v = next(front);
+      const Index v = detail::pop_and_fetch(front.queue, begin_, spokes_, front.vertices);
       if (front.settled[v]) continue;  // it is in the queue for every time that it came nearer
       front.settled[v] = 1;
       advance(v, front);
@@ -165,28 +165,6 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     for (Vertex& vertex : front.vertices) vertex.distance = unreachable<double>;
     front.settled.assign(count, 0);
     front.queue.reset(step_);
-  }
-
-  // Takes a vertex from the queue and has the memory fetched for those after it, each step early
-  // enough for the next (measured): waiting for it would take a third of the time.
-  Index next(Front& front) const {
-    constexpr int long_before = 8, before = 4, just_before = 1;
-    const Vertex* vertices = front.vertices.data();
-    const Index v = front.queue.pop().first;
-    if (const Index w = front.queue.next_or(-1, long_before); w >= 0) {
-      detail::prefetch(begin_.data() + w, sizeof(Index));
-      detail::prefetch(vertices + w, sizeof(Vertex));
-    }
-    if (const Index w = front.queue.next_or(-1, before); w >= 0) {
-      detail::prefetch(spokes_.data() + begin_[w], sizeof(Spoke));
-    }
-    if (const Index w = front.queue.next_or(-1, just_before); w >= 0) {
-      const Spoke* end = spokes_.data() + begin_[w + 1];
-      for (const Spoke* spoke = spokes_.data() + begin_[w]; spoke != end; ++spoke) {
-        detail::prefetch(vertices + spoke->end, sizeof(Vertex));
-      }
-    }
-    return v;
   }
 
   // Reaches the neighbours of a vertex: along the edges, and over them with the images that their
