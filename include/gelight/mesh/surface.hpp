@@ -207,7 +207,9 @@ class Surface {
   // An edge of a face as its lower vertex sees it.
   struct Edge {
     Index end, halfedge;
-    friend auto operator<=>(const Edge&, const Edge&) = default;
+    friend bool operator<(const Edge& a, const Edge& b) {
+      return a.end != b.end ? a.end < b.end : a.halfedge < b.halfedge;
+    }
   };
 
   // Gathers the half-edges of each edge at its lower vertex, and closes them into a cycle.
