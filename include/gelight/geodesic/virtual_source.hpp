@@ -177,8 +177,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     const Neighbour* fan = front.fan.data();
     for (Index i = 1; i < count; ++i) {
       const Neighbour &before = fan[i - 1], &here = fan[i];
-      if (here.limit + here.slack > before.least) over(vertex, before, here, here.slack, front);
-      if (before.limit + here.slack > here.least) over(vertex, here, before, here.slack, front);
+      if (here.limit > before.least - here.slack) over(vertex, before, here, here.slack, front);
+      if (before.limit > here.least - here.slack) over(vertex, here, before, here.slack, front);
       along(vertex, before, front);
     }
     if (count > 0) along(vertex, fan[count - 1], front);
@@ -235,7 +235,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     const bool with_first = first.distance < limit;
     const bool with_second =
         (second.distance < limit) & ((second.image - first.position).squaredNorm() < rest * rest);
-    if (!(with_first | with_second)) return;
+    if (!(with_first | with_second) || edge.squared_length == 0) return;
     const double inverse = 1 / edge.squared_length;
     const Crossing c{first,
                      edge,
