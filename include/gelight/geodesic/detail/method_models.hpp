@@ -31,8 +31,8 @@ struct MethodCost {
 };
 
 inline constexpr std::array<MethodCost, 4> method_costs{{{"dijkstra", 100, 45, 0.2, 400},
-                                                         {"virtual_source", 110, 150, 0.05, 450},
-                                                         {"fast_marching", 180, 95, 0.05, 600},
+                                                         {"virtual_source", 110, 160, 0.05, 450},
+                                                         {"fast_marching", 160, 95, 0.05, 600},
                                                          {"exact", 160, 1400, 0.5, 600}}};
 [[nodiscard]] constexpr const MethodCost& cost_of(Method method) {
   return method_costs[static_cast<std::size_t>(method)];
