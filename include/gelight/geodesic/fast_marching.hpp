@@ -8,7 +8,6 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
-#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/bucket_queue.hpp"
 #include "gelight/geodesic/detail/fetch_ahead.hpp"
@@ -21,15 +20,6 @@
 
 namespace gelight {
 
-/// What fast marching trades.
-struct FastMarchingOptions {
-  /// The share of its distance by which a way must be shorter for a vertex that the front has
-  /// passed to be passed again, from 1e-6 to 1. More is quicker where triangles are thin:
-  /// at 1e-3 four times on spheres stretched tenfold, with errors of 0.4 % (mean) and 2.2 %
-  /// (largest); nothing changes on icospheres.
-  double gain = 1e-5;
-};
-
 /// Distance by a front that marches over the vertices (Kimmel and Sethian 1998,
 /// doi:10.1073/pnas.95.15.8431), its wave in each face a circle about the point that has the right
 /// distances from the ends of the edge it came through, rather than a line.
@@ -40,7 +30,7 @@ struct FastMarchingOptions {
 ///
 /// Error, mean and largest: icospheres of 642 to 655,362 vertices 0.62 % and 2.4 % to 0.015 % and
 /// 0.12 %, falling with order 1.1; against exact distances on the GelTip membrane 0.011 % and 1.8
-/// %, on spheres stretched five- to twentyfold 0.02 to 0.09 % and 1.3 %; on flat sheets 0.02 % and
+/// %, on spheres stretched five- to twentyfold 0.01 to 0.09 % and 1.3 %; on flat sheets 0.02 % and
 /// 0.09 %. Behind a corner of the border it falls with order one half: 0.33 % and 2.1 % in a bent
 /// strip of 10 cells, 0.09 % and 0.7 % in one of 80. Next to sources on a whole border it is 0.8 %
 /// and 3.8 %. Where triangles are so thin that the near is reached by way of the far, it is large
@@ -50,11 +40,9 @@ struct FastMarchingOptions {
 template <std::floating_point T>
 class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>, T> {
  public:
-  /// Throws InvalidInput as Surface does, and where the gain is not from 1e-6 to 1.
+  /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
-  explicit FastMarchingSolver(const M& mesh, FastMarchingOptions options = {})
-      : surface_(mesh), gain_(options.gain) {
-    detail::require(gain_ >= 1e-6 && gain_ <= 1, "gain is ", gain_, ", must be from 1e-6 to 1");
+  explicit FastMarchingSolver(const M& mesh) : surface_(mesh) {
     step_ = detail::short_edge_length(surface_);
     const auto corners = measured_corners(surface_);
     detail::Spokes spokes(surface_);
@@ -81,7 +69,6 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     const double earliest = detail::move_to_zero(sources);
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
-    front.gain = gain_;
     front.vertices.assign(static_cast<std::size_t>(surface_.vertex_count()), {});
     front.queue.reset(step_);
     front.starts.clear();
@@ -119,10 +106,10 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   };
   static constexpr double no_face = unreachable<double>;
 
-  // The gain asked for grows whenever a vertex leaves the queue: circles in thin triangles go on
-  // improving each other by ever less, since a wave that runs along an edge turns by the root of
-  // what its ends are off.
-  static constexpr double gain_growth = 1.1, largest_gain = 3e-4;
+  // A vertex that was passed is reached again only by a way that is shorter by a share, which grows
+  // whenever the vertex leaves the queue: circles in thin triangles go on improving each other by
+  // ever less, since a wave that runs along an edge turns by the root of what its ends are off.
+  static constexpr double least_gain = 1e-5, largest_gain = 3e-4, gain_growth = 1.1;
 
   // Right angles are not obtuse by rounding: the share by which a squared length may be less.
   static constexpr double right_angle = 1 + 1e-5;
@@ -142,7 +129,6 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     detail::Array<Vertex> vertices;
     detail::Array<double> starts;  // of each wave
     detail::BucketQueue queue;
-    double gain = 0;  // at least to be asked for
 
     void reach(Index v, double d, Index wave) {
       Vertex& vertex = vertices[v];
@@ -154,7 +140,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     void settle(Index v) {
       Vertex& vertex = vertices[v];
       vertex.settled = true;
-      vertex.gain = std::max(gain, std::min(gain_growth * vertex.gain, largest_gain));
+      vertex.gain = std::clamp(gain_growth * vertex.gain, least_gain, largest_gain);
       vertex.to_beat = vertex.distance * (1 - vertex.gain);
     }
   };
@@ -245,7 +231,6 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   }
 
   Surface<double> surface_;
-  double gain_;
   double step_ = 0;
   detail::Array<Index> begin_;  // of each vertex, and one more: where its spokes begin
   detail::Array<Spoke> spokes_;
@@ -253,7 +238,6 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
 };
 
 template <TriangleMesh M>
-explicit FastMarchingSolver(const M&, FastMarchingOptions = {})
-    -> FastMarchingSolver<MeshScalar<M>>;
+explicit FastMarchingSolver(const M&) -> FastMarchingSolver<MeshScalar<M>>;
 
 }  // namespace gelight

@@ -34,9 +34,9 @@ namespace gelight {
 /// sharply, a vertex' one image is less right in the planes of its other faces: a prism of 16 sides
 /// 0.02 %, 0.2 % at most.
 ///
-/// Error, mean and largest: icospheres of 642 to 655,362 vertices 0.22 % and 0.37 % to 0.00013 %
+/// Error, mean and largest: icospheres of 642 to 655,362 vertices 0.23 % and 0.40 % to 0.00014 %
 /// and 0.012 %, falling with order 2; against exact distances on the GelTip membrane 0.17 % and 5.4
-/// %, on a sphere stretched tenfold 0.002 % and 0.14 %. A query takes about linear time.
+/// %, on a sphere stretched tenfold 0.002 % and 0.09 %. A query takes about linear time.
 template <std::floating_point T>
 class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T>, T> {
  public:
