@@ -10,6 +10,8 @@
 #include "gelight/core/late.hpp"
 #include "gelight/core/parallel.hpp"
 #include "gelight/core/prefetch.hpp"
+#include "gelight/core/progress.hpp"
+#include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/geodesic/certify.hpp"

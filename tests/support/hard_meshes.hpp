@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gelight/mesh/shapes.hpp"
+#include "gelight/mesh/surface_point.hpp"
 #include "gelight/views/mesh_view.hpp"
 
 // Meshes on which methods fail, with the answer known by construction.

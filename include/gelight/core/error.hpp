@@ -1,8 +1,11 @@
 #pragma once
 
-#include <sstream>
+#include <concepts>
+#include <cstdio>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace gelight {
 
@@ -15,16 +18,55 @@ class InvalidInput : public std::invalid_argument {
 
 namespace detail {
 
+/// A piece of a message: words or a number.
+class Part {
+ public:
+  Part(std::string_view words) : words_(words) {}
+  Part(const std::string& words) : words_(words) {}
+  Part(const char* words) : words_(words) {}
+  Part(char letter) : kind_(Kind::letter), letter_(letter) {}
+  Part(std::signed_integral auto number) : kind_(Kind::whole), whole_(number) {}
+  Part(std::unsigned_integral auto number) : kind_(Kind::natural), natural_(number) {}
+  Part(std::floating_point auto number) : kind_(Kind::real), real_(static_cast<double>(number)) {}
+
+  void append_to(std::string& text) const {
+    char digits[32];
+    if (kind_ == Kind::words) text += words_;
+    if (kind_ == Kind::letter) text += letter_;
+    if (kind_ == Kind::whole) text += std::to_string(whole_);
+    if (kind_ == Kind::natural) text += std::to_string(natural_);
+    if (kind_ == Kind::real) {
+      std::snprintf(digits, sizeof digits, "%.17g", real_);
+      text += digits;
+    }
+  }
+
+ private:
+  enum class Kind : char { words, letter, whole, natural, real };
+  Kind kind_ = Kind::words;
+  std::string_view words_;
+  union {
+    char letter_;
+    long long whole_;
+    unsigned long long natural_;
+    double real_;
+  };
+};
+
+// Compiled once, out of the way of whatever asks: a message costs a caller no stream.
+[[noreturn]] inline void refuse(std::initializer_list<Part> parts) {
+  std::string text;
+  for (const Part& part : parts) part.append_to(text);
+  throw InvalidInput(text);
+}
+
 /// Throws InvalidInput unless `valid`; the parts of the message are joined only on failure.
 template <class... Parts>
 void require(bool valid, const Parts&... parts) {
   if (valid) [[likely]] {
     return;
   }
-  std::ostringstream text;
-  text.precision(17);
-  (text << ... << parts);
-  throw InvalidInput(text.str());
+  refuse({Part(parts)...});
 }
 
 }  // namespace detail

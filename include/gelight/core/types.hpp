@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "gelight/core/tolerance.hpp"
+
 namespace gelight {
 
 /// Number of a vertex, face, half-edge, pixel row or column.
@@ -28,10 +30,6 @@ template <class T>
 inline constexpr T unreachable = std::numeric_limits<T>::infinity();
 
 namespace detail {
-
-/// Within these a product of four lengths neither overflows nor vanishes: coordinates beyond the
-/// one are refused, and lengths below the other count as none.
-inline constexpr double largest_coordinate = 1e75, shortest_length = 1e-75;
 
 template <class V>
 using PlainVector = Eigen::Matrix<typename V::Scalar, V::RowsAtCompileTime, 1>;

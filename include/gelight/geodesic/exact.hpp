@@ -8,13 +8,13 @@
 #include <limits>
 #include <memory>
 #include <span>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/descent.hpp"
 #include "gelight/geodesic/detail/directions.hpp"
@@ -29,12 +29,6 @@
 #include "gelight/mesh/surface_point.hpp"
 
 namespace gelight {
-
-/// What a solver throws when its caller's `cancelled` hook says so.
-class Cancelled : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 template <std::floating_point T>
 struct ExactOptions {

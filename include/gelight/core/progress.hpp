@@ -1,0 +1,68 @@
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace gelight {
+
+/// What long work throws when its caller's hook ends it; nothing has been written then.
+class Cancelled : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The one hook of all long work: asked now and then while it lasts, some milliseconds apart, it
+/// answers true to have the work end with Cancelled.
+///
+/// Made from any callable `() -> bool`, or `(double done) -> bool` that is also told how much of
+/// the work is done: a share from 0 to 1 that never decreases, an estimate where the work is not
+/// known beforehand. It is called by the thread that called the library. An exception that it
+/// throws passes through as Cancelled would.
+class CancelHook {
+ public:
+  CancelHook() = default;
+  /// Asks a callable; an empty std::function is no hook.
+  template <class F>
+  requires(!std::same_as<F, CancelHook>) && std::predicate<F&> CancelHook(F asks) {
+    if (is_there(asks))
+      ask_ = [asks = std::move(asks)](double) mutable { return static_cast<bool>(asks()); };
+  }
+  /// Tells a callable how much is done, and asks it.
+  template <class F>
+  requires(!std::same_as<F, CancelHook>) && std::predicate<F&, double> CancelHook(F asks) {
+    if (is_there(asks))
+      ask_ = [asks = std::move(asks)](double done) mutable {
+        return static_cast<bool>(asks(done));
+      };
+  }
+
+  /// Whether there is anyone to ask.
+  explicit operator bool() const { return static_cast<bool>(ask_); }
+
+  /// Throws Cancelled where the answer is yes. `what` was under way, in words.
+  void check(double done, const char* what) const {
+    if (ask_ && ask_(std::clamp(done, 0.0, 1.0)))
+      throw Cancelled(std::string(what) + " was cancelled");
+  }
+
+  /// The hook for a part of the work, from one share of the whole to another.
+  [[nodiscard]] CancelHook part(double from, double to) const {
+    if (!ask_) return {};
+    return [ask = ask_, from, to](double done) { return ask(from + done * (to - from)); };
+  }
+
+ private:
+  template <class F>
+  static bool is_there(const F& asks) {
+    if constexpr (requires { static_cast<bool>(asks); }) return static_cast<bool>(asks);
+    return true;
+  }
+
+  std::function<bool(double)> ask_;
+};
+
+}  // namespace gelight
