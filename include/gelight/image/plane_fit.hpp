@@ -43,12 +43,6 @@ void fit_planes(Image<Vec3<T>>& normals, const I& depth, const Camera<T>& camera
   }
 }
 
-template <class T, class I>
-GELIGHT_WIDE void fit_planes_wide(Image<Vec3<T>>& normals, const I& depth, const Camera<T>& camera,
-                                  Index radius) {
-  fit_planes(normals, depth, camera, radius);
-}
-
 }  // namespace detail
 
 /// The normal of the plane that fits the points of a (2 radius + 1)^2 window best, towards the
@@ -65,11 +59,7 @@ template <std::floating_point T, ImageOf<T> I>
   detail::require_camera_size(depth, camera, "the depth image");
   detail::require(radius >= 1, "a window of radius ", radius, " has no neighbours");
   Image<Vec3<T>> normals(camera.width, camera.height);
-  if (detail::has_wide_registers()) {
-    detail::fit_planes_wide(normals, depth, camera, radius);
-  } else {
-    detail::fit_planes(normals, depth, camera, radius);
-  }
+  detail::vectorised([&] { detail::fit_planes(normals, depth, camera, radius); });
   return normals;
 }
 

@@ -289,11 +289,7 @@ class SeeThroughRenderer {
     workspaces_.lend([this] { return make_workspace(); },
                      [&](Workspace& work) {
                        press(work, depth);
-                       if (detail::has_wide_registers()) {
-                         render_rows_wide(out, visual, levels, work);
-                       } else {
-                         render_rows(out, visual, levels, work);
-                       }
+                       detail::vectorised([&] { render_rows(out, visual, levels, work); });
                      });
   }
 
@@ -399,12 +395,6 @@ class SeeThroughRenderer {
 
   static void scale_row(T* __restrict row, const T* scale, std::ptrdiff_t count) {
     for (std::ptrdiff_t i = 0; i < count; ++i) row[i] *= scale[i];
-  }
-
-  template <class V>
-  GELIGHT_WIDE void render_rows_wide(ImageView<Rgb8> out, const V& visual,
-                                     const LightLevels& levels, Workspace& work) const {
-    render_rows(out, visual, levels, work);
   }
 
   template <class V>

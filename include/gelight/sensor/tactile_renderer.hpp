@@ -155,7 +155,7 @@ class TactileRenderer {
     detail::require_apart(frame.image, depth, "the depth image");
     lend_workspace([&](Workspace& work) {
       if (!work.changes.update(frame.depth, depth, work.membrane.buffer.data())) return;
-      render_wide(frame.image, ImageView<const T>(frame.depth), Extent::changed, work);
+      render_rows(frame.image, ImageView<const T>(frame.depth), Extent::changed, work);
     });
   }
 
@@ -234,25 +234,10 @@ class TactileRenderer {
   void render_all(ImageView<Rgb8> out, const D& depth, Extent extent) const {
     if constexpr (std::convertible_to<const D&, ImageView<const T>>) {
       const ImageView<const T> view = depth;  // so that what follows is compiled once for them all
-      lend_workspace([&](Workspace& work) { render_wide(out, view, extent, work); });
+      lend_workspace([&](Workspace& work) { render_rows(out, view, extent, work); });
     } else {
-      lend_workspace([&](Workspace& work) { render_wide(out, depth, extent, work); });
+      lend_workspace([&](Workspace& work) { render_rows(out, depth, extent, work); });
     }
-  }
-
-  template <class D>
-  void render_wide(ImageView<Rgb8> out, const D& depth, Extent extent, Workspace& work) const {
-    if (detail::has_wide_registers()) {
-      render_rows_wide(out, depth, extent, work);
-    } else {
-      render_rows(out, depth, extent, work);
-    }
-  }
-
-  template <class D>
-  GELIGHT_WIDE void render_rows_wide(ImageView<Rgb8> out, const D& depth, Extent extent,
-                                     Workspace& work) const {
-    render_rows(out, depth, extent, work);
   }
 
   // Every row goes down the pipeline as soon as the rows that it needs are there, so that all is
@@ -311,8 +296,10 @@ class TactileRenderer {
     const bool darkens = options_.darkening > 0;
     if (darkens) {
       membrane_.protrusion(work.membrane, depth, y, work.kept.data());
-      detail::keep_row(work.kept.data(), static_cast<T>(options_.darkening),
-                       static_cast<T>(options_.darkening_depth), camera_.width);
+      detail::vectorised([&] {
+        detail::keep_row(work.kept.data(), static_cast<T>(options_.darkening),
+                         static_cast<T>(options_.darkening_depth), camera_.width);
+      });
     }
     for (const detail::Run& run : work.runs) {
       shade_run(work, y, run, darkens ? work.kept.data() : nullptr);

@@ -119,21 +119,6 @@ void unit_facet_row(T* __restrict x, T* __restrict y, T* __restrict z, const Ray
   }
 }
 
-/// The same out of unit normals.
-template <class T>
-void facet_row(T* __restrict x, T* __restrict y, T* __restrict z, const RayRow<T>& ray,
-               std::ptrdiff_t count) {
-  const T *const u = ray.u, *const inverse_length = ray.inverse_length;
-  const T v = ray.v;
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const T cosine = inverse_length[i] * (u[i] * x[i] + v * y[i] + z[i]);
-    const T along = cosine * inverse_length[i];
-    x[i] -= u[i] * along;
-    y[i] -= v * along;
-    z[i] = cosine;
-  }
-}
-
 /// Writes the pixels before and after a row of depths, extrapolated linearly.
 template <class T>
 void extrapolate_ends(T* row, Index width) {

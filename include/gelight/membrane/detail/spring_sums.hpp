@@ -159,25 +159,6 @@ template <bool tilts, class T>
   return sums;
 }
 
-template <bool tilts, class T>
-GELIGHT_WIDE SpringSums sum_spring_rows_wide(const Image<T>& gap,
-                                             const std::vector<SpringRow>& rows,
-                                             const RigidMotion& motion, Index step) {
-  return sum_spring_rows<tilts>(gap, rows, motion, step);
-}
-
-template <class T, class D>
-GELIGHT_WIDE Index read_gaps_wide(Image<T>& gap, std::vector<SpringRow>& rows, const D& depth,
-                                  T rest) {
-  return read_gaps(gap, rows, depth, rest);
-}
-
-template <class T>
-GELIGHT_WIDE void press_rows_wide(Image<T>& gap, Image<std::uint8_t>& touching,
-                                  const RigidMotion& motion) {
-  press_rows(gap, touching, motion);
-}
-
 /// A rigid object above springs that stand each on its own.
 template <class T>
 class LoneSprings {
@@ -189,8 +170,7 @@ class LoneSprings {
   template <class D>
   LoneSprings(Image<T>& gap, const D& depth, T rest)
       : gap_(gap), rows_(static_cast<std::size_t>(gap.height())) {
-    unknown_ = has_wide_registers() ? read_gaps_wide(gap, rows_, depth, rest)
-                                    : read_gaps(gap, rows_, depth, rest);
+    unknown_ = vectorised([&] { return read_gaps(gap, rows_, depth, rest); });
     for (const SpringRow& row : rows_) least_ = std::min(least_, row.least);
   }
 
@@ -201,12 +181,10 @@ class LoneSprings {
 
   /// The sums over every `step`-th row.
   [[nodiscard]] SpringSums sums(const RigidMotion& motion, bool tilts, Index step = 1) const {
-    if (has_wide_registers()) {
-      return tilts ? sum_spring_rows_wide<true>(gap_, rows_, motion, step)
-                   : sum_spring_rows_wide<false>(gap_, rows_, motion, step);
-    }
-    return tilts ? sum_spring_rows<true>(gap_, rows_, motion, step)
-                 : sum_spring_rows<false>(gap_, rows_, motion, step);
+    return vectorised([&] {
+      return tilts ? sum_spring_rows<true>(gap_, rows_, motion, step)
+                   : sum_spring_rows<false>(gap_, rows_, motion, step);
+    });
   }
 
   /// How far a motion takes the object into the gel at most.
@@ -223,11 +201,7 @@ class LoneSprings {
   }
 
   void press(Image<std::uint8_t>& touching, const RigidMotion& motion) {
-    if (has_wide_registers()) {
-      press_rows_wide(gap_, touching, motion);
-    } else {
-      press_rows(gap_, touching, motion);
-    }
+    vectorised([&] { press_rows(gap_, touching, motion); });
   }
 
  private:

@@ -12,6 +12,7 @@
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/core/wide.hpp"
 #include "gelight/image/detail/normal_rows.hpp"
 #include "gelight/image/filter.hpp"
 #include "gelight/sensor/detail/lines.hpp"
@@ -231,12 +232,13 @@ class MembraneRows {
   template <ImageOf<T> D>
   void press(Workspace& work, const D& image, Index y, const char* wanted = nullptr) const {
     const T* const depth = row_of(image, y, work.buffer.data(), width_);
-    if (!work.everything && row_is_at_rest(depth, rest(y), allowed_, width_)) {
+    if (!work.everything &&
+        vectorised([&] { return row_is_at_rest(depth, rest(y), allowed_, width_); })) {
       return leave_out(work, y);
     }
     press_holes(work, depth, y);
     T* const protrusion = work.padded.data() + whole_lines<T>(radius_);
-    protrusion_row(protrusion, depth, rest(y), allowed_, width_);
+    vectorised([&] { protrusion_row(protrusion, depth, rest(y), allowed_, width_); });
     if (!mark_touched(work, protrusion)) return work.across.clear(y);
     for (std::size_t b = 0; b < work.touched.size(); ++b) {
       if (work.touched[b] != 0) work.newest[b] = y;
@@ -273,7 +275,8 @@ class MembraneRows {
   /// How far row y of the contact is pressed in, 0 where it does not touch or is not known.
   template <ImageOf<T> D>
   void protrusion(Workspace& work, const D& image, Index y, T* out) const {
-    protrusion_row(out, row_of(image, y, work.buffer.data(), width_), rest(y), allowed_, width_);
+    const T* const depth = row_of(image, y, work.buffer.data(), width_);
+    vectorised([&] { protrusion_row(out, depth, rest(y), allowed_, width_); });
   }
 
   /// Row y of the membrane, a pixel more on each side, while the band after the next is not made.
@@ -355,12 +358,16 @@ class MembraneRows {
     const T** const taps = work.taps.data() + radius_;
     for (const Run& run : work.runs) {
       for (Index k = -radius_; k <= radius_; ++k) taps[k] = row + run.begin + k;
-      symmetric_sum(out + run.begin, taps, weights_.data(), radius_, run.end - run.begin);
+      vectorised([&] {
+        symmetric_sum(out + run.begin, taps, weights_.data(), radius_, run.end - run.begin);
+      });
     }
   }
 
   void press_holes(Workspace& work, const T* depth, Index y) const {
-    if (!row_has_holes(depth, rest(y), width_)) return work.missing.clear(y);
+    if (!vectorised([&] { return row_has_holes(depth, rest(y), width_); })) {
+      return work.missing.clear(y);
+    }
     work.holes[static_cast<std::size_t>(y)] = 1;
     work.any_holes = true;
     if (radius_ == 0) return;
@@ -410,13 +417,15 @@ class MembraneRows {
                 std::array<Lines<T>, band>& out) const {
     const T* const middle = rows.row(y - radius_) + radius_ * rows.stride();
     for (const Run& run : work.runs) {
-      for (Index x = run.begin; x < run.end; x += column_step) {
-        for (Index r = 0; r < count; r += 2) {
-          const auto i = static_cast<std::size_t>(r);
-          symmetric_sums(out[i].data() + x, out[i + 1].data() + x, middle + r * rows.stride() + x,
-                         rows.stride(), weights_.data(), radius_, column_step);
+      vectorised([&] {
+        for (Index x = run.begin; x < run.end; x += column_step) {
+          for (Index r = 0; r < count; r += 2) {
+            const auto i = static_cast<std::size_t>(r);
+            symmetric_sums(out[i].data() + x, out[i + 1].data() + x, middle + r * rows.stride() + x,
+                           rows.stride(), weights_.data(), radius_, column_step);
+          }
         }
-      }
+      });
     }
   }
 
@@ -429,7 +438,9 @@ class MembraneRows {
     const T* const spread = work.spread[static_cast<std::size_t>(y % band)].data();
     for (const Run& run : work.runs) {
       const std::ptrdiff_t x = run.begin;
-      bulge_row(z + x, depth + x, rest(y) + x, spread + x, allowed_, run.end - run.begin);
+      vectorised([&] {
+        bulge_row(z + x, depth + x, rest(y) + x, spread + x, allowed_, run.end - run.begin);
+      });
     }
     extrapolate_ends(z, width_);
     return z;

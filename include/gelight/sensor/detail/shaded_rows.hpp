@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gelight/core/types.hpp"
+#include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/detail/normal_rows.hpp"
 #include "gelight/image/normals.hpp"
@@ -104,22 +105,21 @@ class ShadedRows {
                                      const T* middle, const T* below) const {
     const std::ptrdiff_t x = run.begin, count = run.end - run.begin;
     const VectorRow<T> n{work.normal_x.data(), work.normal_y.data(), work.normal_z.data()};
-    sobel_product_row(n.x, n.y, n.z, work.toward.data(), work.mirrored.data(), above + x,
-                      middle + x, below + x, camera_.fx, camera_.fy, count);
-    unit_facet_row(n.x, n.y, n.z, rays(y, run), count);
+    vectorised([&] {
+      sobel_product_row(n.x, n.y, n.z, work.toward.data(), work.mirrored.data(), above + x,
+                        middle + x, below + x, camera_.fx, camera_.fy, count);
+      unit_facet_row(n.x, n.y, n.z, rays(y, run), count);
+    });
     return n;
-  }
-
-  /// Turns unit normals of a run of row y within a tile into those coordinates.
-  void turn_to_rays(const VectorRow<T>& n, Index y, const Run& run) const {
-    facet_row(n.x, n.y, n.z, rays(y, run), run.end - run.begin);
   }
 
   /// The colours of a run of row y within a tile with these normals, into `packed`; `kept` is the
   /// share of the ambient light that is left at each pixel of the row, or null for all of it.
   void shade(Workspace& work, Index y, const Run& run, const VectorRow<T>& n, const T* kept) const {
-    const auto rgb = light(work, y, run, n, kept);
-    pack_row(work.packed.data() + run.begin, rgb[0], rgb[1], rgb[2], run.end - run.begin);
+    vectorised([&] {
+      const auto rgb = light(work, y, run, n, kept);
+      pack_row(work.packed.data() + run.begin, rgb[0], rgb[1], rgb[2], run.end - run.begin);
+    });
   }
 
   /// The same before they are clamped and truncated: red, green and blue of the run's pixels.
@@ -142,7 +142,8 @@ class ShadedRows {
       for (std::size_t c = 0; c < 3; ++c) {
         if (colours_[k].diffuse[c] == 0 && colours_[k].specular[c] == 0) continue;
         T* const out = work.rgb[c].data();
-        add_light_row(out, sum[c], scratch, colours_[k].diffuse[c], colours_[k].specular[c], count);
+        const T diffuse = colours_[k].diffuse[c], specular = colours_[k].specular[c];
+        add_light_row(out, sum[c], scratch, diffuse, specular, count);
         sum[c] = out;
       }
     }

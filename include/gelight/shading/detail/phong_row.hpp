@@ -17,69 +17,36 @@
 // Phong's equation for a row of pixels, in plain loops over planar arrays that compilers vectorise.
 namespace gelight::detail {
 
-/// One base-16 digit of an exponent: power[i] *= base[i]^digit, where power starts as 1, and
-/// base[i] = base[i]^16 for the digits still to come.
+/// One base-4 digit of an exponent: power[i] *= base[i]^digit, where power starts as 1, and
+/// base[i] = base[i]^4 for the digits still to come.
 template <unsigned digit, bool is_first, bool is_last, class T>
 void multiply_power(T* __restrict power, T* __restrict base, std::ptrdiff_t count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const T b1 = base[i], b2 = b1 * b1, b4 = b2 * b2, b8 = b4 * b4;
+    const T once = base[i], twice = once * once;
     T factor = is_first ? T(1) : power[i];
-    if constexpr ((digit & 1) != 0) factor *= b1;
-    if constexpr ((digit & 2) != 0) factor *= b2;
-    if constexpr ((digit & 4) != 0) factor *= b4;
-    if constexpr ((digit & 8) != 0) factor *= b8;
+    if constexpr ((digit & 1) != 0) factor *= once;
+    if constexpr ((digit & 2) != 0) factor *= twice;
     power[i] = factor;
-    if constexpr (!is_last) base[i] = b8 * b8;
+    if constexpr (!is_last) base[i] = twice * twice;
   }
 }
 
 /// The same for a digit that is not a constant.
 template <bool is_first, bool is_last, class T>
 void multiply_power(T* power, T* base, unsigned digit, std::ptrdiff_t count) {
-  switch (digit) {
-    case 0:
-      return multiply_power<0, is_first, is_last>(power, base, count);
-    case 1:
-      return multiply_power<1, is_first, is_last>(power, base, count);
-    case 2:
-      return multiply_power<2, is_first, is_last>(power, base, count);
-    case 3:
-      return multiply_power<3, is_first, is_last>(power, base, count);
-    case 4:
-      return multiply_power<4, is_first, is_last>(power, base, count);
-    case 5:
-      return multiply_power<5, is_first, is_last>(power, base, count);
-    case 6:
-      return multiply_power<6, is_first, is_last>(power, base, count);
-    case 7:
-      return multiply_power<7, is_first, is_last>(power, base, count);
-    case 8:
-      return multiply_power<8, is_first, is_last>(power, base, count);
-    case 9:
-      return multiply_power<9, is_first, is_last>(power, base, count);
-    case 10:
-      return multiply_power<10, is_first, is_last>(power, base, count);
-    case 11:
-      return multiply_power<11, is_first, is_last>(power, base, count);
-    case 12:
-      return multiply_power<12, is_first, is_last>(power, base, count);
-    case 13:
-      return multiply_power<13, is_first, is_last>(power, base, count);
-    case 14:
-      return multiply_power<14, is_first, is_last>(power, base, count);
-    case 15:
-      return multiply_power<15, is_first, is_last>(power, base, count);
-  }
+  if (digit == 0) return multiply_power<0, is_first, is_last>(power, base, count);
+  if (digit == 1) return multiply_power<1, is_first, is_last>(power, base, count);
+  if (digit == 2) return multiply_power<2, is_first, is_last>(power, base, count);
+  multiply_power<3, is_first, is_last>(power, base, count);
 }
 
-/// power[i] = base[i]^exponent by repeated squaring; overwrites `base`. The exponent's base-16
-/// digits are constants of the loops, so that its squares stay in registers.
+/// power[i] = base[i]^exponent by repeated squaring; overwrites `base`.
 template <class T>
 void integer_power_row(T* power, T* base, unsigned exponent, std::ptrdiff_t count) {
-  if (exponent < 16) return multiply_power<true, true>(power, base, exponent, count);
-  multiply_power<true, false>(power, base, exponent % 16, count);
-  for (exponent /= 16; exponent >= 16; exponent /= 16) {
-    multiply_power<false, false>(power, base, exponent % 16, count);
+  if (exponent < 4) return multiply_power<true, true>(power, base, exponent, count);
+  multiply_power<true, false>(power, base, exponent % 4, count);
+  for (exponent /= 4; exponent >= 4; exponent /= 4) {
+    multiply_power<false, false>(power, base, exponent % 4, count);
   }
   multiply_power<false, true>(power, base, exponent, count);
 }
