@@ -62,6 +62,7 @@ concept TriangleMesh = HasMeshTraits<M> && requires(const M& mesh, Index i) {
   { MeshTraits<M>::face(mesh, i) } -> std::convertible_to<std::array<Index, 3>>;
 };
 
+/// What the coordinates of a mesh are made of.
 template <TriangleMesh M>
 using MeshScalar = typename MeshTraits<M>::Scalar;
 

@@ -9,13 +9,16 @@
 
 #include "gelight/core/tolerance.hpp"
 
+/// Geodesics on triangle meshes, and the images of optical tactile sensors.
 namespace gelight {
 
 /// Number of a vertex, face, half-edge, pixel row or column.
 using Index = std::int32_t;
 
+/// A pair of numbers: a point or vector of a plane or an image.
 template <class T>
 using Vec2 = Eigen::Matrix<T, 2, 1>;
+/// Three numbers: a point or vector of space.
 template <class T>
 using Vec3 = Eigen::Matrix<T, 3, 1>;
 

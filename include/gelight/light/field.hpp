@@ -22,6 +22,8 @@
 
 namespace gelight {
 
+/// Of each of some surface points: the unit direction in which the light of one LED travels there,
+/// zero where it has none.
 template <std::floating_point T>
 using LightField = std::vector<Vec3<T>>;
 

@@ -43,6 +43,7 @@ template <std::floating_point T>
   return baked;
 }
 
+/// The same of a field as the functions of light/ return it.
 template <std::floating_point T>
 [[nodiscard]] Image<Vec3<T>> bake(const LightField<T>& field, const Raster<T>& raster) {
   return bake(std::span<const Vec3<T>>(field), raster);

@@ -74,6 +74,7 @@ template <class D>
 [[nodiscard]] auto eigen_image(Eigen::DenseBase<D>& array) {
   return detail::eigen_image<typename D::Scalar>(array.derived());
 }
+/// The same of an array that may not be written to.
 template <class D>
 [[nodiscard]] auto eigen_image(const Eigen::DenseBase<D>& array) {
   return detail::eigen_image<const typename D::Scalar>(array.derived());

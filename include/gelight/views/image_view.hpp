@@ -15,6 +15,7 @@
 
 namespace gelight {
 
+/// Red, green and blue of a pixel.
 using Rgb8 = std::array<std::uint8_t, 3>;
 
 namespace detail {

@@ -39,6 +39,7 @@ template <class P>
   return ImageView<P>::from_bytes(reinterpret_cast<P*>(image.data), image.cols, image.rows,
                                   static_cast<std::ptrdiff_t>(image.step[0]));
 }
+/// The same of a matrix that may not be written to.
 template <class P>
 [[nodiscard]] ImageView<const P> opencv_image(const cv::Mat& image) {
   detail::require_opencv_type(image, detail::opencv_type<P>());
