@@ -405,6 +405,242 @@ TEST_CASE_TEMPLATE("no ray slips through a closed plate, also where it passes th
   CHECK(invented == 0);
 }
 
+TEST_CASE_TEMPLATE("a face without area, and one seen edge-on, invents no depth", T, float,
+                   double) {
+  Generator random(3);
+  const double eps = double{std::numeric_limits<T>::epsilon()};
+  int shown = 0, off = 0, invented = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double scale = std::exp2(integer(random, -20, 20));
+    const auto camera = Camera<double>{uniform(random, 20, 90),
+                                       uniform(random, 20, 90),
+                                       uniform(random, 0, 31),
+                                       uniform(random, 0, 31),
+                                       32,
+                                       32}
+                            .cast<T>();
+    const auto exact = camera.template cast<double>();
+    const auto point = [&](double u, double v) {
+      return Vec3<double>(uniform(random, 0.5, 2) * scale * exact.ray(u, v));
+    };
+    // Along a row, a column, a diagonal or any line through a pixel's centre.
+    const double u = static_cast<double>(integer(random, 0, 31)),
+                 v = static_cast<double>(integer(random, 0, 31));
+    const std::array<std::array<double, 2>, 4> ways{
+        {{1, 0}, {0, 1}, {1, -1}, {uniform(random, -1, 1), uniform(random, -1, 1)}}};
+    const auto& way = ways[static_cast<std::size_t>(i % 4)];
+    const double from = uniform(random, -20, 0), to = uniform(random, 0, 20);
+    const Vec3<double> a = point(u + from * way[0], v + from * way[1]);
+    const Vec3<double> b = point(u + to * way[0], v + to * way[1]);
+    // The third corner between the two, or anywhere in the plane through them and the camera.
+    const double share = uniform(random, 0, 1);
+    const bool is_edge_on = i % 3 == 0;
+    const Vec3<double> c =
+        (1 - share) * a + share * (is_edge_on ? uniform(random, 0.5, 2) : 1.0) * b;
+    Mesh<T> mesh;
+    for (const Vec3<double>& p : {a, b, c}) {
+      mesh.positions.push_back({static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2])});
+    }
+    mesh.faces = {{0, 1, 2}};
+    const auto raster = gelight::rasterize(mesh, camera);
+    invented += invented_pixels(mesh, camera, raster);
+    for (Index y = 0; y < camera.height; ++y) {
+      for (Index x = 0; x < camera.width; ++x) {
+        if (raster.face(x, y) < 0) continue;
+        ++shown;
+        if (is_edge_on) continue;
+        // Where the plane through the ray, across the image of a b, cuts a b.
+        const Vec3<double> ray = exact.ray(x, y), along = b / b[2] - a / a[2];
+        const Vec3<double> across = ray * ray.dot(along) - along * ray.dot(ray);
+        const double at_a = a.dot(across), at_b = b.dot(across);
+        const double z = (a + at_a / (at_a - at_b) * (b - a))[2];
+        off += !(std::abs(double{raster.depth(x, y)} - z) <= 1e4 * eps * z);
+      }
+    }
+  }
+  CHECK(invented == 0);
+  CHECK(off == 0);
+  CHECK(shown > 0);
+}
+
+TEST_CASE_TEMPLATE(
+    "from inside a closed surface every ray meets it, also with corners beside and behind", T,
+    float, double) {
+  Generator random(4);
+  int holes = 0, off = 0, invented = 0;
+  for (int view = 0; view < 60; ++view) {
+    const double scale = std::exp2(integer(random, -20, 20));
+    const Index across = view % 20 == 0 ? 300 : 40;
+    const auto camera = Camera<double>{uniform(random, 5, 90),
+                                       uniform(random, 5, 90),
+                                       uniform(random, -60, 90),
+                                       uniform(random, -60, 90),
+                                       across,
+                                       30}
+                            .cast<T>();
+    // A ball with bumps that are seen from everywhere inside, turned and moved so that faces pass
+    // close to the camera.
+    auto ball = gelight::icosphere(static_cast<int>(integer(random, 0, 3)), 1.0);
+    const Eigen::Matrix3d turn = rotation(random);
+    const Vec3<double> shift =
+        turn.col(0) * std::exp2(uniform(random, -3, 0)) * uniform(random, 0, 0.78);
+    Mesh<T> mesh;
+    double least = 1;
+    for (const auto& p : ball.positions) {
+      const double r = uniform(random, 0.99, 1);
+      const Vec3<double> moved = scale * (r * (turn * Vec3<double>(p[0], p[1], p[2])) + shift);
+      mesh.positions.push_back(
+          {static_cast<T>(moved[0]), static_cast<T>(moved[1]), static_cast<T>(moved[2])});
+    }
+    mesh.faces = ball.faces;
+    for (const auto& face : mesh.faces) {
+      const Vec3<double> a = position(mesh, face[0]), b = position(mesh, face[1]),
+                         c = position(mesh, face[2]);
+      const Vec3<double> normal = gelight::cross<double>(b - a, c - a).normalized();
+      least = std::min(least, std::abs(normal.dot(a - scale * shift)) / scale);
+    }
+    const auto raster = gelight::rasterize(mesh, camera);
+    invented += invented_pixels(mesh, camera, raster);
+    const auto exact = camera.template cast<double>();
+    for (Index v = 0; v < camera.height; ++v) {
+      for (Index u = 0; u < camera.width; ++u) {
+        if (raster.face(u, v) < 0) {
+          ++holes;
+          continue;
+        }
+        // Between the spheres inside and outside.
+        const double r = (double{raster.depth(u, v)} * exact.ray(u, v) / scale - shift).norm();
+        off += !(r > least - 1e-5 && r < 1 + 1e-5);
+      }
+    }
+  }
+  CHECK(holes == 0);
+  CHECK(off == 0);
+  CHECK(invented == 0);
+}
+
+TEST_CASE("a rough welded floor from behind the camera to far before it has no hole") {
+  Generator random(5);
+  int holes = 0;
+  for (int view = 0; view < 40; ++view) {
+    auto floor = gelight::grid<double>(30, 30, 60, 60);
+    const double roll = uniform(random, -3.1, 3.1);
+    for (auto& [x, y, z] : floor.positions) {
+      const double east = x - 30 + uniform(random, -0.3, 0.3);
+      const double ahead = y - 30 + uniform(random, -0.3, 0.3);
+      // Lower where it is far, so that no bump hides its border.
+      const double down = 1 + uniform(random, 0, 0.05);
+      x = std::cos(roll) * east - std::sin(roll) * down;
+      y = std::sin(roll) * east + std::cos(roll) * down;
+      z = ahead;
+    }
+    const auto camera = small_camera<double>();
+    const auto raster = gelight::rasterize(floor, camera);
+    for (Index v = 0; v < camera.height; ++v) {
+      for (Index u = 0; u < camera.width; ++u) {
+        const Vec3<double> ray = camera.ray(u, v);
+        const double down = std::cos(roll) * ray[1] - std::sin(roll) * ray[0];
+        const double east = std::cos(roll) * ray[0] + std::sin(roll) * ray[1];
+        // It is met between 1 and 1.05 below, there within the floor.
+        const bool meets = down > 0 && 1.05 / down < 29 && 1.05 / down * std::abs(east) < 29;
+        if (!meets) continue;
+        holes += raster.face(u, v) < 0;
+        const double z = raster.depth(u, v) * down;
+        CHECK((z > 1 - 1e-9 && z < 1.05 + 1e-9));
+      }
+    }
+  }
+  CHECK(holes == 0);
+}
+
+TEST_CASE(
+    "the order of the faces changes no depth, nor does the way round in which they are named") {
+  Generator random(6);
+  for (int view = 0; view < 30; ++view) {
+    const Camera<double> camera{40, 50, uniform(random, 10, 40), uniform(random, 10, 40), 48, 50};
+    PlateShape shape;
+    shape.cell = static_cast<Index>(integer(random, 1, 3));
+    shape.cells = 40 / shape.cell;
+    auto mesh = plate<double>(camera, shape, random);
+    for (int k = 0; k < 20; ++k) {
+      const auto first = static_cast<Index>(mesh.positions.size());
+      for (int corner = 0; corner < 3; ++corner) {
+        mesh.positions.push_back(
+            {uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -0.5, 3)});
+      }
+      mesh.faces.push_back({first, first + 1, first + 2});
+    }
+    const auto before = gelight::rasterize(mesh, camera);
+    std::shuffle(mesh.faces.begin(), mesh.faces.end(), random);
+    CHECK(gelight::rasterize(mesh, camera).depth == before.depth);
+    for (auto& face : mesh.faces)
+      std::swap(face[0], face[static_cast<std::size_t>(integer(random, 1, 2))]);
+    const auto turned = gelight::rasterize(mesh, camera);
+    double worst = 0;
+    for (std::size_t i = 0; i < before.depth.pixels().size(); ++i) {
+      const double was = before.depth.pixels()[i], is = turned.depth.pixels()[i];
+      if (was != is) worst = std::max(worst, std::abs(is - was) / std::min(is, was));
+    }
+    CHECK(worst < 1e-11);  // rounding, where a face is steep
+  }
+}
+
+TEST_CASE("the mesh of a depth image shows each pixel, the border's too, at its depth") {
+  Generator random(7);
+  for (const auto& [width, height] :
+       {std::pair{64, 48}, std::pair{33, 65}, std::pair{2, 2}, std::pair{4097, 3}}) {
+    const Camera<double> camera{uniform(random, 0.3, 2) * width,
+                                uniform(random, 0.3, 2) * width,
+                                (width - 1) / 2.0 + uniform(random, -0.2, 0.2),
+                                (height - 1) / 2.0 + uniform(random, -0.2, 0.2),
+                                width,
+                                height};
+    gelight::Image<double> depth(width, height);
+    for (double& z : depth.pixels()) z = uniform(random, 0.01, 0.02);
+    Mesh<double> mesh;
+    for (const auto& p : gelight::unproject<double>(depth, camera).pixels())
+      mesh.positions.push_back({p[0], p[1], p[2]});
+    for (Index y = 0; y + 1 < height; ++y) {
+      for (Index x = 0; x + 1 < width; ++x) {
+        const Index a = y * width + x;
+        mesh.faces.push_back({a, a + 1, a + width});
+        mesh.faces.push_back({a + 1, a + width + 1, a + width});
+      }
+    }
+    const auto raster = gelight::rasterize(mesh, camera);
+    int off = 0;
+    for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
+      off += !(std::abs(raster.depth.pixels()[i] - depth.pixels()[i]) <= 1e-15 * depth.pixels()[i]);
+    }
+    CHECK(off == 0);
+  }
+}
+
+TEST_CASE("cameras and triangles of any size") {
+  // A wall at z = 2 far beyond the image, seen by cameras large and small, also far beside the
+  // axis.
+  for (const double size : {1e-100, 1e-9, 1.0, 1e9, 1e100}) {
+    for (const double reach : {3.0, 1e4, 1e12, 1e30}) {
+      for (const auto& [width, height] :
+           {std::pair{1, 1}, std::pair{7, 4096}, std::pair{5000, 3}, std::pair{70000, 1}}) {
+        const double f = std::max(width, height);
+        for (const double centre : {0.5, 0.0, -0.4}) {
+          const Camera<double> camera{f, f, centre * width, centre * height, width, height};
+          const double near = 2 * size, far = 2 * size * reach;
+          const Mesh<double> wall{
+              {{-far, -far, near}, {2 * far, -far, near}, {-far, 2 * far, near}}, {{0, 1, 2}}};
+          const auto raster = gelight::rasterize(wall, camera);
+          CAPTURE(size);
+          CAPTURE(reach);
+          CAPTURE(f);
+          CHECK(std::all_of(raster.depth.pixels().begin(), raster.depth.pixels().end(),
+                            [&](double z) { return std::abs(z - near) <= 1e-13 * near; }));
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("bad cameras and bad meshes are refused") {
   using gelight::InvalidInput;
   const Mesh<double> box = gelight::box(1.0, 1.0, 1.0);

@@ -42,14 +42,9 @@ struct ImagePoint {
   double inverse_z = 0;  // 0: it is not near the image, and faces at it have to be cut first
 };
 
-/// A point before the division by its depth.
-struct HomogeneousPoint {
-  double x = 0, y = 0, z = 0;
-};
-
 /// A corner of a face that was cut.
 struct CutCorner {
-  HomogeneousPoint point;
+  Vec3<double> point;  // column and row times z, and z
   ImagePoint seen;
   Vec3<double> shares;  // its barycentric coordinates in the whole face
 };
@@ -100,11 +95,9 @@ class ImagePlane {
                              Vec3<double>::Unit(static_cast<Index>(k))};
       polygon.push_back(corner);
     }
-    const double far = far_ * size_;
-    polygon = cut(polygon, [&](const HomogeneousPoint& p) { return std::fma(far, p.z, p.x); });
-    polygon = cut(polygon, [&](const HomogeneousPoint& p) { return std::fma(far, p.z, -p.x); });
-    polygon = cut(polygon, [&](const HomogeneousPoint& p) { return std::fma(far, p.z, p.y); });
-    polygon = cut(polygon, [&](const HomogeneousPoint& p) { return std::fma(far, p.z, -p.y); });
+    for (const Index axis : {0, 1}) {
+      for (const double side : {-1, 1}) polygon = cut(polygon, axis, side * far_ * size_);
+    }
     for (CutCorner& corner : polygon) {
       corner.seen.inverse_z = 1 / corner.seen.z;
       // But for rounding such a face goes through the camera, and is seen edge-on.
@@ -126,30 +119,36 @@ class ImagePlane {
   /// The nearest point of the grid: the sum has just as many digits as the grid.
   [[nodiscard]] double on_grid(double x) const { return (x + 6 * size_) - 6 * size_; }
 
-  /// The part of a polygon on the side of a plane where `distance` is positive. A side is cut from
-  /// its end inside, so that both faces at it find the same point.
-  template <class Distance>
-  [[nodiscard]] Array<CutCorner> cut(const Array<CutCorner>& polygon, Distance distance) const {
+  /// The part of a polygon on this side of a column or row. Its sides are cut from their end
+  /// inside, so that both faces at a side find the same point.
+  [[nodiscard]] Array<CutCorner> cut(const Array<CutCorner>& polygon, Index axis, double at) const {
+    const double sign = at < 0 ? 1 : -1;
+    const auto distance = [&](const CutCorner& corner) {
+      return std::fma(std::abs(at), corner.point[2], sign * corner.point[axis]);
+    };
     Array<CutCorner> inside;
     for (std::size_t k = 0; k < polygon.size(); ++k) {
       const CutCorner& a = polygon.data()[k];
       const CutCorner& b = polygon.data()[(k + 1) % polygon.size()];
-      const double at_a = distance(a.point), at_b = distance(b.point);
-      if (at_a > 0) inside.push_back(a);
-      if ((at_a > 0) == (at_b > 0)) continue;
-      inside.push_back(at_a > 0 ? between(a, b, at_a / (at_a - at_b))
-                                : between(b, a, at_b / (at_b - at_a)));
+      const double from_a = distance(a), from_b = distance(b);
+      if (from_a > 0) inside.push_back(a);
+      if ((from_a > 0) == (from_b > 0)) continue;
+      CutCorner corner = from_a > 0 ? between(a, b, from_a / (from_a - from_b))
+                                    : between(b, a, from_b / (from_b - from_a));
+      // Exactly: what is left of a face as large as can be would be lost in its rounding.
+      corner.point[axis] = at * corner.point[2];
+      corner.seen = {on_grid(corner.point[0] / corner.point[2]),
+                     on_grid(corner.point[1] / corner.point[2]), corner.point[2], 0};
+      inside.push_back(corner);
     }
     return inside;
   }
 
-  [[nodiscard]] CutCorner between(const CutCorner& a, const CutCorner& b, double t) const {
-    const auto mix = [t](double from, double to) { return std::fma(t, to - from, from); };
+  [[nodiscard]] static CutCorner between(const CutCorner& a, const CutCorner& b, double t) {
     CutCorner corner;
-    corner.point = {mix(a.point.x, b.point.x), mix(a.point.y, b.point.y),
-                    mix(a.point.z, b.point.z)};
-    corner.seen = {on_grid(corner.point.x / corner.point.z),
-                   on_grid(corner.point.y / corner.point.z), corner.point.z, 0};
+    for (Index i = 0; i < 3; ++i) {
+      corner.point[i] = std::fma(t, b.point[i] - a.point[i], a.point[i]);
+    }
     corner.shares = (a.shares + t * (b.shares - a.shares)).cwiseMax(0);
     return corner;
   }
