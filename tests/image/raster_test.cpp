@@ -129,6 +129,13 @@ TEST_CASE("a triangle that passes beside the camera is seen only in front of it"
 
 namespace {
 
+// Without optimisation a tenth of the inputs has to do.
+#ifdef __OPTIMIZE__
+constexpr int effort = 10;
+#else
+constexpr int effort = 1;
+#endif
+
 using Generator = std::mt19937_64;
 
 double uniform(Generator& random, double from, double to) {
@@ -360,7 +367,7 @@ TEST_CASE_TEMPLATE("a triangle covers the pixels whose centres lie in it or on i
   Generator random(1);
   for (int family = 0; family <= far_out; ++family) {
     int wrong = 0;
-    for (int i = 0; i < 200; ++i) {
+    for (int i = 0; i < 20 * effort; ++i) {
       wrong += wrong_pixels<T>(random_lattice_triangle(random, family), family == far_out);
     }
     CAPTURE(family);
@@ -373,7 +380,7 @@ TEST_CASE_TEMPLATE("no ray slips through a closed plate, also where it passes th
   Generator random(2);
   const double eps = double{std::numeric_limits<T>::epsilon()};
   int holes = 0, invented = 0, off = 0;
-  for (int view = 0; view < 400; ++view) {
+  for (int view = 0; view < 40 * effort; ++view) {
     const double scale = std::exp2(integer(random, -20, 20));
     const auto camera = Camera<double>{uniform(random, 20, 90),
                                        uniform(random, 20, 90),
@@ -410,7 +417,7 @@ TEST_CASE_TEMPLATE("a face without area, and one seen edge-on, invents no depth"
   Generator random(3);
   const double eps = double{std::numeric_limits<T>::epsilon()};
   int shown = 0, off = 0, invented = 0;
-  for (int i = 0; i < 4000; ++i) {
+  for (int i = 0; i < 200 * effort; ++i) {
     const double scale = std::exp2(integer(random, -20, 20));
     const auto camera = Camera<double>{uniform(random, 20, 90),
                                        uniform(random, 20, 90),
@@ -468,7 +475,7 @@ TEST_CASE_TEMPLATE(
     float, double) {
   Generator random(4);
   int holes = 0, off = 0, invented = 0;
-  for (int view = 0; view < 60; ++view) {
+  for (int view = 0; view < 6 * effort; ++view) {
     const double scale = std::exp2(integer(random, -20, 20));
     const Index across = view % 20 == 0 ? 300 : 40;
     const auto camera = Camera<double>{uniform(random, 5, 90),
@@ -522,7 +529,7 @@ TEST_CASE_TEMPLATE(
 TEST_CASE("a rough welded floor from behind the camera to far before it has no hole") {
   Generator random(5);
   int holes = 0;
-  for (int view = 0; view < 40; ++view) {
+  for (int view = 0; view < 4 * effort; ++view) {
     auto floor = gelight::grid<double>(30, 30, 60, 60);
     const double roll = uniform(random, -3.1, 3.1);
     for (auto& [x, y, z] : floor.positions) {
@@ -556,7 +563,7 @@ TEST_CASE("a rough welded floor from behind the camera to far before it has no h
 TEST_CASE(
     "the order of the faces changes no depth, nor does the way round in which they are named") {
   Generator random(6);
-  for (int view = 0; view < 30; ++view) {
+  for (int view = 0; view < 3 * effort; ++view) {
     const Camera<double> camera{40, 50, uniform(random, 10, 40), uniform(random, 10, 40), 48, 50};
     PlateShape shape;
     shape.cell = static_cast<Index>(integer(random, 1, 3));
@@ -619,23 +626,21 @@ TEST_CASE("the mesh of a depth image shows each pixel, the border's too, at its 
 TEST_CASE("cameras and triangles of any size") {
   // A wall at z = 2 far beyond the image, seen by cameras large and small, also far beside the
   // axis.
-  for (const double size : {1e-100, 1e-9, 1.0, 1e9, 1e100}) {
-    for (const double reach : {3.0, 1e4, 1e12, 1e30}) {
+  for (const double size : {1e-100, 1.0, 1e100}) {
+    for (const auto& [reach, centre] :
+         {std::pair{3.0, 0.5}, std::pair{1e12, 0.0}, std::pair{1e30, -0.4}}) {
       for (const auto& [width, height] :
-           {std::pair{1, 1}, std::pair{7, 4096}, std::pair{5000, 3}, std::pair{70000, 1}}) {
+           {std::pair{1, 1}, std::pair{3, 4096}, std::pair{70000, 1}}) {
         const double f = std::max(width, height);
-        for (const double centre : {0.5, 0.0, -0.4}) {
-          const Camera<double> camera{f, f, centre * width, centre * height, width, height};
-          const double near = 2 * size, far = 2 * size * reach;
-          const Mesh<double> wall{
-              {{-far, -far, near}, {2 * far, -far, near}, {-far, 2 * far, near}}, {{0, 1, 2}}};
-          const auto raster = gelight::rasterize(wall, camera);
-          CAPTURE(size);
-          CAPTURE(reach);
-          CAPTURE(f);
-          CHECK(std::all_of(raster.depth.pixels().begin(), raster.depth.pixels().end(),
-                            [&](double z) { return std::abs(z - near) <= 1e-13 * near; }));
-        }
+        const Camera<double> camera{f, f, centre * width, centre * height, width, height};
+        const double z = 2 * size, far = z * reach;
+        const Mesh<double> wall{{{-far, -far, z}, {2 * far, -far, z}, {-far, 2 * far, z}},
+                                {{0, 1, 2}}};
+        const auto raster = gelight::rasterize(wall, camera);
+        const auto off =
+            std::count_if(raster.depth.pixels().begin(), raster.depth.pixels().end(),
+                          [&](double seen) { return !(std::abs(seen - z) <= 1e-13 * z); });
+        CHECK(off == 0);
       }
     }
   }

@@ -317,10 +317,10 @@ class ImageTriangle {
 /// The nearest face that each pixel's ray meets, seen from the origin along +z; both sides of a
 /// face are seen. Nearer than z = 0 nothing is. Works in double whatever T is.
 ///
-/// A ray through a side or a corner of a face meets it, so that no ray slips through between faces
-/// that share them, or have them at the same place. A face seen edge-on is not seen. Each depth is
-/// one between those of the face's corners. The image of a vertex is right to 2^-49 of the image's
-/// size.
+/// A ray through a side or a corner of a face meets it, and none slips through between faces that
+/// have sides and corners in common or at the same place, however the compiler rounds. Where a
+/// corner appears is rounded to 2^-50 of the image's longer side, made a power of two. A face whose
+/// image has no area is not seen; the depth of a pixel is one that its face has.
 ///
 /// Throws InvalidInput for a bad camera, and for a face with an index out of range or a position
 /// that is not finite. Cost: O(vertices + faces + rows and pixels covered).
