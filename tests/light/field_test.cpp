@@ -2,11 +2,20 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <span>
 #include <vector>
 
+#include "gelight/light/compact.hpp"
+#include "gelight/light/geodesic.hpp"
+#include "gelight/light/linear.hpp"
+#include "gelight/light/plane.hpp"
+#include "gelight/light/transport.hpp"
+#include "gelight/mesh/shapes.hpp"
+
+using gelight::CancelHook;
 using gelight::dimmed;
 using gelight::Falloff;
 using gelight::InvalidInput;
@@ -75,4 +84,99 @@ TEST_CASE("rectified directions are tangent, of unit length, nearest to what the
                   InvalidInput);
   CHECK_THROWS_AS((void)rectified<double>({slant}, std::vector<Vec3<double>>{{0, not_a_number, 0}}),
                   InvalidInput);
+}
+
+namespace {
+
+// What `work` computes must not depend on a hook; it tells a share that never decreases, up to 1,
+// and it ends wherever the hook says so.
+void check_hook(const auto& work) {
+  const auto expected = work(CancelHook());
+  std::vector<double> shares;
+  const auto told = work(CancelHook([&](double done) {
+    shares.push_back(done);
+    return false;
+  }));
+  CHECK(told == expected);
+  REQUIRE(shares.size() > 10);
+  CHECK(std::is_sorted(shares.begin(), shares.end()));
+  CHECK(shares.front() < 0.1);
+  CHECK(shares.back() == 1);
+  for (const std::size_t end : {std::size_t{1}, shares.size() / 2, shares.size()}) {
+    std::size_t asked = 0;
+    CHECK_THROWS_AS((void)work(CancelHook([&] { return ++asked == end; })), gelight::Cancelled);
+    CHECK(asked == end);
+  }
+  CHECK(work(CancelHook()) == expected);
+}
+
+}  // namespace
+
+TEST_CASE("whatever makes a field can be followed and cancelled") {
+  const gelight::Surface surface(gelight::icosphere(3, 1.0));
+  const auto led = gelight::vertex_point<double>(0), other = gelight::vertex_point<double>(5);
+  const gelight::Source<double> source{led, 0};
+  const std::vector leds{led, other};
+  std::vector<gelight::SurfacePoint<double>> points = gelight::vertex_points(surface);
+  LightField<double> positions;
+  for (gelight::Index f = 0; f < surface.face_count(); ++f) {
+    points.push_back(gelight::face_point<double>(f, {0.2, 0.3, 0.5}));
+  }
+  for (const auto& point : points) positions.push_back(surface.position(point));
+  const Vec3<double> place(0, 5, 0);
+  const std::span<const Vec3<double>> places(positions);
+
+  check_hook(
+      [&](const CancelHook& hook) { return gelight::linear_field<double>(place, places, hook); });
+  check_hook([&](const CancelHook& hook) {
+    return gelight::linear_field<double>(surface, place, points, hook);
+  });
+  check_hook([&](const CancelHook& hook) {
+    return gelight::linear_rays<double>(places.first(2), places, hook).direction;
+  });
+  check_hook([&](const CancelHook& hook) {
+    return gelight::plane_field<double>(surface, led, points, hook);
+  });
+  check_hook([&](const CancelHook& hook) {
+    return gelight::plane_field<double>(surface, led, place, points, hook);
+  });
+  check_hook([&](const CancelHook& hook) {
+    return gelight::plane_rays<double>(surface, leds, points, 1e-6, hook).direction;
+  });
+
+  const gelight::ExactSolver exact(surface);
+  check_hook([&](const CancelHook& hook) {
+    return gelight::geodesic_field<double>(exact, led, points, hook);
+  });
+  check_hook([&](const CancelHook& hook) {
+    return gelight::geodesic_field<double>(exact, std::span(&source, 1), points, hook);
+  });
+  check_hook([&](const CancelHook& hook) {
+    return gelight::geodesic_rays<double>(exact, led, points, 1e-6, hook).direction;
+  });
+
+  const gelight::VectorHeatSolver<double> heat(surface);
+  const gelight::VectorSource<double> emission{led, place};
+  check_hook([&](const CancelHook& hook) {
+    return gelight::transport_field<double>(heat, 0, place, points, hook);
+  });
+  check_hook([&](const CancelHook& hook) {
+    return gelight::transport_field<double>(heat, std::span(&emission, 1), points, hook);
+  });
+  check_hook([&](const CancelHook& hook) {
+    return gelight::radial_transport_field<double>(heat, 0, points, hook);
+  });
+  const std::vector<double> distances = exact.distance(0);
+  check_hook([&](const CancelHook& hook) {
+    return gelight::rays_between_vertices<double>(surface, heat.radial(0), distances, points, hook)
+        .direction;
+  });
+
+  const LightField<double> packable(positions.size(), Vec3<double>::UnitX());
+  const LightField<double> normals(positions.size(), Vec3<double>::UnitZ());
+  const auto compact = gelight::packed<double>(packable, normals);
+  check_hook(
+      [&](const CancelHook& hook) { return gelight::packed<double>(packable, normals, hook); });
+  check_hook(
+      [&](const CancelHook& hook) { return gelight::unpacked<double>(compact, normals, hook); });
 }

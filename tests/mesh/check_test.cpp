@@ -139,3 +139,23 @@ TEST_CASE("on random meshes the report foretells who refuses") {
     CHECK(report.is_oriented() == carries_vectors(mesh));
   }
 }
+
+TEST_CASE("a check can be followed and cancelled") {
+  const auto mesh = gelight::icosphere(2, 1.0);
+  double done = 0;
+  Index asked = 0;
+  const auto report = gelight::check(mesh, {}, [&](double share) {
+    CHECK(share >= done);
+    done = share;
+    ++asked;
+    return false;
+  });
+  CHECK(report.faces == 320);
+  CHECK(done == 1);
+  for (Index end = 1; end <= asked; ++end) {
+    Index left = end;
+    CHECK_THROWS_AS((void)gelight::check(mesh, {}, [&] { return --left == 0; }),
+                    gelight::Cancelled);
+    CHECK(left == 0);
+  }
+}

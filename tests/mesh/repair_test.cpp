@@ -180,3 +180,24 @@ TEST_CASE("a weld distance or flatness that cannot be is refused") {
   CHECK_THROWS_AS((void)repair(mesh, {.weld_distance = nan}), InvalidInput);
   CHECK_THROWS_AS((void)repair(mesh, {.flat = nan}), InvalidInput);
 }
+
+TEST_CASE("a repair can be followed and cancelled") {
+  const auto mesh = gelight::icosphere(2, 1.0);
+  const gelight::RepairOptions options{.weld_distance = 0, .orient = true};
+  double done = 0;
+  Index asked = 0;
+  const auto repaired = gelight::repair(mesh, options, [&](double share) {
+    CHECK(share >= done);
+    done = share;
+    ++asked;
+    return false;
+  });
+  CHECK(repaired.mesh.faces == mesh.faces);
+  CHECK(done == 1);
+  for (Index end = 1; end <= asked; ++end) {
+    Index left = end;
+    CHECK_THROWS_AS((void)gelight::repair(mesh, options, [&] { return --left == 0; }),
+                    gelight::Cancelled);
+    CHECK(left == 0);
+  }
+}

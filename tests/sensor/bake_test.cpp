@@ -34,6 +34,14 @@ TEST_CASE("each pixel gets the direction of the surface point that it shows, the
   }
   CHECK(shown == static_cast<Index>(points.size()));
   CHECK(shown > 100);
+  double done = 0;
+  CHECK(gelight::bake(field, raster, [&](double share) {
+          CHECK(share >= done);
+          done = share;
+          return false;
+        }) == baked);
+  CHECK(done == 1);
+  CHECK_THROWS_AS((void)gelight::bake(field, raster, [] { return true; }), gelight::Cancelled);
   CHECK_THROWS_AS((void)gelight::bake(gelight::LightField<double>(3), raster),
                   gelight::InvalidInput);
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/light/field.hpp"
 
@@ -54,7 +55,8 @@ template <std::floating_point T>
 /// 1e-4, and a direction that is not finite or longer than 1.
 template <std::floating_point T>
 [[nodiscard]] std::vector<CompactDirection> packed(std::span<const Vec3<T>> field,
-                                                   std::span<const Vec3<T>> normals) {
+                                                   std::span<const Vec3<T>> normals,
+                                                   const CancelHook& cancelled = {}) {
   detail::require(field.size() == normals.size(), "the field has ", field.size(),
                   " directions, there are ", normals.size(), " normals");
   std::vector<CompactDirection> compact;
@@ -70,6 +72,7 @@ template <std::floating_point T>
                                                         detail::compact_steps));
     };
     compact.push_back({steps(x), steps(y)});
+    detail::check_points(cancelled, compact.size(), field.size(), "packing the field");
   }
   return compact;
 }
@@ -85,13 +88,15 @@ template <std::floating_point T>
 /// normals.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> unpacked(std::span<const CompactDirection> compact,
-                                     std::span<const Vec3<T>> normals) {
+                                     std::span<const Vec3<T>> normals,
+                                     const CancelHook& cancelled = {}) {
   detail::require(compact.size() == normals.size(), "there are ", compact.size(),
                   " directions and ", normals.size(), " normals");
   LightField<T> field;
   field.reserve(compact.size());
   for (std::size_t i = 0; i < compact.size(); ++i) {
     field.push_back(unpacked<T>(compact[i], normals[i]));
+    detail::check_points(cancelled, field.size(), compact.size(), "unpacking the field");
   }
   return field;
 }

@@ -12,6 +12,7 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
@@ -19,6 +20,9 @@
 // A light field is, for each of a list of surface points, the unit direction in which the light of
 // one LED travels there, or zero where it has none: at the LED, where no light arrives, and where
 // it arrives from opposite sides.
+//
+// What makes a field asks the hook that it takes last while it works, and throws Cancelled where
+// that answers yes.
 
 namespace gelight {
 
@@ -95,6 +99,14 @@ template <std::floating_point T>
 }
 
 namespace detail {
+
+/// Asks a hook at every 64th of many points, and after the last.
+inline void check_points(const CancelHook& cancelled, std::size_t done, std::size_t count,
+                         const char* what) {
+  if (cancelled && (done % 64 == 0 || done == count)) {
+    cancelled.check(count > 0 ? static_cast<double>(done) / static_cast<double>(count) : 1, what);
+  }
+}
 
 /// Unit vector, or zero for a vector without direction.
 template <class T>

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/light/field.hpp"
@@ -19,8 +20,15 @@ namespace detail {
 /// each of them, so that with more points than faces all windows are had sooner.
 template <std::floating_point T>
 [[nodiscard]] ExactOptions<T> options_for(const ExactSolver<T>& solver,
-                                          std::span<const SurfacePoint<T>> points) {
+                                          std::span<const SurfacePoint<T>> points,
+                                          const CancelHook& cancelled) {
   ExactOptions<T> options;
+  if (cancelled) {
+    options.cancelled = [cancelled] {
+      cancelled.check(0, "the geodesic field");
+      return false;
+    };
+  }
   if (points.size() > static_cast<std::size_t>(solver.surface().face_count())) {
     options.keep_windows = true;
   } else {
@@ -43,20 +51,26 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] LightField<T> geodesic_field(const ExactSolver<T>& solver,
                                            std::span<const Source<T>> led,
-                                           std::span<const SurfacePoint<T>> points) {
-  const ExactField<T> arrivals = solver.solve(led, detail::options_for(solver, points));
+                                           std::span<const SurfacePoint<T>> points,
+                                           const CancelHook& cancelled = {}) {
+  const ExactField<T> arrivals = solver.solve(led, detail::options_for(solver, points, cancelled));
   LightField<T> field;
   field.reserve(points.size());
-  for (const auto& point : points) field.push_back(arrivals.direction(point));
+  const CancelHook of_points = cancelled.part(0.5, 1);
+  for (const auto& point : points) {
+    field.push_back(arrivals.direction(point));
+    detail::check_points(of_points, field.size(), points.size(), "the geodesic field");
+  }
   return field;
 }
 
 /// The same for an LED that is one point.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> geodesic_field(const ExactSolver<T>& solver, const SurfacePoint<T>& led,
-                                           std::span<const SurfacePoint<T>> points) {
+                                           std::span<const SurfacePoint<T>> points,
+                                           const CancelHook& cancelled = {}) {
   const Source<T> source{led, 0};
-  return geodesic_field(solver, std::span(&source, 1), points);
+  return geodesic_field(solver, std::span(&source, 1), points, cancelled);
 }
 
 /// The same with distances, and with the points told apart where paths of different directions
@@ -65,9 +79,11 @@ template <std::floating_point T>
 [[nodiscard]] LightRays<T> geodesic_rays(const ExactSolver<T>& solver,
                                          std::span<const Source<T>> led,
                                          std::span<const SurfacePoint<T>> points,
-                                         std::type_identity_t<T> tie = T(1e-6)) {
+                                         std::type_identity_t<T> tie = T(1e-6),
+                                         const CancelHook& cancelled = {}) {
   detail::require(tie >= 0, "a tie of ", tie);
-  const ExactField<T> field = solver.solve(led, detail::options_for(solver, points));
+  const ExactField<T> field = solver.solve(led, detail::options_for(solver, points, cancelled));
+  const CancelHook of_points = cancelled.part(0.5, 1);
   LightRays<T> rays;
   for (const auto& point : points) {
     const auto arrivals = field.arrivals(point, tie);
@@ -79,6 +95,7 @@ template <std::floating_point T>
       rays.add(arrivals[0].direction, arrivals[0].distance,
                arrivals.size() > 1 ? Lighting::ambiguous : Lighting::lit);
     }
+    detail::check_points(of_points, rays.distance.size(), points.size(), "the geodesic field");
   }
   return rays;
 }
@@ -87,9 +104,10 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] LightRays<T> geodesic_rays(const ExactSolver<T>& solver, const SurfacePoint<T>& led,
                                          std::span<const SurfacePoint<T>> points,
-                                         std::type_identity_t<T> tie = T(1e-6)) {
+                                         std::type_identity_t<T> tie = T(1e-6),
+                                         const CancelHook& cancelled = {}) {
   const Source<T> source{led, 0};
-  return geodesic_rays(solver, std::span(&source, 1), points, tie);
+  return geodesic_rays(solver, std::span(&source, 1), points, tie, cancelled);
 }
 
 }  // namespace gelight

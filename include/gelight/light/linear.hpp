@@ -5,6 +5,7 @@
 #include <span>
 
 #include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/light/field.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -15,10 +16,14 @@ namespace gelight {
 /// Light that travels straight through space from the LED, whatever stands between, to positions
 /// anywhere; zero at the LED. Cost: O(positions).
 template <std::floating_point T>
-[[nodiscard]] LightField<T> linear_field(const Vec3<T>& led, std::span<const Vec3<T>> positions) {
+[[nodiscard]] LightField<T> linear_field(const Vec3<T>& led, std::span<const Vec3<T>> positions,
+                                         const CancelHook& cancelled = {}) {
   LightField<T> field;
   field.reserve(positions.size());
-  for (const Vec3<T>& p : positions) field.push_back(detail::direction_of<T>(p - led));
+  for (const Vec3<T>& p : positions) {
+    field.push_back(detail::direction_of<T>(p - led));
+    detail::check_points(cancelled, field.size(), positions.size(), "the linear field");
+  }
   return field;
 }
 
@@ -27,7 +32,8 @@ template <std::floating_point T>
 /// O(positions x points of the LED).
 template <std::floating_point T>
 [[nodiscard]] LightRays<T> linear_rays(std::span<const Vec3<T>> led,
-                                       std::span<const Vec3<T>> positions) {
+                                       std::span<const Vec3<T>> positions,
+                                       const CancelHook& cancelled = {}) {
   detail::require(!led.empty(), "the LED has no point");
   LightRays<T> rays;
   for (const Vec3<T>& p : positions) {
@@ -44,6 +50,7 @@ template <std::floating_point T>
                          : next == least ? Lighting::ambiguous
                                          : Lighting::lit;
     rays.add(detail::direction_of(way), least, how);
+    detail::check_points(cancelled, rays.distance.size(), positions.size(), "the linear field");
   }
   return rays;
 }
@@ -52,11 +59,12 @@ template <std::floating_point T>
 /// the surface.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> linear_field(const Surface<T>& surface, const Vec3<T>& led,
-                                         std::span<const SurfacePoint<T>> points) {
+                                         std::span<const SurfacePoint<T>> points,
+                                         const CancelHook& cancelled = {}) {
   LightField<T> positions;
   positions.reserve(points.size());
   for (const auto& point : points) positions.push_back(surface.position(point));
-  return linear_field<T>(led, positions);
+  return linear_field<T>(led, positions, cancelled);
 }
 
 }  // namespace gelight

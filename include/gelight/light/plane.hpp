@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/light/detail/plane_cut.hpp"
 #include "gelight/light/detail/plane_sides.hpp"
@@ -31,14 +32,17 @@ namespace gelight {
 template <std::floating_point T>
 [[nodiscard]] LightField<T> plane_field(const Surface<T>& surface, const SurfacePoint<T>& led,
                                         const Vec3<T>& normal,
-                                        std::span<const SurfacePoint<T>> points) {
+                                        std::span<const SurfacePoint<T>> points,
+                                        const CancelHook& cancelled = {}) {
   detail::require(normal.allFinite() && !normal.isZero(0), "the normal at the LED is (", normal[0],
                   ", ", normal[1], ", ", normal[2], ")");
   detail::PlaneCut<T> cut(surface, led, normal);
-  const detail::PlaneSides<T> sides(surface, cut);
+  const detail::PlaneSides<T> sides(surface, cut, cancelled.part(0, 0.5));
+  const CancelHook of_points = cancelled.part(0.5, 1);
   LightField<T> field;
   field.reserve(points.size());
   for (const auto& point : points) {
+    detail::check_points(of_points, field.size(), points.size(), "the plane field");
     const Vec3<T> place = cut.local(surface.position(point));
     const bool inside = point.kind == SurfacePoint<T>::Kind::face &&
                         *std::min_element(point.weights.begin(), point.weights.end()) > 0;
@@ -52,6 +56,7 @@ template <std::floating_point T>
     field.push_back(arrivals.empty() ? Vec3<T>(Vec3<T>::Zero())
                                      : cut.in_space(arrivals[0].direction));
   }
+  of_points.check(1, "the plane field");
   return field;
 }
 
@@ -71,8 +76,9 @@ template <std::floating_point T>
 /// The same with the mean normal of the LED's faces, by area.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> plane_field(const Surface<T>& surface, const SurfacePoint<T>& led,
-                                        std::span<const SurfacePoint<T>> points) {
-  return plane_field(surface, led, detail::mean_normal(surface, led), points);
+                                        std::span<const SurfacePoint<T>> points,
+                                        const CancelHook& cancelled = {}) {
+  return plane_field(surface, led, detail::mean_normal(surface, led), points, cancelled);
 }
 
 /// The same from the nearest of several points of an LED, each with the mean normal of its faces,
@@ -82,17 +88,20 @@ template <std::floating_point T>
 [[nodiscard]] LightRays<T> plane_rays(const Surface<T>& surface,
                                       std::span<const SurfacePoint<T>> led,
                                       std::span<const SurfacePoint<T>> points,
-                                      std::type_identity_t<T> tie = T(1e-6)) {
+                                      std::type_identity_t<T> tie = T(1e-6),
+                                      const CancelHook& cancelled = {}) {
   detail::require(!led.empty(), "the LED has no point");
   detail::require(tie >= 0, "a tie of ", tie);
   using Cut = detail::PlaneCut<T>;
   std::vector<Vec3<T>> directions(points.size(), Vec3<T>::Zero());
   std::vector<T> least(points.size(), unreachable<T>), next = least;
+  std::size_t done = 0;
   for (const auto& source : led) {
     const Vec3<T> normal = detail::mean_normal(surface, source);
     detail::require(!normal.isZero(0), "the LED's faces have no normal");
     Cut cut(surface, source, normal);
     for (std::size_t i = 0; i < points.size(); ++i) {
+      detail::check_points(cancelled, done++, led.size() * points.size(), "the plane field");
       for (const auto& arrival : cut.arrive(points[i], cut.local(surface.position(points[i])))) {
         next[i] = std::min(next[i], std::max(least[i], arrival.length));
         if (!(arrival.length < least[i])) continue;
@@ -109,6 +118,7 @@ template <std::floating_point T>
                                                            : Lighting::lit;
     rays.add(directions[i], least[i], how);
   }
+  cancelled.check(1, "the plane field");
   return rays;
 }
 

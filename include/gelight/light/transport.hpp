@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/light/field.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -34,7 +35,8 @@ template <std::floating_point T, class Value>
 template <std::floating_point T>
 [[nodiscard]] LightField<T> means(const Surface<double>& surface,
                                   const std::vector<Vec3<T>>& at_vertices,
-                                  std::span<const SurfacePoint<T>> points) {
+                                  std::span<const SurfacePoint<T>> points,
+                                  const CancelHook& cancelled) {
   LightField<T> field;
   field.reserve(points.size());
   Index face = -1;  // of the last point inside one: pixels in a row often share it
@@ -50,6 +52,7 @@ template <std::floating_point T>
       mean -= mean.dot(normal) * normal;
     }
     field.push_back(mean);
+    check_points(cancelled, field.size(), points.size(), "the transport field");
   }
   return field;
 }
@@ -58,8 +61,9 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] LightField<T> interpolate(const Surface<double>& surface,
                                         const std::vector<Vec3<T>>& at_vertices,
-                                        std::span<const SurfacePoint<T>> points) {
-  LightField<T> field = means(surface, at_vertices, points);
+                                        std::span<const SurfacePoint<T>> points,
+                                        const CancelHook& cancelled) {
+  LightField<T> field = means(surface, at_vertices, points, cancelled);
   for (Vec3<T>& direction : field) {
     const T length = direction.norm();
     if (length > 0) direction /= length;
@@ -78,16 +82,21 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] LightField<T> transport_field(const VectorHeatSolver<T>& solver, Index led,
                                             const Vec3<T>& emission,
-                                            std::span<const SurfacePoint<T>> points) {
-  return detail::interpolate(solver.surface(), solver.transport(led, emission), points);
+                                            std::span<const SurfacePoint<T>> points,
+                                            const CancelHook& cancelled = {}) {
+  cancelled.check(0, "the transport field");
+  return detail::interpolate(solver.surface(), solver.transport(led, emission), points,
+                             cancelled.part(0.5, 1));
 }
 
 /// Light that leaves the LED in all directions of its tangent plane, each carried along: the radial
 /// direction of the LED's log map. Otherwise as `transport_field`.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> radial_transport_field(const VectorHeatSolver<T>& solver, Index led,
-                                                   std::span<const SurfacePoint<T>> points) {
-  return detail::interpolate(solver.surface(), solver.radial(led), points);
+                                                   std::span<const SurfacePoint<T>> points,
+                                                   const CancelHook& cancelled = {}) {
+  cancelled.check(0, "the transport field");
+  return detail::interpolate(solver.surface(), solver.radial(led), points, cancelled.part(0.5, 1));
 }
 
 /// The light of an LED of several points, each with its own direction of emission, blended between
@@ -95,8 +104,11 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] LightField<T> transport_field(const VectorHeatSolver<T>& solver,
                                             std::span<const VectorSource<T>> led,
-                                            std::span<const SurfacePoint<T>> points) {
-  return detail::interpolate(solver.surface(), solver.transport(led), points);
+                                            std::span<const SurfacePoint<T>> points,
+                                            const CancelHook& cancelled = {}) {
+  cancelled.check(0, "the transport field");
+  return detail::interpolate(solver.surface(), solver.transport(led), points,
+                             cancelled.part(0.5, 1));
 }
 
 /// A field known at the vertices, as `VectorHeatSolver` gives it, at points between them: with the
@@ -108,7 +120,8 @@ template <std::floating_point T>
 [[nodiscard]] LightRays<T> rays_between_vertices(const Surface<double>& surface,
                                                  const std::vector<Vec3<T>>& at_vertices,
                                                  std::span<const T> distances,
-                                                 std::span<const SurfacePoint<T>> points) {
+                                                 std::span<const SurfacePoint<T>> points,
+                                                 const CancelHook& cancelled = {}) {
   const auto vertices = static_cast<std::size_t>(surface.vertex_count());
   detail::require(at_vertices.size() == vertices && distances.size() == vertices, "there are ",
                   at_vertices.size(), " directions and ", distances.size(), " distances for ",
@@ -116,7 +129,7 @@ template <std::floating_point T>
   LightField<T> units;
   units.reserve(vertices);
   for (const Vec3<T>& direction : at_vertices) units.push_back(detail::direction_of(direction));
-  const LightField<T> field = detail::means(surface, units, points);
+  const LightField<T> field = detail::means(surface, units, points, cancelled);
   LightRays<T> rays;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const T distance = detail::mean_at(surface, distances, points[i]);

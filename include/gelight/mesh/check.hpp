@@ -10,6 +10,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/detail/mesh_faults.hpp"
 #include "gelight/views/mesh_view.hpp"
@@ -78,12 +79,19 @@ class MeshChecks {
     report_.faces = static_cast<Index>(mesh.faces.size());
   }
 
-  [[nodiscard]] MeshReport run() {
+  [[nodiscard]] MeshReport run(const CancelHook& cancelled) {
+    const char* const what = "the check of the mesh";
+    cancelled.check(0, what);
     look_at_faces();
+    cancelled.check(0.2, what);
     look_at_vertices();
+    cancelled.check(0.4, what);
     const auto sides = sorted_sides(mesh_.faces, is_usable_);
+    cancelled.check(0.6, what);
     look_at_edges(sides);
+    cancelled.check(0.8, what);
     look_at_fans(sides);
+    cancelled.check(1, what);
     return std::move(report_);
   }
 
@@ -177,12 +185,13 @@ class MeshChecks {
 /// Tells everything about a mesh that a solver refuses or that may not be what was meant, in one
 /// pass, with counts and the first indices; changes nothing and takes any mesh.
 ///
-/// Faces that Surface refuses are left out of what concerns edges, fans and components. Cost:
-/// O(vertices + faces log faces).
+/// Faces that Surface refuses are left out of what concerns edges, fans and components. The hook is
+/// asked between the steps. Cost: O(vertices + faces log faces).
 template <TriangleMesh M>
-[[nodiscard]] MeshReport check(const M& mesh, const CheckOptions& options = {}) {
+[[nodiscard]] MeshReport check(const M& mesh, const CheckOptions& options = {},
+                               const CancelHook& cancelled = {}) {
   const auto copy = detail::copied(mesh);
-  return detail::MeshChecks(copy, options).run();
+  return detail::MeshChecks(copy, options).run(cancelled);
 }
 
 /// One line for each finding, such as "2 faces with a vertex twice: 4, 9 (refused)".

@@ -13,6 +13,7 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/detail/mesh_faults.hpp"
 #include "gelight/views/mesh_view.hpp"
@@ -69,13 +70,21 @@ class MeshRepairs {
     result_.mesh = std::move(mesh);
   }
 
-  [[nodiscard]] Repaired<T> run(const RepairOptions& options) {
+  [[nodiscard]] Repaired<T> run(const RepairOptions& options, const CancelHook& cancelled) {
+    const char* const what = "the repair of the mesh";
+    cancelled.check(0, what);
     if (options.drop_unusable_faces) drop_unusable();
+    cancelled.check(0.1, what);
     if (options.weld_distance) weld(*options.weld_distance);
+    cancelled.check(0.4, what);
     if (options.drop_degenerate_faces) drop_degenerate(options.flat);
+    cancelled.check(0.5, what);
     if (options.orient) orient();
+    cancelled.check(0.7, what);
     if (options.split_vertices) split();
+    cancelled.check(0.9, what);
     if (options.drop_unused_vertices) drop_unused();
+    cancelled.check(1, what);
     return std::move(result_);
   }
 
@@ -247,16 +256,18 @@ class MeshRepairs {
 
 /// Copies a mesh and mends what the options name, in the order in which they stand there; tells
 /// what it did. The mesh itself stays as it is, and nothing is mended that was not asked for.
+/// The hook is asked between the steps.
 ///
 /// Throws InvalidInput for a weld distance or a flatness that is negative or not finite. Cost:
 /// O(vertices + faces log faces).
 template <TriangleMesh M>
-[[nodiscard]] Repaired<MeshScalar<M>> repair(const M& mesh, const RepairOptions& options) {
+[[nodiscard]] Repaired<MeshScalar<M>> repair(const M& mesh, const RepairOptions& options,
+                                             const CancelHook& cancelled = {}) {
   const double weld = options.weld_distance.value_or(0);
   detail::require(weld >= 0 && std::isfinite(weld), "the weld distance is ", weld);
   detail::require(options.flat >= 0 && std::isfinite(options.flat), "the flatness is ",
                   options.flat);
-  return detail::MeshRepairs(detail::copied(mesh)).run(options);
+  return detail::MeshRepairs(detail::copied(mesh)).run(options, cancelled);
 }
 
 }  // namespace gelight

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/raster.hpp"
 #include "gelight/light/field.hpp"
@@ -30,7 +31,8 @@ template <std::floating_point T>
 /// Puts a field of `pixel_points(raster)` back to its pixels; zero where the raster shows nothing.
 /// Throws InvalidInput unless the field has a direction for each pixel that shows something.
 template <std::floating_point T>
-[[nodiscard]] Image<Vec3<T>> bake(std::span<const Vec3<T>> field, const Raster<T>& raster) {
+[[nodiscard]] Image<Vec3<T>> bake(std::span<const Vec3<T>> field, const Raster<T>& raster,
+                                  const CancelHook& cancelled = {}) {
   std::size_t shown = 0;
   for (const Index face : raster.face.pixels()) shown += face >= 0;
   detail::require(shown == field.size(), "the field has ", field.size(), " directions, the raster ",
@@ -39,14 +41,16 @@ template <std::floating_point T>
   std::size_t next = 0;
   for (std::size_t i = 0; i < baked.pixels().size(); ++i) {
     if (raster.face.pixels()[i] >= 0) baked.pixels()[i] = field[next++];
+    detail::check_points(cancelled, i + 1, baked.pixels().size(), "baking the field");
   }
   return baked;
 }
 
 /// The same of a field as the functions of light/ return it.
 template <std::floating_point T>
-[[nodiscard]] Image<Vec3<T>> bake(const LightField<T>& field, const Raster<T>& raster) {
-  return bake(std::span<const Vec3<T>>(field), raster);
+[[nodiscard]] Image<Vec3<T>> bake(const LightField<T>& field, const Raster<T>& raster,
+                                  const CancelHook& cancelled = {}) {
+  return bake(std::span<const Vec3<T>>(field), raster, cancelled);
 }
 
 }  // namespace gelight

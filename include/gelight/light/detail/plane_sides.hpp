@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/light/detail/plane_cut.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -27,7 +28,8 @@ class PlaneSides {
  public:
   enum class Side : signed char { unknown, along, against, mixed };
 
-  PlaneSides(const Surface<T>& surface, PlaneCut<T>& cut) : surface_(surface), cut_(cut) {
+  PlaneSides(const Surface<T>& surface, PlaneCut<T>& cut, const CancelHook& cancelled)
+      : surface_(surface), cut_(cut) {
     const auto faces = static_cast<std::size_t>(surface.face_count());
     sides_.assign(faces, Side::unknown);
     normals_.reserve(faces);
@@ -39,7 +41,10 @@ class PlaneSides {
     // A curve crosses some 5 sqrt(faces) of them: then a face is cut some 20 times.
     planes_ = static_cast<Index>(4 * std::sqrt(static_cast<double>(faces)));
     cuts_.assign(faces, 0);
-    for (Index j = 0; j < planes_; ++j) mark_by_plane(static_cast<T>(2 * j + 1) / planes_t());
+    for (Index j = 0; j < planes_; ++j) {
+      cancelled.check(static_cast<double>(j) / planes_, "the plane field");
+      mark_by_plane(static_cast<T>(2 * j + 1) / planes_t());
+    }
     find_saddles();
     for (Index f = 0; f < surface.face_count(); ++f) {
       if (!is_told_by_cuts(f)) sides_[f] = Side::mixed;
