@@ -5,11 +5,15 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numbers>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/plan.hpp"
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/shapes.hpp"
@@ -162,6 +166,27 @@ struct RandomRequest {
   PlanRequest request;
 };
 
+/// The error of distances against exact ones of vertices that matter, as shares of the way from
+/// the least start distance; beyond all bounds where they do not agree on what is out of reach.
+template <std::floating_point T>
+double true_error(const std::vector<T>& distances, double start, const std::vector<double>& ways,
+                  const PlanRequest& request) {
+  double sum = 0, largest = 0, count = 0;
+  const auto add = [&](std::size_t v) {
+    const double off = std::abs(double{distances[v]} - start - ways[v]) / ways[v];
+    if (std::isinf(ways[v]) != std::isinf(distances[v])) {
+      sum = largest = std::numeric_limits<double>::infinity();
+    } else if (ways[v] > 0 && !std::isinf(ways[v])) {
+      sum += off;
+      largest = std::max(largest, off);
+      ++count;
+    }
+  };
+  for (const Index v : request.targets) add(static_cast<std::size_t>(v));
+  for (std::size_t v = 0; request.targets.empty() && v < ways.size(); ++v) add(v);
+  return request.norm == ErrorNorm::mean ? sum / std::max(1.0, count) : largest;
+}
+
 /// Always the same one for a number.
 inline RandomRequest random_request(std::uint64_t number) {
   using namespace requests;
@@ -219,7 +244,52 @@ inline RandomRequest random_request(std::uint64_t number) {
       out.request.targets.push_back(v);
     }
   }
+  // Where it is hardest to tell: about what fast marching just keeps, or just does not.
+  if (uniform(random, 0, 1) < 0.1) {
+    detail::Sources ways = out.sources;
+    (void)detail::move_to_zero(ways);
+    const std::span<const Source<double>> from(ways);
+    const double error = true_error(FastMarchingSolver(out.mesh).distance(from), 0,
+                                    ExactSolver(out.mesh).distance(from), out.request);
+    if (error > 1e-12 && error < 10)
+      out.request.tolerance = error * power_of_ten(random, -0.5, 0.3);
+  }
   return out;
+}
+
+/// A request in one precision or the other, answered, and judged by exact distances.
+template <std::floating_point T>
+struct Verdict {
+  PlannedDistances<T> answer;
+  double error = 0;  ///< In the norm asked for, in truth.
+};
+
+template <std::floating_point T>
+Verdict<T> answered(const RandomRequest& asked) {
+  Mesh<T> mesh;
+  for (const auto& [x, y, z] : asked.mesh.positions) {
+    mesh.positions.push_back({static_cast<T>(x), static_cast<T>(y), static_cast<T>(z)});
+  }
+  mesh.faces = asked.mesh.faces;
+  std::vector<Source<T>> sources;
+  detail::Sources ways;  // without the least start distance
+  double start = std::numeric_limits<double>::infinity();
+  for (const auto& source : asked.sources) {
+    SurfacePoint<T> point = source.point.cast<T>();
+    const T sum = point.weights[0] + point.weights[1] + point.weights[2];
+    for (T& w : point.weights) w /= sum;
+    sources.push_back({point, static_cast<T>(source.distance)});
+    ways.push_back({point.template cast<double>(), double{sources.back().distance}});
+    start = std::min(start, ways.back().distance);
+  }
+  for (auto& source : ways) source.distance -= start;
+  Verdict<T> verdict;
+  verdict.answer =
+      DistancePlanner(mesh, asked.request).distance(std::span<const Source<T>>(sources));
+  const auto exact =
+      ExactSolver(Surface<double>(mesh)).distance(std::span<const Source<double>>(ways));
+  verdict.error = true_error(verdict.answer.distances, start, exact, asked.request);
+  return verdict;
 }
 
 }  // namespace gelight::test

@@ -51,9 +51,9 @@ enum class DistanceTruth {
 enum class Assurance {
   /// From experience with such meshes, or the lengths of some paths. Nothing was checked exactly.
   expected,
-  /// So many targets' distances were computed exactly, all where there are fewer, and each of them
-  /// keeps the tolerance. Targets that are sources or out of reach are none. A mean error is told
-  /// so; a largest error only where all targets were checked, or the distances are exact.
+  /// So many targets' distances were computed exactly besides, all where there are fewer. Targets
+  /// that are sources or out of reach are none. That tells of a mean error; of the largest one only
+  /// where all targets were checked, or the distances are exact.
   sampled,
   /// Proved by bounds on the exact distance at every vertex, or target, for the very numbers that
   /// are returned.
@@ -105,12 +105,12 @@ struct PlannedDistances {
   std::string method;        ///< The one whose distances these are, after any escalation.
   Assurance achieved = Assurance::expected;  ///< How the error is known.
   /// Of `distances` as they are, rounding included. Certified: a bound, in the norm asked for.
-  /// Sampled: the largest of the targets that were checked, or what paths tell of the mean where
-  /// that is more. Else what is expected, in that norm.
+  /// Sampled: the largest of the targets that were checked, which may be beyond a tolerance of the
+  /// mean where their mean is not. Else what is expected, in that norm.
   double error = 0;
   Index checked = 0;  ///< Targets whose exact distance was computed.
-  /// Whether the error keeps the tolerance, with the assurance asked for; exact distances that were
-  /// sampled satisfy one who asked for a certificate, too.
+  /// Whether the error asked for keeps the tolerance, with the assurance asked for; exact distances
+  /// that were sampled satisfy one who asked for a certificate, too.
   bool satisfies = false;
   std::string reason;  ///< What was done and found, in words.
 };
@@ -181,8 +181,8 @@ class PlannedSolvers {
 ///   mesh is like those that experience is of, and there is one source; or paths traced back
 ///   through the distances tell that it is kept, two and a half standard errors sure; or, where
 ///   these would not tell, a certificate.
-/// - sampled: the same, and `samples` targets besides that were computed exactly and each keep the
-///   tolerance.
+/// - sampled: the same, and `samples` targets besides that were computed exactly and keep the
+///   tolerance on average.
 /// - certified: a proof at every vertex.
 ///
 /// A largest error is not to be known from samples nor paths, since a single vertex may have it:
@@ -256,8 +256,6 @@ class DistancePlanner {
   // what is expected over what is allowed are beyond that, on meshes that are unfamiliar all.
   static constexpr double doubtful = 0.25, failing = 0.1, sureness = 2.5;
   static constexpr Index few_paths = 64, many_paths = 256;
-  // The largest error of some samples over the mean, about.
-  static constexpr double worst_sample = 2;
   // What comparing numbers takes.
   static constexpr double arithmetic = 8 * std::numeric_limits<double>::epsilon();
   // The shares of a query after which a method and all of its checks are done, where exact
@@ -321,9 +319,15 @@ class DistancePlanner {
     if (is_sampled && checks_all()) return Check::samples;
     const bool is_mean = request_.norm == ErrorNorm::mean;
     if (is_sampled && !is_mean) return Check::certificate;
-    if (is_sure(method, sources)) return is_sampled ? Check::samples : Check::none;
+    const bool is_beyond = expected_error(method) > share_of_method() && !may_be_tried(method);
+    if (is_sure(method, sources) || is_beyond) return is_sampled ? Check::samples : Check::none;
     if (!is_mean || !Models(statistics_).paths_tell(method, sources)) return Check::certificate;
     return is_sampled ? Check::paths_and_samples : Check::paths;
+  }
+  // Whether a method is worth a look though more is expected of it than is allowed.
+  [[nodiscard]] bool may_be_tried(Method method) const {
+    return method == Method::fast_marching && request_.norm == ErrorNorm::mean &&
+           floor() < request_.tolerance && within_limits(Method::exact);
   }
   // Whether all that matters is checked exactly.
   [[nodiscard]] bool checks_all() const {
@@ -336,12 +340,6 @@ class DistancePlanner {
     return check == Check::samples || check == Check::paths_and_samples;
   }
 
-  // What a method is expected to be off where it is looked at.
-  [[nodiscard]] double expected_in_checks(Method method) const {
-    const bool is_spread = method != Method::exact && request_.norm == ErrorNorm::mean &&
-                           has_samples(check_of(method, 1));
-    return (is_spread ? worst_sample : 1) * expected_error(method);
-  }
   [[nodiscard]] double seconds(const detail::MethodCost& cost) const {
     return request_.slowness * cost.seconds(surface_.vertex_count(), request_.sources);
   }
@@ -351,7 +349,7 @@ class DistancePlanner {
     double sum = seconds(detail::cost_of(method));
     if (check == Check::certificate) sum += seconds(detail::certificate_cost);
     if (has_paths(check)) {
-      const double share = expected_in_checks(method) / share_of_method();
+      const double share = expected_error(method) / share_of_method();
       sum += seconds(detail::paths_cost);
       sum += std::min(1.0, (is_familiar() ? failing : 1) * share) *
              seconds(detail::cost_of(Method::exact));
@@ -369,9 +367,8 @@ class DistancePlanner {
 
   [[nodiscard]] bool satisfies(Method method) const {
     const Check check = check_of(method, 1);
-    if (expected_in_checks(method) > share_of_method()) {
-      return method == Method::fast_marching && has_paths(check) && floor() < request_.tolerance &&
-             within_limits(Method::exact);
+    if (expected_error(method) > share_of_method()) {
+      return has_paths(check) && may_be_tried(method);
     }
     return check != Check::certificate || provable(method) <= worth_trying * share_of_method();
   }
@@ -419,7 +416,7 @@ class DistancePlanner {
   [[nodiscard]] std::string reason(bool has_satisfying, bool within_limits) const {
     const std::string error = detail::two_digits(plan_.expected_error);
     const std::string tolerance = detail::two_digits(request_.tolerance);
-    if (has_satisfying && expected_in_checks(chosen_) > share_of_method()) {
+    if (has_satisfying && expected_error(chosen_) > share_of_method()) {
       return detail::joined("tried first, since it is cheap; its expected ", norm(), " error, ",
                             error, ", does not show that ", tolerance,
                             " is kept, but paths will tell what it is");
@@ -467,13 +464,14 @@ class DistancePlanner {
       return double{distances[static_cast<std::size_t>(v)]} - start;
     }
   };
-  /// How an answer's error against the mesh is known, what it is, how many targets were checked for
-  /// it, in words.
+  /// How an answer's error against the mesh is known, what it is in the norm asked for, how many
+  /// targets were checked for it and by how much the worst of them is off, in words.
   struct Finding {
     Assurance achieved;
     double error;
-    Index checked;
     std::string words;
+    Index checked = 0;
+    double worst_checked = 0;
   };
 
   [[nodiscard]] PlannedDistances<T> run(detail::Sources sources) const {
@@ -506,9 +504,10 @@ class DistancePlanner {
     result.distances = std::move(answer.distances);
     result.achieved =
         request_.truth == DistanceTruth::smooth ? Assurance::expected : found.achieved;
-    result.error = found.error + floor();
+    result.error = found.checked > 0 ? found.worst_checked : found.error + floor();
     result.checked = found.checked;
-    result.satisfies = result.error <= request_.tolerance && result.achieved >= least(method);
+    result.satisfies =
+        found.error + floor() <= request_.tolerance && result.achieved >= least(method);
     result.reason = result.method + ": " + found.words;
     if (method == Method::exact && expected_error(method) > share_of_method()) {
       result.satisfies = false;
@@ -529,35 +528,31 @@ class DistancePlanner {
     if (check == Check::certificate) return certify(query, answer, hook);
     const double rounding = rounding_of(answer);
     if (misses_any(query, answer)) {
-      return {Assurance::expected, unreachable<double>, 0,
-              "a target to which a path leads is missed"};
+      return {Assurance::expected, unreachable<double>, "a target to which a path leads is missed"};
     }
     if (check == Check::none) {
       const double error = std::max(expected_error(method), rounding);
-      return {Assurance::expected, error, 0,
+      return {Assurance::expected, error,
               "expected to be within " + in_words(error + floor()) + ", not checked"};
     }
     const std::vector<Index> targets = reached_targets(answer.ways);
     if (targets.empty()) {
-      return {Assurance::certified, 0, 0,
+      return {Assurance::certified, 0,
               "no target but the sources can be reached, so that there is nothing to be off"};
     }
-    double error = rounding;
-    std::string words;
+    Finding traced{Assurance::expected, 0, ""};
     if (has_paths(check)) {
-      const Finding traced = trace(query, answer, targets, hook.part(0, 0.5));
-      error = std::max(error, traced.error + rounding);
-      const bool is_beyond = error > share_of_method();
-      if (check == Check::paths || (is_beyond && may_escalate())) {
-        return {Assurance::expected, error, 0, traced.words};
-      }
-      words = traced.words + ", ";
+      traced = trace(query, answer, targets, hook.part(0, 0.5));
+      traced.error += rounding;
+      const bool is_beyond = traced.error > share_of_method();
+      if (check == Check::paths || (is_beyond && may_escalate())) return traced;
+      traced.words += ", ";
     }
     const double width = std::min(widest_search, search_width * request_.tolerance);
     Finding sampled = sample(query, answer, targets, method == Method::exact ? exact_search : width,
                              hook.part(0.5, 1));
-    sampled.error = std::max(error, sampled.error);
-    sampled.words = words + sampled.words;
+    sampled.error = std::max({sampled.error, traced.error, rounding});
+    sampled.words = traced.words + sampled.words;
     return sampled;
   }
 
@@ -571,11 +566,11 @@ class DistancePlanner {
     hook.check(0.5, "the certificate");
     const double least_error = error_between(lower, ways, answer);
     if (least_error > share_of_method() && may_escalate()) {
-      return {Assurance::expected, least_error, 0,
+      return {Assurance::expected, least_error,
               "no more can be proved than to be within " + in_words(least_error)};
     }
     const double error = error_between(lower, finder.upper(query.sources), answer);
-    return {Assurance::certified, error, 0, "proved to be within " + in_words(error)};
+    return {Assurance::certified, error, "proved to be within " + in_words(error)};
   }
 
   // Of the distances as they are returned.
@@ -670,7 +665,7 @@ class DistancePlanner {
       error = traced.at_most(sureness);
       if (error <= share || traced.at_least(sureness) > share) break;
     }
-    return {Assurance::expected, error, 0,
+    return {Assurance::expected, error,
             detail::joined(traced.count(), " paths tell that they are within ",
                            in_words(error + floor()))};
   }
@@ -682,19 +677,23 @@ class DistancePlanner {
     const detail::TargetSearch<Real> search(surface_, solvers_->faces(), query.sources, answer.ways,
                                             hook);
     const auto count = std::min(static_cast<std::size_t>(request_.samples), targets.size());
-    double largest = 0;
+    double sum = 0, worst = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const Index v = targets[(2 * i + 1) * targets.size() / (2 * count)];
       const double given = answer.ways[static_cast<std::size_t>(v)];
       const double way = search.exact(v, given, width);
       // Farther than was searched for: so much too small that no more than all of it can be off.
       const bool is_found = way < unreachable<double>;
-      largest = std::max(largest, is_found ? std::abs(answer.way(v) - way) / way : 1);
+      const double off = is_found ? std::abs(answer.way(v) - way) / way : 1;
+      sum += off;
+      worst = std::max(worst, off);
     }
-    return {Assurance::sampled, largest, static_cast<Index>(count),
-            detail::joined(
-                count, count == targets.size() ? " targets, all that there are," : " targets",
-                " were checked exactly and are off by ", detail::two_digits(largest), " at most")};
+    const double mean = sum / static_cast<double>(count);
+    const char* const which = count == targets.size() ? " targets, all there are," : " targets";
+    return {Assurance::sampled, request_.norm == ErrorNorm::mean ? mean : worst,
+            detail::joined(count, which, " were checked exactly, error ", detail::two_digits(mean),
+                           " on average, ", detail::two_digits(worst), " at most"),
+            static_cast<Index>(count), worst};
   }
 
   [[nodiscard]] const char* norm() const {
