@@ -157,7 +157,7 @@ int from_environment(const char* name, int otherwise) {
 }
 
 struct Tally {
-  int answers = 0, satisfied = 0, wrong = 0;
+  int answers = 0, satisfied = 0, approximate = 0, wrong = 0;
 };
 
 // Adds an answer to how many of its kind there are and what is wrong with them.
@@ -173,6 +173,7 @@ void judge(std::uint64_t number, std::array<Tally, 3>& tallies) {
   Tally& tally = tallies[static_cast<std::size_t>(answer.achieved)];
   ++tally.answers;
   tally.satisfied += answer.satisfies;
+  tally.approximate += answer.satisfies && answer.method != "exact";
   tally.wrong += answer.satisfies && !is_right;
   if (answer.satisfies && !is_right) MESSAGE("not kept in truth: ", error);
   if (answer.achieved == Assurance::certified) CHECK(error <= answer.error);
@@ -197,9 +198,9 @@ TEST_CASE("requests at random: what is said to be satisfied is") {
     }
   }
   const auto& [expected, sampled, certified] = tallies;
-  const auto tell = [](const char* promise, const Tally& tally) {
-    MESSAGE(promise, ": ", tally.answers, " answers, ", tally.satisfied, " satisfy, ", tally.wrong,
-            " of these not in truth");
+  const auto tell = [](const std::string& promise, const Tally& tally) {
+    MESSAGE(promise, ": ", tally.answers, " answers, ", tally.satisfied, " satisfy, ",
+            tally.approximate, " by an approximation, ", tally.wrong, " of these not in truth");
   };
   if (requests > 250) {
     tell("expected", expected);

@@ -238,6 +238,9 @@ inline RandomRequest random_request(std::uint64_t number) {
   out.request.assurance = promise < 0.45  ? Assurance::expected
                           : promise < 0.8 ? Assurance::sampled
                                           : Assurance::certified;
+  if (out.request.assurance == Assurance::certified && uniform(random, 0, 1) < 0.6) {
+    out.request.tolerance = power_of_ten(random, -2, 0);  // what bounds can prove
+  }
   if (uniform(random, 0, 1) < 0.2) {
     for (Index k = 1 + uniform_index(random, 30); k > 0; --k) {
       const Index v = uniform_index(random, static_cast<Index>(out.mesh.positions.size()));
