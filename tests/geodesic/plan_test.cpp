@@ -164,7 +164,9 @@ struct Tally {
 template <class T>
 void judge(std::uint64_t number, std::array<Tally, 3>& tallies) {
   const auto asked = test::random_request(number);
-  const auto [answer, error] = test::answered<T>(asked);
+  const test::Verdict<T> verdict = test::answered<T>(asked);
+  const PlannedDistances<T>& answer = verdict.answer;
+  const double error = verdict.error;
   CAPTURE(number);
   CAPTURE(asked.kind);
   CAPTURE(asked.request.tolerance);
@@ -305,8 +307,9 @@ TEST_CASE("a mesh beyond experience is said to be, and no method is trusted unch
       {"long triangles", test::requests::tube(40, 2, 1000, random)},
       {"needles", test::scans::stretched(test::jittered_grid(30, 0.2, random), 300)},
       {"few", icosphere<double>(1)}};
-  for (const auto& [name, mesh] : strange) {
-    CAPTURE(name);
+  for (const Family& family : strange) {
+    CAPTURE(family.name);
+    const auto& mesh = family.mesh;
     const auto exact = ExactSolver(mesh).distance(11);
     for (const double tolerance : {0.3, 0.1, 0.03, 0.01}) {
       for (const ErrorNorm norm : {ErrorNorm::mean, ErrorNorm::max}) {

@@ -659,8 +659,10 @@ class DistancePlanner {
     detail::TracedErrorOf<Real> traced(surface_, query.sources, answer.ways, targets);
     const double share = share_of_method();
     double error = unreachable<double>;
-    for (Index count = few_paths; count <= many_paths; count += few_paths) {
-      const double done = double(count - few_paths) / many_paths;
+    // Where waves of several sources meet, few vertices have most of the error.
+    const Index first = query.sources.size() > 1 ? many_paths : few_paths;
+    for (Index count = first; count <= many_paths; count += few_paths) {
+      const double done = count == first ? 0 : double(count - few_paths) / many_paths;
       traced.trace(count, hook.part(done, double(count) / many_paths));
       error = traced.at_most(sureness);
       if (error <= share || traced.at_least(sureness) > share) break;
