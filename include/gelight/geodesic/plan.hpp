@@ -177,10 +177,10 @@ class PlannedSolvers {
 /// solver where that fails. Exact distances are sampled, not certified.
 ///
 /// What each promise means, for mean errors:
-/// - expected: the error that is known from experience is at most a quarter of the tolerance, the
-///   mesh is like those that experience is of, and there is one source; or paths traced back
-///   through the distances tell that it is kept, two and a half standard errors sure; or, where
-///   these would not tell, a certificate.
+/// - expected: what experience says is within the tolerance (of fast marching: within a quarter),
+///   the mesh is like those that it is of, and there is one source; or paths traced back through
+///   the distances tell so, two and a half standard errors sure; or, where these would not tell, a
+///   certificate.
 /// - sampled: the same, and `samples` targets besides that were computed exactly and keep the
 ///   tolerance on average.
 /// - certified: a proof at every vertex.
@@ -188,6 +188,11 @@ class PlannedSolvers {
 /// A largest error is not to be known from samples nor paths, since a single vertex may have it:
 /// where that is asked for, distances are proved or exact, unless `samples` targets are all that
 /// matter, or no more than an expectation is asked for on a familiar mesh from one source.
+///
+/// As measured: of 8,000 requests at random (tests/geodesic/plan_test.cpp, seeds 21 and 22), on 16
+/// kinds of meshes of up to 2,600 vertices, tolerances of 1e-12 to 1, a tenth of them beside what
+/// fast marching just keeps, in float and double, none of those said to be satisfied was not:
+/// 3,362 expected, 654 of them by an approximation, 4,062 sampled (476), 85 certified (83).
 ///
 /// What a method is expected to be off is for the worst source of the mesh, since the planner
 /// chooses before it knows any, and meshes that look alike differ tenfold. So where fast
