@@ -21,4 +21,11 @@ inline constexpr double largest_coordinate = 1e75, shortest_length = 1e-75;
 template <class T>
 inline constexpr T share_rounding = 16 * std::numeric_limits<T>::epsilon();
 
+/// A point nearer to a vertex than this share of the edges there, or a vertex at the end of such a
+/// short edge, is next to it: in what direction it lies from there is known to epsilon by the
+/// share, once it is given in the frames of those edges. A way that turns by as much at the vertex
+/// is longer by half the square of that times the share, less than rounding while the share is more
+/// than 1e-8.
+inline constexpr double next_to_vertex = 1e-6;
+
 }  // namespace gelight::detail
