@@ -129,4 +129,13 @@ class PlanarFacesOf {
 
 using PlanarFaces = PlanarFacesOf<double>;
 
+/// Whether the face of h is so thin that the plane it lies in is rounding.
+template <std::floating_point Real>
+[[nodiscard]] inline bool is_thin(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces,
+                                  Index h) {
+  constexpr Real thinnest = 1e-12;
+  const Vec2<Real>& apex = faces.apex(h);
+  return apex.y() <= thinnest * std::max(surface.length(h), std::fabs(apex.x()));
+}
+
 }  // namespace gelight::detail
