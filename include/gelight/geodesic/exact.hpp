@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <concepts>
-#include <functional>
+#include <cstddef>
 #include <limits>
 #include <memory>
 #include <span>
@@ -40,12 +40,18 @@ struct ExactOptions {
   /// Where not empty, distances beyond that of the farthest target are not computed; they are
   /// reported as +infinity. Windows are kept in the targets' own faces.
   std::vector<SurfacePoint<T>> targets{};
-  /// Asked now and then while solving; when it answers true, the solver throws Cancelled.
-  std::function<bool()> cancelled{};
+  /// Asked now and then while solving, and by queries of the field that search back to the sources;
+  /// when it answers true, they throw Cancelled. The share done is that of the vertices reached.
+  /// The field keeps it, so what it refers to has to live as long.
+  CancelHook cancelled{};
   /// Keeps all windows, about 50 bytes each and some dozens per edge, so that a query at a point
   /// that is no vertex looks at its own face only. Without, such a query searches its way back to
   /// the source, in O(vertices) and more; the answer is the same.
   bool keep_windows = false;
+  /// What windows may take at once, in bytes, in a solve or a query that searches back; beyond it
+  /// MemoryLimit is thrown. It is looked at after each list of windows, so that up to some
+  /// megabytes more may be taken. About 100 bytes a vertex come on top.
+  std::size_t max_memory = std::numeric_limits<std::size_t>::max();
   /// A dial between Dijkstra and exact (after Du, He, Fang, Meng, Xin 2021, hdl:10356/152296): at
   /// every multiple of so many mean edge lengths from the sources paths go through a vertex, where
   /// windows begin anew. The distances are lengths of real paths still, so never less than the
@@ -350,6 +356,8 @@ class ExactField {
   // to be a detour beyond `limit`.
   [[nodiscard]] ExactField search_back(const Point& p, Real limit) const {
     Limits limits;
+    limits.cancelled = cancelled_;
+    limits.memory = max_memory_;
     limits.distance = limit * (1 + detail::rounding);
     limits.keep_windows = true;
     limits.rest.reserve(distances_.size());
@@ -357,6 +365,8 @@ class ExactField {
     Propagation propagation;
     ExactField back(surface_);
     back.faces_ = faces_;
+    back.cancelled_ = cancelled_;
+    back.max_memory_ = max_memory_;
     back.sources_ = {{p, 0}};
     propagation.run(surface_, *faces_, back.sources_, limits);
     back.adopt(propagation);
@@ -695,6 +705,8 @@ class ExactField {
   std::shared_ptr<const detail::WindowStoreOf<Real>> windows_;  // where any were kept
   detail::Array<char> kept_faces_;                              // which, or empty for all
   bool bends_anywhere_ = false;                                 // with a reset radius
+  CancelHook cancelled_;
+  std::size_t max_memory_ = std::numeric_limits<std::size_t>::max();
 };
 
 /// Exact geodesic distance on a triangle mesh: the length of the shortest path over its faces.
@@ -799,6 +811,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     require_options(options);
     ExactField<T> field(surface_);
     field.faces_ = faces_;
+    field.cancelled_ = options.cancelled;
+    field.max_memory_ = options.max_memory;
     field.offset_ = normalise(sources);
     field.sources_ = std::move(sources);
     const Limits limits = limits_of(options, field.offset_);
@@ -812,7 +826,6 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
 
   void run(Workspace& workspace, const Sources& sources, const Limits& limits) const {
     workspace.run(surface_, *faces_, sources, limits);
-    if (workspace.was_cancelled) throw Cancelled("the exact solve was cancelled");
   }
 
   // Moves the start distances so that the least is zero, and returns what it was.
@@ -830,6 +843,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     Limits limits;
     limits.distance = Real{options.max_distance} - offset;
     limits.cancelled = options.cancelled;
+    limits.memory = options.max_memory;
     limits.keep_windows = options.keep_windows;
     if (options.reset_radius < unreachable<T> && mean_edge_ > 0) {
       limits.ring = Real{options.reset_radius} * mean_edge_;

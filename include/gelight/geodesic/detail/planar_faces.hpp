@@ -31,6 +31,15 @@ class PlanarFacesOf {
 
   [[nodiscard]] const Vec2<Real>& apex(Index h) const { return apex_[h]; }
 
+  /// The apex as seen from h's tip: how far back along h, and how high. Exact by itself, where the
+  /// apex is so near to the tip that its place as counted from the origin does not tell.
+  [[nodiscard]] Vec2<Real> apex_from_tip(const Surface<Real>& surface, Index h) const {
+    const Real length = surface.length(h);
+    if (length == 0) return {-apex_[h].x(), 0};
+    const Index next = Surface<Real>::next(h);
+    return surface.length(next) / length * apex_[next];
+  }
+
   /// The angle of h's face at h's origin, in radians.
   [[nodiscard]] Real angle(Index h) const { return std::atan2(apex_[h].y(), apex_[h].x()); }
 
