@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -439,6 +440,135 @@ TEST_CASE("moved by whole numbers nothing changes: distances, directions and pro
       const double rounding = 1e-14 * (1 + std::fabs(exact[v]));
       CHECK(bounds.lower[v] <= exact[v] + rounding);
       CHECK(bounds.upper[v] >= exact[v] - rounding);
+    }
+  }
+}
+
+namespace {
+
+// The faces of a grid of n^3 cubes, each of six tetrahedra: many faces on each edge.
+Mesh<double> skeleton_of_tetrahedra(Index n) {
+  Mesh<double> mesh;
+  const auto number = [n](Index x, Index y, Index z) { return (z * n + y) * n + x; };
+  for (Index z = 0; z < n; ++z) {
+    for (Index y = 0; y < n; ++y) {
+      for (Index x = 0; x < n; ++x) {
+        mesh.positions.push_back({double(x), double(y), double(z)});
+      }
+    }
+  }
+  std::set<std::array<Index, 3>> faces;
+  for (Index cell = 0; cell < (n - 1) * (n - 1) * (n - 1); ++cell) {
+    const Index x = cell % (n - 1), y = cell / (n - 1) % (n - 1), z = cell / (n - 1) / (n - 1);
+    std::array<std::size_t, 3> axes{0, 1, 2};
+    do {
+      std::array<Index, 3> at_corner{x, y, z};
+      std::array<Index, 4> corners{number(x, y, z)};
+      for (std::size_t k = 0; k < 3; ++k) {
+        ++at_corner[axes[k]];
+        corners[k + 1] = number(at_corner[0], at_corner[1], at_corner[2]);
+      }
+      for (std::size_t skipped = 0; skipped < 4; ++skipped) {
+        std::array<Index, 3> face{};
+        std::copy_if(corners.begin(), corners.end(), face.begin(),
+                     [&](Index v) { return v != corners[skipped]; });
+        std::sort(face.begin(), face.end());
+        faces.insert(face);
+      }
+    } while (std::next_permutation(axes.begin(), axes.end()));
+  }
+  mesh.faces.assign(faces.begin(), faces.end());
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("a limit of memory: refused in time, usable afterwards, and no hindrance to what fits") {
+  const Mesh<double> mesh = skeleton_of_tetrahedra(6);
+  const ExactSolver solver(mesh);
+  const auto free = solver.solve(Index{0}).distances();
+  CHECK_THROWS_AS((void)solver.solve(Index{0}, {.max_memory = 100'000}), gelight::MemoryLimit);
+  const ExactSolver limited(mesh, {.max_memory = 100'000});
+  CHECK_THROWS_AS((void)limited.distance(Index{0}), gelight::MemoryLimit);
+  CHECK(solver.solve(Index{0}, {.max_memory = 100'000'000}).distances() == free);
+  CHECK(solver.distance(Index{0}) == free);
+  // What vertices tell takes no windows; a query that searches back does.
+  const Mesh<double> ball = gelight::icosphere<double>(3);
+  const std::size_t enough = 4'000'000;
+  const auto field = ExactSolver(ball).solve(Index{0}, {.max_memory = enough});
+  const auto middle = face_point<double>(700, {0.2, 0.3, 0.5});
+  const double d = ExactSolver(ball).solve(Index{0}, {.keep_windows = true}).distance(middle);
+  CHECK(field.distance(middle) == doctest::Approx(d).epsilon(1e-13));
+}
+
+TEST_CASE("the hook is told how much is done, and ends queries and bounds, too") {
+  const Mesh<double> ball = gelight::icosphere<double>(4);
+  const ExactSolver solver(ball);
+  double before = 0;
+  int asked = 0, answer_at = 0;
+  const gelight::CancelHook hook = [&](double done) {
+    CHECK(done >= before);
+    CHECK(done <= 1);
+    before = done;
+    return ++asked == answer_at;
+  };
+  const auto field = solver.solve(Index{0}, {.cancelled = hook});
+  CHECK(asked > 4);
+  CHECK(before > 0.5);
+  const auto far = face_point<double>(3000, {0.2, 0.3, 0.5});
+  before = 0;
+  const double d = field.distance(far);
+  for (const int at : {1, 2}) {
+    before = asked = 0;
+    answer_at = at;
+    CHECK_THROWS_AS((void)field.distance(far), gelight::Cancelled);
+    CHECK(asked == at);
+  }
+  before = asked = answer_at = 0;
+  CHECK(field.distance(far) == d);
+
+  const gelight::Certifier certifier(ball);
+  const std::vector<double> distances = field.distances();
+  before = asked = 0;
+  const auto bounds = certifier.bounds(Index{0}, std::span<const double>(distances), hook);
+  const int all = asked;
+  CHECK(all > 4);
+  for (answer_at = 1; answer_at <= all; ++answer_at) {
+    before = asked = 0;
+    CHECK_THROWS_AS((void)certifier.bounds(Index{0}, std::span<const double>(distances), hook),
+                    gelight::Cancelled);
+    CHECK(asked == answer_at);
+  }
+  before = 0;
+  answer_at = 0;
+  CHECK(certifier.bounds(Index{0}, std::span<const double>(distances), hook).upper == bounds.upper);
+}
+
+TEST_CASE("two vertices at one place but for rounding, a face between them: as if it were closed") {
+  for (int seed = 0; seed < 80; ++seed) {
+    Random random(static_cast<std::uint64_t>(seed));
+    Mesh<double> mesh = gelight::test::small_random_mesh(2, random);
+    // A face beside an edge, from its end to a vertex that is that end but for rounding.
+    const auto f = at(uniform_index(random, static_cast<Index>(mesh.faces.size())));
+    const auto [a, b, c] = mesh.faces[f];
+    const double off = std::pow(10, uniform(random, -17, -13));
+    const auto v = static_cast<Index>(mesh.positions.size());
+    auto place = mesh.positions[at(a)];
+    for (double& x : place) x += uniform(random, -off, off);
+    mesh.positions.push_back(place);
+    mesh.faces[f] = {a, b, v};
+    mesh.faces.push_back({b, c, v});
+    mesh.faces.push_back({c, a, v});
+    CAPTURE(seed);
+    const ExactSolver solver(mesh);
+    const gelight::detail::SteinerGraph graph(solver.surface(), 12);
+    for (Index source = 0; source < v; source += 5) {
+      const auto d = solver.distance(source);
+      const auto longer = graph.distance({{vertex_point<double>(source), 0}});
+      for (Index u = 0; u <= v; ++u) {
+        CHECK(d[at(u)] <= longer[u] + 1e-12);
+        CHECK(d[at(u)] == doctest::Approx(solver.distance(u)[at(source)]).epsilon(1e-11));
+      }
     }
   }
 }

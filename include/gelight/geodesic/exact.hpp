@@ -41,8 +41,8 @@ struct ExactOptions {
   /// reported as +infinity. Windows are kept in the targets' own faces.
   std::vector<SurfacePoint<T>> targets{};
   /// Asked now and then while solving, and by queries of the field that search back to the sources;
-  /// when it answers true, they throw Cancelled. The share done is that of the vertices reached.
-  /// The field keeps it, so what it refers to has to live as long.
+  /// when it answers true, they throw Cancelled. The share done is that of the vertices reached; a
+  /// query tells 0. The field keeps the hook, so what it refers to has to live as long.
   CancelHook cancelled{};
   /// Keeps all windows, about 50 bytes each and some dozens per edge, so that a query at a point
   /// that is no vertex looks at its own face only. Without, such a query searches its way back to
@@ -356,7 +356,7 @@ class ExactField {
   // to be a detour beyond `limit`.
   [[nodiscard]] ExactField search_back(const Point& p, Real limit) const {
     Limits limits;
-    limits.cancelled = cancelled_;
+    limits.cancelled = cancelled_.part(0, 0);
     limits.memory = max_memory_;
     limits.distance = limit * (1 + detail::rounding);
     limits.keep_windows = true;
