@@ -13,6 +13,7 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/lower_potential.hpp"
 #include "gelight/geodesic/detail/planar_faces.hpp"
@@ -68,17 +69,24 @@ class BoundFinder {
   BoundFinder(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces)
       : surface_(surface), faces_(faces) {}
 
-  [[nodiscard]] Array<Real> upper(const Sources& sources) const {
-    return UpperMarchOf<Real>(surface_, faces_)(sources);
+  [[nodiscard]] Array<Real> upper(const Sources& sources, const CancelHook& cancelled = {}) const {
+    return UpperMarchOf<Real>(surface_, faces_)(sources, cancelled);
   }
 
   /// From distances that are infinite where no path leads, and finite and not negative elsewhere:
   /// the better at each vertex of those from the distances as they are, and lowered where too
   /// steep.
-  [[nodiscard]] Array<Real> lower(const Sources& sources, Array<Real> distances) const {
+  [[nodiscard]] Array<Real> lower(const Sources& sources, Array<Real> distances,
+                                  const CancelHook& cancelled = {}) const {
     const LowerPotentialOf<Real> potential(surface_, faces_);
+    const auto check = [&](double done) { cancelled.check(done, "the lower bounds"); };
+    check(0);
     const Array<Real> as_given = potential.bounds(distances, sources);
-    Array<Real> best = potential.bounds(potential.lowered(std::move(distances)), sources);
+    check(0.3);
+    const Array<Real> lowered = potential.lowered(std::move(distances));
+    check(0.7);
+    Array<Real> best = potential.bounds(lowered, sources);
+    check(1);
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       best[v] = std::max({best[v], as_given[v], Real{0}});
     }
@@ -113,8 +121,9 @@ template <std::floating_point T, std::floating_point Real>
 
 }  // namespace detail
 
-/// Bounds, proved and true in floating point, on the exact polyhedral distance of every vertex,
-/// from approximate distances of any origin.
+/// Bounds on the exact polyhedral distance of every vertex, from approximate distances of any
+/// origin. They are proved; sums are rounded to the safe side, and what the faces' shapes are
+/// rounded by is left: some 1e-15 of the distances, at any distance from the origin.
 ///
 /// Upper bounds are lengths of real paths, found by a march of their own (detail::UpperMarch); they
 /// do not depend on what is given. Lower bounds take the given distances for a potential whose
@@ -135,36 +144,43 @@ class Certifier {
   /// Bounds on the distance from a vertex, from the nearest of several, or of several points with
   /// start distances, given distances from there: one for each vertex. Any number may be wrong.
   /// Throws InvalidInput for sources as a solver does, another number of distances than vertices,
-  /// and NaN.
+  /// and NaN; Cancelled where the hook says so.
   ///@{
-  [[nodiscard]] DistanceBounds<T> bounds(Index vertex, std::span<const T> distances) const {
-    return bounds(std::span<const Index>(&vertex, 1), distances);
+  [[nodiscard]] DistanceBounds<T> bounds(Index vertex, std::span<const T> distances,
+                                         const CancelHook& cancelled = {}) const {
+    return bounds(std::span<const Index>(&vertex, 1), distances, cancelled);
   }
   [[nodiscard]] DistanceBounds<T> bounds(std::span<const Index> vertices,
-                                         std::span<const T> distances) const {
-    return bounds_of(detail::checked_sources(surface_, vertices), distances);
+                                         std::span<const T> distances,
+                                         const CancelHook& cancelled = {}) const {
+    return bounds_of(detail::checked_sources(surface_, vertices), distances, cancelled);
   }
   [[nodiscard]] DistanceBounds<T> bounds(std::span<const Source<T>> sources,
-                                         std::span<const T> distances) const {
-    return bounds_of(detail::checked_sources(surface_, sources), distances);
+                                         std::span<const T> distances,
+                                         const CancelHook& cancelled = {}) const {
+    return bounds_of(detail::checked_sources(surface_, sources), distances, cancelled);
   }
   ///@}
 
  private:
   using Values = detail::Array<double>;
+  // Of the work, about: what the march to the upper bounds takes.
+  static constexpr double march_share = 0.6;
 
-  [[nodiscard]] DistanceBounds<T> bounds_of(detail::Sources sources,
-                                            std::span<const T> distances) const {
+  [[nodiscard]] DistanceBounds<T> bounds_of(detail::Sources sources, std::span<const T> distances,
+                                            const CancelHook& cancelled) const {
     require_distances(distances);
     const double offset = detail::move_to_zero(sources);
     const detail::BoundFinder<double> finder(surface_, *faces_);
-    const Values upper = finder.upper(sources);
+    const Values upper = finder.upper(sources, cancelled.part(0, march_share));
     Values potential = upper;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const double given = double{distances[static_cast<std::size_t>(v)]} - offset;
       if (upper[v] < unreachable<double>) potential[v] = std::clamp(given, 0.0, upper[v]);
     }
-    return detail::moved<T>(finder.lower(sources, std::move(potential)), upper, offset);
+    const Values lower =
+        finder.lower(sources, std::move(potential), cancelled.part(march_share, 1));
+    return detail::moved<T>(lower, upper, offset);
   }
 
   void require_distances(std::span<const T> distances) const {

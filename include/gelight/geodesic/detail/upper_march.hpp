@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/indexed_heap.hpp"
 #include "gelight/geodesic/detail/near.hpp"
@@ -32,8 +33,8 @@ class UpperMarchOf {
       : surface_(surface), faces_(faces) {}
 
   /// An upper bound of each vertex' distance, +infinity where no path leads. Rounding is on the
-  /// safe side. Start distances are not negative.
-  [[nodiscard]] Array<double> operator()(const Sources& sources) {
+  /// safe side. Start distances are not negative. Throws Cancelled where the hook says so.
+  [[nodiscard]] Array<double> operator()(const Sources& sources, const CancelHook& cancelled = {}) {
     const auto count = static_cast<std::size_t>(surface_.vertex_count());
     bound_.assign(count, unreachable<double>);
     settled_.assign(count, 0);
@@ -43,12 +44,18 @@ class UpperMarchOf {
     for (const auto& source : sources) {
       add_source(simplified(surface_, source.point), source.distance);
     }
-    while (!heap_.empty()) settle(heap_.pop());
+    for (Index settled = 0; !heap_.empty(); ++settled) {
+      if (settled % settled_between_polls == 0) {
+        cancelled.check(static_cast<double>(settled) / surface_.vertex_count(), "the upper bounds");
+      }
+      settle(heap_.pop());
+    }
     return std::move(bound_);
   }
 
  private:
   using Mesh = Surface<double>;
+  static constexpr Index settled_between_polls = 1024;
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
   // Room for the rounding of a few operations.
   static constexpr double above_zero = 16 * epsilon, above = 1 + above_zero;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/window_list.hpp"
 
@@ -136,14 +137,20 @@ class FaceCrossingOf {
     for (std::ptrdiff_t i = 0; i < count; ++i) {
       if (!(list.end[i] < aim_[i])) out.end[i] = list.begin[i] < aim_[i] ? length : 0;
     }
+    if (is_short(length)) {
+      close_before(count, length, out,
+                   [&](std::ptrdiff_t i) { return ux * list.y[i] - uy * list.x[i]; });
+    }
     return compact(list, 0, count, length, out);
   }
 
   /// Windows [first, size) of the list as they leave by the right side of the face, of a given
-  /// length, in the frame from the apex to the base's tip. Returns how many there are.
+  /// length, in the frame from the apex to the base's tip; given the apex as seen from there, back
+  /// along the base and up. Returns how many there are.
   [[nodiscard]] std::ptrdiff_t cross_right(const List& list, std::ptrdiff_t first, Real length,
+                                           const Vec2<Real>& apex_from_tip,
                                            const Columns& out) const {
-    const Real ax = base_ - apex_.x(), ay = apex_.y();
+    const Real ax = apex_from_tip.x(), ay = apex_from_tip.y();
     const Real norm = std::sqrt(ax * ax + ay * ay), ux = ax / norm, uy = ay / norm;
     for (std::ptrdiff_t i = first; i < size_; i += lane_size) {
       const std::ptrdiff_t o = i - first;
@@ -161,12 +168,31 @@ class FaceCrossingOf {
       const std::ptrdiff_t o = i - first;
       if (!(list.begin[i] > aim_[i])) out.begin[o] = list.end[i] > aim_[i] ? 0 : length;
     }
+    if (is_short(length)) {
+      close_before(size_ - first, length, out, [&](std::ptrdiff_t o) {
+        return ux * list.y[first + o] - uy * (base_ - list.x[first + o]);
+      });
+    }
     return compact(list, first, size_ - first, length, out);
   }
 
  private:
   // A window of fewer units in the last place is no window.
   static constexpr Real narrow = 4 * std::numeric_limits<Real>::epsilon();
+
+  // Whether the apex is next to an end of the base, at a side of this length: on which side of it a
+  // line passes is rounding then.
+  [[nodiscard]] bool is_short(Real length) const { return length < next_to_vertex * base_; }
+
+  // Closes the windows on such a side whose images lie before it, by a height above it that is no
+  // rounding: lines from there do not cross it.
+  void close_before(std::ptrdiff_t count, Real length, const Columns& out,
+                    const auto& height) const {
+    constexpr Real rounding = 64 * std::numeric_limits<Real>::epsilon();
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      if (height(i) > rounding * (std::fabs(out.x[i]) + base_ + length)) out.end[i] = out.begin[i];
+    }
+  }
 
   static std::ptrdiff_t compact(const List& list, std::ptrdiff_t first, std::ptrdiff_t count,
                                 Real length, const Columns& out) {
