@@ -104,7 +104,7 @@ class SpringBed {
   ///
   /// The force is a convex, piecewise linear, increasing function of the displacement: Newton's
   /// method ends after a few steps, exactly but for rounding (with tension: to 1e-9 of the force).
-  /// A depth that is +infinity shows no object; one that is NaN, zero or negative is not known.
+  /// Depths mean what image/mask.hpp says: at +infinity there is no object.
   /// Throws InvalidInput for a depth image of another size than the camera's and a force that is
   /// not finite; whatever else stands in the way is told by `equilibrium`.
   template <ImageOf<T> D>

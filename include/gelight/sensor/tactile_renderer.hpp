@@ -14,6 +14,7 @@
 #include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/filter.hpp"
+#include "gelight/image/mask.hpp"
 #include "gelight/image/normals.hpp"
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/detail/changed_blocks.hpp"
@@ -79,12 +80,12 @@ struct TactileFrame {
 /// the background; the sum is clamped to [0, 1] and truncated to 8 bits. (Gomes, Paoletti, Luo,
 /// Simulation of Curved GelSight Sensors for Sim2Real Learning)
 ///
-/// A depth that is NaN, infinite, zero or negative is not known: its pixel shows ambient light
-/// alone, and the protrusion around it is averaged over the known pixels only, so that it does not
-/// spread; the membrane's neighbouring normals take it to be where the average puts it. A rest
-/// depth that is not known is a pixel outside the membrane: it and the normals beside it are
-/// without light. A frame that equals the rest depth (or has nothing nearer) gives `rest_image()`
-/// bit for bit.
+/// Depths mean what image/mask.hpp says. Where nothing is there, nothing touches. Where a depth is
+/// not known, the pixel shows ambient light alone, and the protrusion around it is averaged over
+/// the known pixels only, so that it does not spread; the membrane's neighbouring normals take it
+/// to be where the average puts it. Where the rest depth is none, the pixel lies outside the
+/// membrane: it and the normals beside it are without light. A frame that equals the rest depth (or
+/// has nothing nearer) gives `rest_image()` bit for bit.
 ///
 /// Everything that does not depend on the frame is computed once. `render` may be called from
 /// several threads; each borrows a workspace, so that after its first frame none allocates.
@@ -114,7 +115,8 @@ class TactileRenderer {
   /// The image of the membrane that nothing touches.
   [[nodiscard]] const Image<Rgb8>& rest_image() const { return rest_image_; }
 
-  /// The image of a depth map of what touches the membrane, in the unit of the rest depth.
+  /// The image of a depth map of what touches the membrane, in the unit of the rest depth: that of
+  /// an object as `rasterize` sees it, or of whatever else image/mask.hpp calls a depth.
   /// Throws InvalidInput for a depth image of another size than the camera's.
   template <ImageOf<T> D>
   [[nodiscard]] Image<Rgb8> render(const D& depth) const {
@@ -360,7 +362,7 @@ class TactileRenderer {
     for (const detail::Run& run : work.runs) {
       for (Index x = run.begin; x < run.end; ++x) {
         const T z = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
-        if (detail::is_depth(z) && detail::is_depth(rest[x])) continue;
+        if (detail::is_known(z) && detail::is_depth(rest[x])) continue;
         work.shading.packed[static_cast<std::size_t>(x)] = shading_.ambient_colour(x, y);
       }
     }
