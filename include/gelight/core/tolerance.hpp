@@ -10,6 +10,13 @@ namespace gelight::detail {
 /// one are refused, and lengths below the other count as none.
 inline constexpr double largest_coordinate = 1e75, shortest_length = 1e-75;
 
+// --- light -----------------------------------------------------------------------------------
+
+/// By how much a share of full light and the length of a direction may be more than 1: unit vectors
+/// and white that went through 8 bits, four digits of text or a resized image, but no number in
+/// another unit.
+inline constexpr double beyond_full_light = 5e-3;
+
 // --- directions ------------------------------------------------------------------------------
 
 /// The square of a vector's length that inverse_sqrt has made 1 is within this of it in float: the

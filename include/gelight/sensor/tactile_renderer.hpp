@@ -36,7 +36,8 @@ struct TactileOptions {
   double smoothing_sigma = 5;
   /// Where that Gaussian is cut off, in pixels.
   Index smoothing_radius = 20;
-  /// Make the lights' directions tangent to the membrane at rest, and of unit length.
+  /// Make the lights' directions tangent to the membrane at rest, and of unit length. At rest it is
+  /// then without any light, but for the unclamped specular term.
   bool rectify = false;
   /// Take what lies deeper than the membrane at rest as not touching it, rather than as pulling it.
   bool clip_to_rest = true;
@@ -93,8 +94,10 @@ template <std::floating_point T>
 class TactileRenderer {
  public:
   /// Throws InvalidInput for a camera that is not valid, an image that has another size than the
-  /// camera's, a light or background with a number that is not finite, options out of range, and an
-  /// unclamped specular term with a shininess that is not an integer.
+  /// camera's, a light or background with a number that is not finite, a light beyond full light or
+  /// with a direction longer than 1 (unless `rectify` makes it so), options out of range, an
+  /// unclamped specular term with a shininess that is not an integer, and a rest depth whose fourth
+  /// power leaves the range of T: in float from 1e-8 to 1e8.
   template <ImageOf<T> D>
   TactileRenderer(const Camera<T>& camera, const D& rest_depth, const std::vector<Light<T>>& lights,
                   const Background<T>& background = {}, const TactileOptions& options = {})
@@ -184,13 +187,29 @@ class TactileRenderer {
     if (background.is_image()) {
       detail::require_camera_size(background.image(), camera, "the background image");
     }
+    require_depth_range(rest_depth, camera);
     detail::require(std::isfinite(options.ambient), "ambient ", options.ambient, " is not finite");
     detail::require(options.darkening >= 0 && options.darkening <= 1, "darkening ",
                     options.darkening, " is not in [0, 1]");
     detail::require(options.darkening_depth > 0, "darkening depth ", options.darkening_depth,
                     " is not positive");
-    detail::require_lights(lights, camera, options.specular);
+    detail::require_lights(lights, camera, options.specular, options.rectify);
     return options;
+  }
+
+  // Normals are made of squares of products of two depths.
+  template <class D>
+  static void require_depth_range(const D& rest_depth, const Camera<T>& camera) {
+    constexpr double least = sizeof(T) == 4 ? 1e-8 : detail::shortest_length;
+    constexpr double most = sizeof(T) == 4 ? 1e8 : detail::largest_coordinate;
+    for (Index y = 0; y < camera.height; ++y) {
+      for (Index x = 0; x < camera.width; ++x) {
+        const T z = static_cast<T>(ImageTraits<D>::pixel(rest_depth, x, y));
+        const bool is_in_range = double{z} >= least && double{z} <= most;
+        detail::require(!detail::is_depth(z) || is_in_range, "the rest depth ", z, " at pixel (", x,
+                        ", ", y, ") is not between ", least, " and ", most);
+      }
+    }
   }
 
   [[nodiscard]] static std::vector<T> membrane_weights(const TactileOptions& options) {
@@ -207,7 +226,14 @@ class TactileRenderer {
                                                          const TactileOptions& options) {
     Image<Vec3<double>> normals;
     if (options.rectify) {
-      normals = sobel_normals(rest_depth, camera.template cast<double>(), options.border_normals);
+      // Of the depths as they are rendered, rounded to T.
+      Image<T> rest(camera.width, camera.height);
+      for (Index y = 0; y < camera.height; ++y) {
+        for (Index x = 0; x < camera.width; ++x) {
+          rest(x, y) = static_cast<T>(ImageTraits<D>::pixel(rest_depth, x, y));
+        }
+      }
+      normals = sobel_normals(rest, camera.template cast<double>(), options.border_normals);
     }
     return {camera, background,       options.ambient,
             lights, options.specular, options.rectify ? &normals : nullptr};
