@@ -319,10 +319,9 @@ class SpringBed {
       p = start + direction;
       r = at(p);
       const bool is_shorter = (r.load - target).norm() < 0.9 * least;
-      const bool is_lower =
-          is_near || is_shorter || descend(at, p, r, target, {start, direction, slope});
+      if (!is_near && !is_shorter) descend(at, p, r, target, {start, direction, slope});
       const double residual = (r.load - target).norm();
-      if ((is_near || !is_lower) && residual >= least) break;  // by rounding
+      if (is_near && residual >= least) break;  // by rounding
       if (residual >= least) continue;
       least = residual;
       best = p;
@@ -348,30 +347,34 @@ class SpringBed {
   };
 
   // Moves p and its response, from the end of a line, to where the energy still falls along it, but
-  // no more than half as steeply as at the start: longer than the line where it has to be. False
-  // where rounding hides that place.
+  // no more than half as steeply as at the start: longer than the line where it has to be.
   template <class At>
-  bool descend(const At& at, Vec3<double>& p, Response& r, const Vec3<double>& target,
+  void descend(const At& at, Vec3<double>& p, Response& r, const Vec3<double>& target,
                const Line& line) const {
-    constexpr int most_tries = 60;
+    constexpr int most_tries = 120;
+    constexpr double narrow = 1e-15;  // of a bracket: nothing is left between its ends
     double low = 0, high = std::numeric_limits<double>::infinity(), share = 1;
     double slope_low = line.slope, slope_high = 0;
     for (int i = 0; i < most_tries; ++i) {
       const double slope = (r.load - target).dot(line.direction);
-      if (slope <= 0 && slope >= 0.5 * line.slope) return true;
+      if (slope <= 0 && slope >= 0.5 * line.slope) return;
       (slope > 0 ? high : low) = share;
       (slope > 0 ? slope_high : slope_low) = slope;
+      if (high - low <= narrow * high) return;
       if (std::isinf(high)) {
         share *= 4;
-      } else {
+      } else if (i % 2 == 0) {
         // To a quarter of the slope at the start, were it straight in between.
         const double between = (0.25 * line.slope - slope_low) / (slope_high - slope_low);
         share = low + std::clamp(between, 0.01, 0.99) * (high - low);
+      } else {
+        // The slope rises little before a spring is met, and much behind it: then halves are
+        // faster.
+        share = low + 0.5 * (high - low);
       }
       p = line.start + share * line.direction;
       r = at(p);
     }
-    return false;
   }
 
   // The step to where the load would be the target if no spring came or went; no longer than the
