@@ -545,4 +545,8 @@ TEST_CASE("a press into taut gel is followed and cancelled, and leaves what it w
     CHECK(contact.indentation == want.indentation);
   }
   CHECK_THROWS_AS((void)bed.press_tilting(ball, 0.2, {0, 0}, [] { return true; }), Cancelled);
+  const SpringBed<double> loose(eye, rest, {1e5, 0.005, 0});
+  CHECK_THROWS_AS((void)loose.press_tilting(ball, 0.2, {0, 0}, [] { return true; }), Cancelled);
+  last = 0;
+  CHECK(loose.press_tilting(ball, 0.2, {1e-4, 0}, follow).equilibrium == Equilibrium::reached);
 }

@@ -92,7 +92,7 @@ TEST_CASE("the authors' tangent light lights nothing at rest, however strong its
       light.shininess = 5;
     }
     const TactileRenderer renderer(reference::camera<float>(), reference::depth("rest"), lights,
-                                   reference::background(), {.rectify = true});
+                                   reference::background(), TactileOptions{.rectify = true});
     CHECK(renderer.rest_image() == unlit.rest_image());
   }
 }

@@ -108,8 +108,8 @@ class SpringBed {
   /// method ends after a few steps, exactly but for rounding (with tension: to 1e-9 of the force).
   /// Depths mean what image/mask.hpp says: at +infinity there is no object.
   /// Throws InvalidInput for a depth image of another size than the camera's and a force that is
-  /// not finite, and Cancelled where `cancelled` says so, which a gel with tension asks after every
-  /// sweep; whatever else stands in the way is told by `equilibrium`.
+  /// not finite, and Cancelled where `cancelled` says so, which is asked at every step, in a gel
+  /// with tension after every sweep; whatever else stands in the way is told by `equilibrium`.
   template <ImageOf<T> D>
   [[nodiscard]] SpringContact<T> press(const D& depth, double force,
                                        const CancelHook& cancelled = {}) const {
@@ -221,13 +221,13 @@ class SpringBed {
       if (std::isfinite(springs.least_gap())) outcome.motion.offset = springs.least_gap();
       springs.press(contact.touching, outcome.motion);
     } else if (gel_.tension == 0) {
-      outcome = equilibrate(springs, first_guess(springs, load), load);
+      outcome = equilibrate(springs, first_guess(springs, load), load, cancelled);
       springs.press(contact.touching, outcome.motion);
     } else {
       const double reach = std::sqrt(gel_.tension / gel_.stiffness());
       detail::TautMembrane<T> membrane(springs, camera_.width, camera_.height, reach / column(),
                                        reach / row(), cancelled);
-      outcome = equilibrate(membrane, first_guess(springs, load), load);
+      outcome = equilibrate(membrane, first_guess(springs, load), load, {});
       membrane.write(contact.indentation, contact.touching);
     }
     report(contact, outcome, load);
@@ -295,7 +295,8 @@ class SpringBed {
   // what their slope promises, so that they lead to the least energy on their own. (Nocedal,
   // Wright, Numerical Optimization, 2006, theorem 3.2, doi:10.1007/978-0-387-40065-5)
   template <class Springs>
-  [[nodiscard]] Outcome equilibrate(Springs& springs, double displacement, const Load& load) const {
+  [[nodiscard]] Outcome equilibrate(Springs& springs, double displacement, const Load& load,
+                                    const CancelHook& cancelled) const {
     constexpr int most_steps = 200;
     constexpr double acceptable = 1e-9;  // of the force
     constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
@@ -313,6 +314,7 @@ class SpringBed {
     Response r = at(p), best_response = r;
     double least = (r.load - target).norm();
     for (int step = 0; step < most_steps && least > Springs::accuracy * wanted; ++step) {
+      cancelled.check(step / (step + 10.0), "pressing into springs");
       const bool is_near = is_enough(least, best, best_response);
       const Vec3<double> start = p, direction = newton_step(r, r.load - target);
       const double slope = (r.load - target).dot(direction);
@@ -360,7 +362,7 @@ class SpringBed {
       if (slope <= 0 && slope >= 0.5 * line.slope) return;
       (slope > 0 ? high : low) = share;
       (slope > 0 ? slope_high : slope_low) = slope;
-      if (high - low <= narrow * high) return;
+      if (std::isfinite(high) && high - low <= narrow * high) return;
       if (std::isinf(high)) {
         share *= 4;
       } else if (i % 2 == 0) {
