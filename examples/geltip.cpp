@@ -10,7 +10,9 @@
 
 #include <CLI/CLI.hpp>
 #include <OpenMesh/Core/IO/MeshIO.hh>
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
@@ -70,6 +72,48 @@ void read_options(CLI::App& app, Settings& settings) {
   app.add_option("--out", settings.out, "folder for the pictures")->capture_default_str();
 }
 
+/// Throws InvalidInput where a length cannot be one in metres of a sensor for a fingertip; one that
+/// is a thousand times too large will be in millimetres.
+void require_metres(double length, const std::string& what) {
+  constexpr double least = 1e-3, most = 1;
+  const std::string says = what + " is " + std::to_string(length) + " m";
+  if (length > most && length <= 1000 * most) {
+    throw gelight::InvalidInput(says + ": is it in millimetres? Lengths are in metres");
+  }
+  if (!(length >= least && length <= most)) {
+    throw gelight::InvalidInput(says + ", which is no sensor's; lengths are in metres");
+  }
+}
+
+/// The largest depth of a surface in an image, in whatever unit.
+double largest_depth(const Image<double>& depth) {
+  double largest = 0;
+  for (const double z : depth.pixels()) {
+    if (std::isfinite(z)) largest = std::max(largest, z);
+  }
+  return largest;
+}
+
+Image<double> read_depth(const std::string& path) {
+  auto depth = gelight::read_npy<double>(path);
+  require_metres(largest_depth(depth), "the largest depth in " + path);
+  return depth;
+}
+
+void require_plausible(const Settings& settings) {
+  require_metres(settings.radius, "--radius");
+  require_metres(settings.length, "--length");
+  if (!(settings.depth >= 0 && settings.depth < settings.radius)) {
+    throw gelight::InvalidInput("--depth is " + std::to_string(settings.depth) +
+                                " m; objects are pressed in by 0 m up to the membrane's radius, " +
+                                std::to_string(settings.radius) + " m");
+  }
+  if (!(settings.edge > 0 && settings.edge < settings.radius)) {
+    throw gelight::InvalidInput("--edge is " + std::to_string(settings.edge) +
+                                " m; edges are longer than 0 m and shorter than the radius");
+  }
+}
+
 /// Runs a stage of the work, and prints its name before and its time after.
 template <class Work>
 auto timed(const std::string& name, const Work& work) {
@@ -94,6 +138,9 @@ Mesh<double> read_mesh(const std::string& path) {
     mesh.positions.push_back({p[0], p[1], p[2]});
   }
   for (Index f = 0; f < surface.face_count(); ++f) mesh.faces.push_back(surface.face(f));
+  double farthest = 0;
+  for (const auto& p : mesh.positions) farthest = std::max(farthest, std::abs(p[2]));
+  require_metres(farthest, "the farthest point of " + path);
   return mesh;
 }
 
@@ -116,7 +163,7 @@ struct Sensor {
         camera(Camera<double>::from_vertical_fov(std::numbers::pi / 2, settings.width,
                                                  settings.height)),
         raster(gelight::rasterize(mesh, camera)),
-        rest(settings.rest.empty() ? raster.depth : gelight::read_npy<double>(settings.rest)) {
+        rest(settings.rest.empty() ? raster.depth : read_depth(settings.rest)) {
     for (Index v = 0; v < camera.height; ++v) {
       for (Index u = 0; u < camera.width; ++u) {
         if (!in_lens(u, v)) raster.face(u, v) = -1;
@@ -202,8 +249,7 @@ struct Contact {
 std::vector<Contact> contacts(const Settings& settings, const Sensor& sensor) {
   std::vector<Contact> result;
   for (const std::string& path : settings.contacts) {
-    result.push_back(
-        {std::filesystem::path(path).stem().string(), gelight::read_npy<double>(path)});
+    result.push_back({std::filesystem::path(path).stem().string(), read_depth(path)});
   }
   if (!result.empty()) return result;
   const auto presses = objects_to_press();
@@ -212,12 +258,6 @@ std::vector<Contact> contacts(const Settings& settings, const Sensor& sensor) {
     const auto object =
         pressed(presses[i].object, settings.radius, settings.length, settings.depth, tilt, turn);
     result.push_back({presses[i].name, gelight::rasterize(object, sensor.camera).depth});
-  }
-  // What touches the membrane is seen where it is nearer than the membrane at rest.
-  for (Contact& contact : result) {
-    auto& depth = contact.depth.pixels();
-    const auto& rest = sensor.rest.pixels();
-    for (std::size_t i = 0; i < depth.size(); ++i) depth[i] = std::min(depth[i], rest[i]);
   }
   return result;
 }
@@ -333,6 +373,7 @@ std::optional<std::string> fault(const Sensor& sensor, const std::vector<NamedFi
 }
 
 int run(const Settings& settings) {
+  require_plausible(settings);
   std::filesystem::create_directories(settings.out);
   const auto file = [&](const std::string& name) { return settings.out + "/" + name + ".png"; };
   const Sensor sensor = timed("membrane, camera, LEDs", [&] { return Sensor(settings); });

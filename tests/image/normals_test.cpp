@@ -3,10 +3,12 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
 
+#include "gelight/image/plane_fit.hpp"
 #include "reference.hpp"
 
 using namespace gelight;
@@ -194,5 +196,75 @@ TEST_CASE("the published normals of the membrane at rest and of contact 2") {
       }
     }
     CHECK(worst < 1e-6);
+  }
+}
+
+TEST_CASE_TEMPLATE("a normal is of unit length or zero, and the same whatever the depths' unit", T,
+                   float, double) {
+  const auto eye = camera.cast<T>();
+  const auto whole = rough<T>();
+  const auto truth = sobel_normals(rough<double>(), camera);
+  const double rounding = 40.0 * static_cast<double>(std::numeric_limits<T>::epsilon());
+  for (int exponent = -35; exponent <= 36; ++exponent) {
+    CAPTURE(exponent);
+    auto depth = whole;
+    for (T& z : depth.pixels()) z = static_cast<T>(double{z} * std::pow(10.0, exponent));
+    double sobel_off = 0, central_off = 0, fit_off = 0;
+    const auto sobel = sobel_normals(depth, eye), central = central_normals(depth, eye),
+               fit = plane_fit_normals(depth, eye, 2);
+    const auto central_truth = central_normals(rough<double>(), camera);
+    const auto fit_truth = plane_fit_normals(rough<double>(), camera, 2);
+    const auto off = [](const Vec3<T>& a, const Vec3<double>& b) {
+      return (a.template cast<double>() - b).norm();
+    };
+    for (Index y = 1; y < 23; ++y) {
+      for (Index x = 1; x < 31; ++x) {
+        sobel_off = std::max(sobel_off, off(sobel(x, y), truth(x, y)));
+        central_off = std::max(central_off, off(central(x, y), central_truth(x, y)));
+        fit_off = std::max(fit_off, off(fit(x, y), fit_truth(x, y)));
+      }
+    }
+    // Depths themselves are rounded, more below the normal numbers.
+    const double of_depths =
+        static_cast<double>(std::numeric_limits<T>::denorm_min()) / std::pow(10.0, exponent - 3.0);
+    CHECK(sobel_off < 20 * (rounding + of_depths));
+    CHECK(central_off < 20 * (rounding + of_depths));
+    // Small differences of large sums in double, and where two variances are close.
+    CHECK(fit_off < 1e-9 + 100 * (rounding + of_depths));
+  }
+}
+
+TEST_CASE_TEMPLATE("depths of very different sizes beside each other: unit length or zero", T,
+                   float, double) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> exponent(-40, 30), one(0, 1);
+  const Camera<T> eye{T(40), T(44), T(2), T(1), 5, 3};
+  for (int round = 0; round < 20000; ++round) {
+    Image<T> depth(5, 3);
+    const double middle = exponent(random), spread = 10 * one(random);
+    for (T& z : depth.pixels()) {
+      z = static_cast<T>(std::pow(10.0, middle + spread * (one(random) - 0.5)));
+      if (one(random) < 0.05) z = 0;
+    }
+    const auto check = [](const Image<Vec3<T>>& normals) {
+      for (const Vec3<T>& n : normals.pixels()) {
+        const double length = n.template cast<double>().norm();
+        if (length != 0 && !(std::abs(length - 1) < 1e-5)) return false;
+      }
+      return true;
+    };
+    CHECK(check(sobel_normals(depth, eye)));
+    CHECK(check(sobel_normals(depth, eye, BorderNormals::extrapolated)));
+    CHECK(check(central_normals(depth, eye)));
+    CHECK(check(plane_fit_normals(depth, eye, 1)));
+  }
+}
+
+TEST_CASE("a lone known depth, as tiny as may be, has no normal that is not one") {
+  for (const float tiny : {7.2e-12f, 1e-20f, 1e-38f, 1e-45f}) {
+    Image<float> depth(5, 3);
+    depth(2, 1) = tiny;
+    const Camera<float> eye{4, 4, 2, 1, 5, 3};
+    for (const auto& n : sobel_normals(depth, eye).pixels()) CHECK(n == Vec3<float>::Zero());
   }
 }

@@ -453,3 +453,100 @@ TEST_CASE("input that cannot be used is refused") {
           (void)bed.press_tilting(Image<double>(21, 21, rest), 1, {unknown, 0});
         }) == "the force's centre (nan, 0) is not finite");
 }
+
+TEST_CASE("tilting: an equilibrium wherever there is one, from light to heavy, on any object") {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> one(0, 1);
+  int reached = 0, tipped = 0, through = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const auto size = [&] { return static_cast<Index>(11 + 2 * (random() % 20)); };
+    const auto eye = camera(size(), size(), 1e-4);
+    const double a = one(random), b = one(random), c = one(random);
+    const double tilt_x = 0.3 * (one(random) - 0.5), tilt_y = 0.3 * (one(random) - 0.5);
+    // A ball, a rough block, a tilted one, a wavy one, a few feet.
+    const auto shape = object(eye, [&](double x, double y) {
+      const double above = 1e-3 * a;
+      if (i % 5 == 0) return above + (x * x + y * y) / (2e-3 + 2e-2 * a);
+      if (i % 5 == 1) return above + 1e-5 * one(random);
+      if (i % 5 == 2) return above + tilt_x * x + tilt_y * y;
+      if (i % 5 == 3) {
+        return above + 1e-4 * a * std::sin(2000 * b * x + 1) * std::cos(1500 * c * y) + tilt_x * x;
+      }
+      return above + (one(random) < 0.02 ? 1e-6 * one(random) : inf);
+    });
+    const Vec2<double> centre((one(random) - 0.5) * 0.8 * eye.width * 1e-4,
+                              (one(random) - 0.5) * 0.8 * eye.height * 1e-4);
+    const double force = std::pow(10, -13 + 14 * one(random));
+    const SpringBed<double> bed(eye, rest, {1e5, 0.005, 0});
+    const auto contact = bed.press_tilting(shape, force, centre);
+    if (contact.equilibrium == Equilibrium::tips_over) {
+      ++tipped;
+      CHECK(i % 5 == 4);  // all others are under the force wherever it acts
+      continue;
+    }
+    if (contact.equilibrium == Equilibrium::untouched) continue;
+    if (contact.equilibrium == Equilibrium::too_strong) {
+      ++through;
+      CHECK(force > 1e-3);
+      continue;
+    }
+    CAPTURE(i);
+    CAPTURE(force);
+    REQUIRE(contact.equilibrium == Equilibrium::reached);
+    ++reached;
+    // The springs' force and moments again, from the indentation alone.
+    const double spring = bed.gel().stiffness() * bed.spring_area();
+    double sum = 0, x_sum = 0, y_sum = 0;
+    for (Index v = 0; v < eye.height; ++v) {
+      for (Index u = 0; u < eye.width; ++u) {
+        const double f = spring * contact.indentation(u, v);
+        sum += f;
+        x_sum += f * ((u - eye.cx) * 1e-4 - centre.x());
+        y_sum += f * ((v - eye.cy) * 1e-4 - centre.y());
+      }
+    }
+    // Places of millimetres are rounded by 1e-18 m.
+    const double rounding = 1e-16 * spring * static_cast<double>(touching(contact));
+    CHECK(std::abs(sum - force) <= 1e-8 * force + rounding);
+    CHECK(std::hypot(x_sum, y_sum) <= (1e-8 * force + rounding) * 1e-4 * (eye.width + eye.height));
+  }
+  CHECK(reached > 2200);
+  CHECK(tipped > 50);
+  CHECK(through > 50);
+}
+
+TEST_CASE("a press into taut gel is followed and cancelled, and leaves what it was to write") {
+  const auto eye = camera(61, 61, 1e-4);
+  const auto ball = object(eye, [](double x, double y) { return (x * x + y * y) / 8e-3; });
+  const SpringBed<double> bed(eye, rest, {1e5, 0.005, 30});
+  const auto want = bed.press(ball, 0.2);
+  double last = 0;
+  int asked = 0;
+  const auto follow = [&](double done) {
+    CHECK(done >= last);
+    CHECK(done <= 1);
+    last = done;
+    ++asked;
+    return false;
+  };
+  CHECK(bed.press(ball, 0.2, follow).indentation == want.indentation);
+  CHECK(asked > 10);
+  const int all = asked;
+  for (const int after : {0, 1, all / 2, all - 1}) {
+    auto contact = bed.press(ball, 0.1);
+    const auto before = contact;
+    int count = 0;
+    CHECK_THROWS_AS(bed.press_into(contact, ball, 0.2, [&] { return count++ == after; }),
+                    Cancelled);
+    CHECK(contact.indentation == before.indentation);
+    CHECK(contact.touching == before.touching);
+    CHECK(contact.displacement == before.displacement);
+    bed.press_into(contact, ball, 0.2);
+    CHECK(contact.indentation == want.indentation);
+  }
+  CHECK_THROWS_AS((void)bed.press_tilting(ball, 0.2, {0, 0}, [] { return true; }), Cancelled);
+  const SpringBed<double> loose(eye, rest, {1e5, 0.005, 0});
+  CHECK_THROWS_AS((void)loose.press_tilting(ball, 0.2, {0, 0}, [] { return true; }), Cancelled);
+  last = 0;
+  CHECK(loose.press_tilting(ball, 0.2, {1e-4, 0}, follow).equilibrium == Equilibrium::reached);
+}

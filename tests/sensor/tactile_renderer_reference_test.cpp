@@ -80,3 +80,19 @@ TEST_CASE("the published images: the gated specular term and clipping move them 
   const auto options = [](bool rectify) { return TactileOptions{.rectify = rectify}; };
   CHECK(worst_of_published<double>(options).worst <= 1);
 }
+
+TEST_CASE("the authors' tangent light lights nothing at rest, however strong its gloss") {
+  if (reference::is_absent()) return;
+  const TactileRenderer unlit(reference::camera<float>(), reference::depth("rest"),
+                              std::vector<Light<float>>{}, reference::background());
+  for (const std::string method : {"plane", "geodesic", "transport"}) {
+    auto lights = reference::lights<float>(method);
+    for (auto& light : lights) {
+      light.specular = 0.5f;
+      light.shininess = 5;
+    }
+    const TactileRenderer renderer(reference::camera<float>(), reference::depth("rest"), lights,
+                                   reference::background(), TactileOptions{.rectify = true});
+    CHECK(renderer.rest_image() == unlit.rest_image());
+  }
+}

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <random>
 #include <thread>
 #include <vector>
 
@@ -228,7 +229,7 @@ TEST_CASE("unknown depths show the background, and reach no further than the smo
                               picture());
   const auto background = unlit.rest_image();
   const auto whole = renderer.render(ball(0.004));
-  for (const double bad : {unknown, inf, -inf, 0.0, -0.01}) {
+  for (const double bad : {unknown, -inf, 0.0, -0.01}) {
     auto contact = ball(0.004);
     contact(32, 27) = contact(33, 27) = bad;
     const auto image = renderer.render(contact);
@@ -510,4 +511,122 @@ TEST_CASE("input that cannot be used is refused by name, before anything is writ
   CHECK(out == Image<Rgb8>(width, height, {9, 9, 9}));
   CHECK(small == Image<Rgb8>(2, 2, {9, 9, 9}));
   CHECK(depth == rest);
+}
+
+TEST_CASE_TEMPLATE("light that is made tangent lights nothing at rest, whatever its rounding", T,
+                   float, double) {
+  const Camera<T> eye{T(300), T(280), T(77.3), T(61.8), 160, 120};
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> one(-1, 1);
+  for (int round = 0; round < 24; ++round) {
+    // A wavy membrane, tilted, of any scale; in every third round rough, too.
+    const double scale = std::pow(10, 3 * one(random)), tilt = 0.003 * one(random);
+    const double wave = 0.05 * one(random), length = 10 + 40 * std::abs(one(random));
+    Image<double> rest(160, 120);
+    for (Index y = 0; y < 120; ++y) {
+      for (Index x = 0; x < 160; ++x) {
+        const double rough = round % 3 == 0 ? 0.003 * one(random) : 0;
+        rest(x, y) =
+            scale * (1 + tilt * (x - y) + wave * std::sin(x / length) * std::cos(y / 9.0) + rough);
+        if (round % 4 == 0 && std::hypot(x - 80, y - 60) > 50) rest(x, y) = 0;
+      }
+    }
+    std::vector<Light<T>> lights;
+    for (int k = 0; k < 3; ++k) {
+      Image<Vec3<T>> direction(160, 120);
+      const Vec3<double> middle(one(random), one(random), one(random));
+      for (auto& d : direction.pixels()) {
+        const Vec3<double> jitter(one(random), one(random), one(random));
+        d = (middle + 0.2 * (k + 1) * jitter).normalized().cast<T>();
+      }
+      lights.push_back({direction, {1, 1, 1}, T(0.5), T(0.5), T(k == 0 ? 0 : 5)});
+    }
+    for (const auto border : {BorderNormals::none, BorderNormals::extrapolated}) {
+      const TactileOptions options{.rectify = true, .border_normals = border};
+      const Background<T> grey(std::array{T(0.4), T(0.6), T(0.8)});
+      const TactileRenderer renderer(eye, rest, lights, grey, options);
+      const TactileRenderer unlit(eye, rest, std::vector<Light<T>>{}, grey, options);
+      CHECK(pixels_off(renderer.rest_image(), unlit.rest_image(), 1) == 0);
+      // Where it is pressed in it is lit.
+      auto contact = rest;
+      for (Index y = 40; y < 80; ++y) {
+        for (Index x = 60; x < 100; ++x) contact(x, y) -= 0.02 * scale;
+      }
+      CHECK(pixels_off(renderer.render(contact), unlit.rest_image(), 20) > 50);
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("the smaller sigma, the closer the membrane to the contact", T, float, double) {
+  const auto eye = camera.cast<T>();
+  // Pressed in on one side, pulled on the other.
+  auto contact = ball(0.003, 20, 20);
+  const auto pulled = ball(-0.003, 50, 35);
+  for (std::size_t i = 0; i < contact.pixels().size(); ++i) {
+    contact.pixels()[i] = std::min(contact.pixels()[i], pulled.pixels()[i]);
+    if (pulled.pixels()[i] > rest_depth().pixels()[i]) contact.pixels()[i] = pulled.pixels()[i];
+  }
+  for (const bool clip : {true, false}) {
+    const auto at = [&](double sigma, Index radius) {
+      TactileOptions options;
+      options.smoothing_sigma = sigma;
+      options.smoothing_radius = radius;
+      options.clip_to_rest = clip;
+      return TactileRenderer(eye, rest_depth(), two_lights<T>(), picture(), options)
+          .render(contact);
+    };
+    const auto rigid = at(0, 20);
+    CHECK(at(0, 0) == rigid);
+    CHECK(at(5, 0) == rigid);
+    for (const double sigma : {1e-300, 1e-30, 1e-6, 1e-3, 0.05, 0.1}) {
+      CHECK(pixels_off(at(sigma, 20), rigid, 2) == 0);
+    }
+    // And by its parts: the normals of the contact, where that is not clipped.
+    auto membrane = contact;
+    for (std::size_t i = 0; clip && i < membrane.pixels().size(); ++i) {
+      membrane.pixels()[i] = std::min(membrane.pixels()[i], rest_depth().pixels()[i]);
+    }
+    const auto as_rest = TactileRenderer(eye, membrane, two_lights<T>(), picture()).rest_image();
+    CHECK(pixels_off(rigid, as_rest, 2) == 0);
+  }
+}
+
+TEST_CASE("a light in another unit is refused by name and place") {
+  auto lights = two_lights();
+  const auto said = [&](const TactileOptions& options = {}) {
+    return refusal([&] { TactileRenderer(camera, rest_depth(), lights, picture(), options); });
+  };
+  lights[1].rgb = {0, 255, 0};
+  CHECK(said() ==
+        "light 1 has colour (0, 255, 0), which is not in shares of full light from 0 to 1");
+  lights[1].rgb = {0, -0.5, 0};
+  CHECK(contains(said(), "light 1 has colour (0, -0.5, 0)"));
+  lights = two_lights();
+  lights[0].direction(3, 4) = {0, 2, 0};
+  CHECK(said() == "light 0 has direction (0, 2, 0) at pixel (3, 4), which is longer than 1");
+  CHECK(said({.rectify = true}) == "accepted");  // makes it of unit length
+  lights[0].direction(3, 4) = {0, unknown, 0};
+  CHECK(contains(said(), "not finite"));
+  // By rounding, or where it is dimmer or dark.
+  lights[0].direction(3, 4) = {0, 1.0001, 0};
+  lights[0].direction(4, 4) = {0, 0.3, 0};
+  lights[0].direction(5, 4) = {0, 0, 0};
+  lights[0].rgb = {1.0000001, 0, 1};
+  CHECK(said() == "accepted");
+}
+
+TEST_CASE("a rest depth whose fourth power float does not hold is refused by place") {
+  const auto said = [](auto t, double scale) {
+    using T = decltype(t);
+    auto rest = rest_depth();
+    for (double& z : rest.pixels()) z *= scale;
+    return refusal([&] { TactileRenderer(camera.cast<T>(), rest, two_lights<T>(), picture()); });
+  };
+  for (const double scale : {1e-6, 1e-3, 1.0, 1e3, 1e6}) {
+    CHECK(said(float{}, scale) == "accepted");
+    CHECK(said(double{}, scale * scale * scale) == "accepted");
+  }
+  CHECK(contains(said(float{}, 1e-8), "at pixel (0, 0) is not between 1e-08 and 100000000"));
+  CHECK(contains(said(float{}, 1e10), "is not between"));
+  CHECK(contains(said(double{}, 1e-80), "is not between"));
 }

@@ -88,7 +88,7 @@ constexpr auto unknown_depths = []<class T>(Findings& findings, T) {
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {
       const bool is_known = std::isfinite(image(x, y));
-      findings.expect(is_known ? std::fabs(mean(x, y)) <= T(2.01) : std::isnan(mean(x, y)),
+      findings.expect(is_known ? std::fabs(mean(x, y)) <= T(2.01) : !std::isfinite(mean(x, y)),
                       "an unknown pixel spreads, or becomes known");
     }
   }
@@ -296,7 +296,10 @@ constexpr auto at_the_light = []<class T>(Findings& findings, T) {
 
 constexpr auto saturation = []<class T>(Findings& findings, T) {
   auto own = lights<T>();
-  for (auto& light : own) light.rgb = {T(1e30), T(-1e30), T(1e30)};
+  own[0].rgb = {1, 0, 1};
+  own[0].diffuse = own[0].specular = T(1e30);
+  own[1].rgb = {0, 1, 0};
+  own[1].diffuse = own[1].specular = T(-1e30);
   const TactileRenderer<T> renderer(camera<T>(), rest_depth<T>(), own);
   for (const auto& image : {renderer.rest_image(), renderer.render(pressed<T>())}) {
     for (Index y = 1; y < height - 1; ++y) {
@@ -307,6 +310,10 @@ constexpr auto saturation = []<class T>(Findings& findings, T) {
       }
     }
   }
+  own[1].rgb = {0, T(255), 0};
+  findings.expect_refusal("light 1 has colour (0, 255, 0)", [&] {
+    const TactileRenderer<T> refused(camera<T>(), rest_depth<T>(), own);
+  });
   own[0].rgb[0] = std::numeric_limits<T>::quiet_NaN();
   findings.expect_refusal(
       "not finite", [&] { const TactileRenderer<T> refused(camera<T>(), rest_depth<T>(), own); });

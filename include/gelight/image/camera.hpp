@@ -8,6 +8,7 @@
 #include "gelight/concepts/image.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/image/mask.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {
@@ -84,8 +85,9 @@ void require_camera_size(const I& image, const Camera<T>& camera, const char* wh
 
 }  // namespace detail
 
-/// The point that each pixel sees, in the unit of the depth; NaN where the depth is.
-/// Throws InvalidInput for a camera that is not valid or a depth image of another size.
+/// The point that each pixel sees, in the unit of the depth; NaN where none is seen (image/mask.hpp
+/// tells what depths mean). Throws InvalidInput for a camera that is not valid or a depth image of
+/// another size.
 template <std::floating_point T, ImageOf<T> I>
 [[nodiscard]] Image<Vec3<T>> unproject(const I& depth, const Camera<T>& camera) {
   camera.require_valid();
@@ -93,8 +95,9 @@ template <std::floating_point T, ImageOf<T> I>
   Image<Vec3<T>> points(camera.width, camera.height);
   for (Index y = 0; y < camera.height; ++y) {
     for (Index x = 0; x < camera.width; ++x) {
-      points(x, y) = camera.unproject(static_cast<T>(x), static_cast<T>(y),
-                                      static_cast<T>(ImageTraits<I>::pixel(depth, x, y)));
+      const T z = static_cast<T>(ImageTraits<I>::pixel(depth, x, y));
+      points(x, y) =
+          camera.unproject(static_cast<T>(x), static_cast<T>(y), detail::surface_or_nan(z));
     }
   }
   return points;

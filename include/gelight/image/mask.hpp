@@ -8,7 +8,35 @@
 #include "gelight/core/types.hpp"
 #include "gelight/views/image_view.hpp"
 
+// What a depth means, in every function that takes a depth image:
+//
+//     positive and finite      a surface is seen there
+//     +infinity                nothing is there: what it would touch is as at rest
+//     NaN, zero, negative      not known: the pixel stays so, and nothing around it counts it
+//
+// Of a membrane's own depth at rest, where there is nothing or nothing known is no membrane.
 namespace gelight {
+namespace detail {
+
+/// Whether a depth is that of a surface.
+template <std::floating_point T>
+[[nodiscard]] bool is_depth(T z) {
+  return z > 0 && z <= std::numeric_limits<T>::max();
+}
+
+/// Whether it is known what is there: a surface or nothing.
+template <std::floating_point T>
+[[nodiscard]] bool is_known(T z) {
+  return z > 0;
+}
+
+/// The depth of a surface, NaN for what is none.
+template <std::floating_point T>
+[[nodiscard]] T surface_or_nan(T z) {
+  return is_depth(z) ? z : std::numeric_limits<T>::quiet_NaN();
+}
+
+}  // namespace detail
 
 /// A depth image that is not known (NaN) beyond a circle, as where a round window ends. Centre and
 /// radius in pixels; pixels whose centres lie on the circle are kept. Throws InvalidInput for a

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -9,9 +10,11 @@
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/detail/normal_rows.hpp"
+#include "gelight/image/mask.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {
@@ -35,9 +38,11 @@ template <std::floating_point T>
 /// The unit normal of the surface at every pixel of a depth image, towards the camera: the cross
 /// product of the point cloud's 3 x 3 Sobel derivatives.
 ///
-/// Zero where a depth of the 3 x 3 window is NaN or infinite, and on the outermost pixels unless
-/// they are extrapolated. Throws InvalidInput for a camera that is not valid or a depth image of
-/// another size. About 60 floating-point operations a pixel.
+/// Zero where no surface is seen at a pixel of the 3 x 3 window (image/mask.hpp tells what depths
+/// mean), and on the outermost pixels unless they are extrapolated. Depths may be of any size: only
+/// their proportions count. Throws InvalidInput for a camera that is not valid or a depth image of
+/// another size. About 60 floating-point operations a pixel, more where their squares leave the
+/// range of T.
 template <std::floating_point T, ImageOf<T> I>
 [[nodiscard]] Image<Vec3<T>> sobel_normals(const I& depth, const Camera<T>& camera,
                                            BorderNormals border = BorderNormals::none) {
@@ -49,7 +54,7 @@ template <std::floating_point T, ImageOf<T> I>
   const auto row = [&](Index y) { return padded.data() + (y + 1) * stride + 1; };
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {
-      row(y)[x] = static_cast<T>(ImageTraits<I>::pixel(depth, x, y));
+      row(y)[x] = detail::surface_or_nan(static_cast<T>(ImageTraits<I>::pixel(depth, x, y)));
     }
     detail::extrapolate_ends(row(y), width);
   }
@@ -57,6 +62,12 @@ template <std::floating_point T, ImageOf<T> I>
   detail::extrapolate_row(row(-1), row(0), row(std::min(1, last)), width);
   detail::extrapolate_row(row(height), row(last), row(std::max(0, last - 1)), width);
 
+  const auto window = [&](Index x, Index y) {
+    std::array<T, 9> depths;
+    for (Index i = 0; i < 9; ++i)
+      depths[static_cast<std::size_t>(i)] = row(y + i / 3 - 1)[x + i % 3 - 1];
+    return depths;
+  };
   Image<Vec3<T>> normals(width, height, Vec3<T>::Zero());
   const std::vector<T> columns = detail::ray_columns(camera);
   detail::Array<T> planes(static_cast<std::size_t>(5 * width));
@@ -68,10 +79,16 @@ template <std::floating_point T, ImageOf<T> I>
     detail::sobel_product_row(n.x, n.y, n.z, p + 3 * width, p + 4 * width, row(y - 1), row(y),
                               row(y + 1), camera.fx, camera.fy, width);
     detail::unit_normal_row(n.x, n.y, n.z, ray, width);
-    detail::clear_unknown(n, width);
     for (Index x = rim; x < width - rim; ++x) {
+      const Vec3<T> normal(n.x[x], n.y[x], n.z[x]);
       // The pixel's own depth does not enter its derivatives.
-      if (std::isfinite(row(y)[x])) normals(x, y) = {n.x[x], n.y[x], n.z[x]};
+      const bool is_unit = std::abs(normal.squaredNorm() - 1) <= T(detail::unit_by_inverse_sqrt);
+      if (is_unit && std::isfinite(row(y)[x])) {
+        normals(x, y) = normal;
+      } else if (std::isfinite(row(y)[x])) {
+        normals(x, y) = detail::sobel_normal(window(x, y), camera.fx, camera.fy,
+                                             columns[static_cast<std::size_t>(x)], ray.v);
+      }
     }
   }
   return normals;
@@ -80,8 +97,8 @@ template <std::floating_point T, ImageOf<T> I>
 /// The unit normal of the surface at every pixel from central differences of its four neighbours'
 /// points, towards the camera: sharper than `sobel_normals`, and more shaken by noise.
 ///
-/// Zero on the outermost pixels and where one of the five depths is not finite. Throws InvalidInput
-/// as sobel_normals does.
+/// Zero on the outermost pixels and where no surface is seen at one of the five. Throws
+/// InvalidInput as sobel_normals does.
 template <std::floating_point T, ImageOf<T> I>
 [[nodiscard]] Image<Vec3<T>> central_normals(const I& depth, const Camera<T>& camera) {
   camera.require_valid();
@@ -90,14 +107,16 @@ template <std::floating_point T, ImageOf<T> I>
   for (Index y = 1; y < camera.height - 1; ++y) {
     for (Index x = 1; x < camera.width - 1; ++x) {
       const auto z = [&](Index dx, Index dy) {
-        return static_cast<T>(ImageTraits<I>::pixel(depth, x + dx, y + dy));
+        const T depth_there = static_cast<T>(ImageTraits<I>::pixel(depth, x + dx, y + dy));
+        return detail::surface_or_nan(depth_there);
       };
-      // The product of the two differences, each a multiple of the ray and of one axis.
+      // The product of the two differences, each a multiple of the ray and of one axis, over the
+      // product of the two sums, which is positive: so that depths of any size do.
       const Vec3<T> ray = camera.ray(static_cast<T>(x), static_cast<T>(y));
-      const T across = z(1, 0) + z(-1, 0), down = z(0, 1) + z(0, -1);
-      const T nx = camera.fx * (z(1, 0) - z(-1, 0)) * down;
-      const T ny = camera.fy * (z(0, 1) - z(0, -1)) * across;
-      const Vec3<T> n(nx, ny, -across * down - ray.x() * nx - ray.y() * ny);
+      const T across = (z(1, 0) - z(-1, 0)) / (z(1, 0) + z(-1, 0));
+      const T down = (z(0, 1) - z(0, -1)) / (z(0, 1) + z(0, -1));
+      const T nx = camera.fx * across, ny = camera.fy * down;
+      const Vec3<T> n(nx, ny, -1 - ray.x() * nx - ray.y() * ny);
       if (n.allFinite() && std::isfinite(z(0, 0))) normals(x, y) = detail::stable_unit(n);
     }
   }

@@ -11,6 +11,7 @@
 #include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/detail/plane_fit_rows.hpp"
+#include "gelight/image/mask.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {
@@ -30,7 +31,7 @@ void fit_planes(Image<Vec3<T>>& normals, const I& depth, const Camera<T>& camera
   for (Index y = 0; y < height + reach; ++y) {
     T* const row = depths.row(y % depths.height());
     for (Index x = 0; x < width && y < height; ++x) {
-      row[x] = static_cast<T>(ImageTraits<I>::pixel(depth, x, y));
+      row[x] = surface_or_nan(static_cast<T>(ImageTraits<I>::pixel(depth, x, y)));
     }
     rows.enter(y < height ? row : nullptr, y);
     if (y < reach) continue;
@@ -48,10 +49,11 @@ void fit_planes(Image<Vec3<T>>& normals, const I& depth, const Camera<T>& camera
 /// The normal of the plane that fits the points of a (2 radius + 1)^2 window best, towards the
 /// camera: the direction of least variance of their covariance, as in the STS sensor's simulator.
 ///
-/// Zero where the pixel's own depth is not finite, or fewer than three points of the window are, or
-/// they lie on a line; other depths that are not finite are left out, as is what lies outside the
-/// image. Works in double whatever T is; the cost grows with the logarithm of the radius. Throws
-/// InvalidInput for a camera that is not valid, a depth image of another size and a radius below 1.
+/// Zero where no surface is seen (image/mask.hpp tells what depths mean), or at fewer than three
+/// pixels of the window, or their points lie on a line; other pixels without a surface are left
+/// out, as is what lies outside the image. Works in double whatever T is; the cost grows with the
+/// logarithm of the radius. Throws InvalidInput for a camera that is not valid, a depth image of
+/// another size and a radius below 1.
 template <std::floating_point T, ImageOf<T> I>
 [[nodiscard]] Image<Vec3<T>> plane_fit_normals(const I& depth, const Camera<T>& camera,
                                                Index radius) {

@@ -53,8 +53,9 @@ template <std::floating_point T, ImageOf<T> I>
 }
 
 /// The mean of the known pixels around each pixel, weighted by a Gaussian (normalised convolution).
-/// Pixels that are NaN or infinite are not known, and stay NaN. Where all are known it is
-/// `gaussian`. Throws as gaussian_weights does. (Knutsson, Westin, Normalized and differential
+/// Pixels that are NaN or infinite are left out, and stay what they are. Where there are none it is
+/// `gaussian`. Numbers of either sign count: of a depth image make NaN what is not known, see
+/// image/mask.hpp. Throws as gaussian_weights does. (Knutsson, Westin, Normalized and differential
 /// convolution, 1993, doi:10.1109/CVPR.1993.341081)
 template <ImageLike I>
 requires std::floating_point<PixelOf<I>>
@@ -64,20 +65,25 @@ requires std::floating_point<PixelOf<I>>
   const Index width = static_cast<Index>(ImageTraits<I>::width(image));
   const Index height = static_cast<Index>(ImageTraits<I>::height(image));
   Image<T> values(width, height), missing(width, height);
+  bool any_missing = false;
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {
       const T value = ImageTraits<I>::pixel(image, x, y);
       const bool known = std::isfinite(value);
       values(x, y) = known ? value : T(0);
       missing(x, y) = known ? T(0) : T(1);
+      any_missing = any_missing || !known;
     }
   }
   Image<T> mean = gaussian(values, sigma, radius, border);
+  if (!any_missing) return mean;
   // The share that is missing, not the one that is there: it is exactly 0 where all is known.
   const Image<T> lack = gaussian(missing, sigma, radius, border);
-  for (std::size_t i = 0; i < mean.pixels().size(); ++i) {
-    if (missing.pixels()[i] != 0) mean.pixels()[i] = std::numeric_limits<T>::quiet_NaN();
-    if (lack.pixels()[i] > 0) mean.pixels()[i] /= 1 - lack.pixels()[i];
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      if (lack(x, y) > 0) mean(x, y) /= 1 - lack(x, y);
+      if (missing(x, y) != 0) mean(x, y) = ImageTraits<I>::pixel(image, x, y);
+    }
   }
   return mean;
 }

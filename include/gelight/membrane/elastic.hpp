@@ -4,12 +4,16 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
+#include <numeric>
 #include <span>
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/filter.hpp"
+#include "gelight/image/mask.hpp"
 #include "gelight/image/smooth.hpp"
 #include "gelight/views/image_view.hpp"
 
@@ -18,7 +22,14 @@ namespace gelight {
 
 namespace detail {
 
-/// How far an object stands out of the surface at rest, 0 where it does not touch it.
+/// How far an object stands out of the surface at rest: 0 where it does not touch it or nothing is
+/// there, NaN where that or the surface is not known.
+template <std::floating_point T>
+[[nodiscard]] T protrusion(T depth, T rest) {
+  if (!is_known(depth) || !is_depth(rest)) return std::numeric_limits<T>::quiet_NaN();
+  return std::max(T(0), rest - depth);
+}
+
 template <ImageLike D, ImageLike R>
 [[nodiscard]] Image<PixelOf<R>> protrusion(const D& depth, const R& rest) {
   using T = PixelOf<R>;
@@ -27,9 +38,8 @@ template <ImageLike D, ImageLike R>
                static_cast<Index>(ImageTraits<R>::height(rest)));
   for (Index y = 0; y < out.height(); ++y) {
     for (Index x = 0; x < out.width(); ++x) {
-      const T p =
-          ImageTraits<R>::pixel(rest, x, y) - static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
-      out(x, y) = std::max(T(0), p);
+      out(x, y) = protrusion<T>(static_cast<T>(ImageTraits<D>::pixel(depth, x, y)),
+                                ImageTraits<R>::pixel(rest, x, y));
     }
   }
   return out;
@@ -40,7 +50,8 @@ template <ImageLike D, ImageLike R>
 /// The depth of an elastic membrane that something is pressed into: min(depth, rest - G(rest -
 /// depth)), with a Gaussian G cut off beyond `radius` pixels and the image reflected without
 /// repeating its edge. Depths in one unit, of the size of `rest`; what lies deeper than `rest` does
-/// not touch it.
+/// not touch it. Depths mean what image/mask.hpp says: where one is not known, or there is no
+/// membrane at rest, the result is NaN, and the Gaussian averages over the others.
 ///
 /// Throws InvalidInput for images of different sizes, and as gaussian_weights does. (Gomes,
 /// Paoletti, Luo, Simulation of Curved GelSight Sensors for Sim2Real Learning)
@@ -48,12 +59,13 @@ template <ImageLike D, ImageLike R>
 [[nodiscard]] Image<PixelOf<R>> elastic_depth(const D& depth, const R& rest, double sigma = 5,
                                               Index radius = 20) {
   using T = PixelOf<R>;
-  Image<T> result = gaussian(detail::protrusion(depth, rest), sigma, radius);
+  Image<T> result = gaussian_of_known(detail::protrusion(depth, rest), sigma, radius);
   for (Index y = 0; y < result.height(); ++y) {
     for (Index x = 0; x < result.width(); ++x) {
       const T at_rest = ImageTraits<R>::pixel(rest, x, y);
       const T contact = std::min(at_rest, static_cast<T>(ImageTraits<D>::pixel(depth, x, y)));
-      result(x, y) = std::min(contact, at_rest - result(x, y));
+      const T bulged = at_rest - result(x, y);
+      result(x, y) = contact < bulged ? contact : bulged;  // NaN, where that is
     }
   }
   return result;
@@ -76,22 +88,43 @@ namespace detail {
   return kernel;
 }
 
-template <class T>
-[[nodiscard]] T largest(const Image<T>& image) {
-  return image.pixels().empty() ? T(0)
-                                : *std::max_element(image.pixels().begin(), image.pixels().end());
+/// The largest number, 0 where none is above.
+[[nodiscard]] inline double largest(const Image<double>& image) {
+  double most = 0;
+  for (const double value : image.pixels()) most = value > most ? value : most;
+  return most;
 }
 
-/// The larger of the protrusion and its blurred self, scaled to the same height.
+/// The larger of the protrusion and its blurred self, scaled to the same height; NaN where the
+/// protrusion is, which the blur leaves out.
 [[nodiscard]] inline Image<double> spread_round(const Image<double>& spread,
                                                 const Image<double>& protrusion,
                                                 const std::vector<double>& kernel) {
   const auto anchor = static_cast<Index>(kernel.size() / 2);
-  Image<double> next = correlate<double>(spread, kernel, anchor);
-  const double highest = largest(next);
+  const double sum = std::accumulate(kernel.begin(), kernel.end(), 0.0);
+  Image<double> known = spread, missing(spread.width(), spread.height());
+  bool any_missing = false;
+  for (std::size_t i = 0; i < known.pixels().size(); ++i) {
+    if (!std::isnan(known.pixels()[i])) continue;
+    known.pixels()[i] = 0;
+    missing.pixels()[i] = 1 / (sum * sum);
+    any_missing = true;
+  }
+  Image<double> next = correlate<double>(known, kernel, anchor);
+  if (any_missing) {
+    const Image<double> lack = correlate<double>(missing, kernel, anchor);
+    for (std::size_t i = 0; i < next.pixels().size(); ++i) {
+      if (missing.pixels()[i] == 0) next.pixels()[i] /= 1 - lack.pixels()[i];
+    }
+  }
+  double highest = 0;
+  for (std::size_t i = 0; i < next.pixels().size(); ++i) {
+    if (missing.pixels()[i] == 0) highest = std::max(highest, next.pixels()[i]);
+  }
   const double scale = highest > 0 ? largest(protrusion) / highest : 0;
   for (std::size_t i = 0; i < next.pixels().size(); ++i) {
-    next.pixels()[i] = std::max(scale * next.pixels()[i], protrusion.pixels()[i]);
+    const double own = protrusion.pixels()[i];
+    next.pixels()[i] = std::isnan(own) ? own : std::max(scale * next.pixels()[i], own);
   }
   return next;
 }
@@ -101,17 +134,22 @@ template <class T>
 /// The membrane of the flat GelSight simulator that the GelTip's came from: twice a narrow spread
 /// of the protrusion less a wide one, so that the gel sinks around the contact before it rises.
 ///
-/// Depths in one unit, the gel's surface flat at `rest`. Without contact the membrane is at rest.
-/// (Gomes, Wilson, Luo, GelSight Simulation for Sim2Real Learning, 2019; the kernels of 21 and 52
-/// pixels are those of its published code.) About 740 multiply-adds a pixel.
+/// Depths in one unit, the gel's surface flat at `rest`. What lies deeper does not touch it, and
+/// without contact the membrane is at rest. Depths mean what image/mask.hpp says: where one is not
+/// known the membrane is NaN, and spreads from the others. Throws InvalidInput for a rest depth
+/// that is not positive and finite. (Gomes, Wilson, Luo, GelSight Simulation for Sim2Real Learning,
+/// 2019; the kernels of 21 and 52 pixels are those of its published code.) About 740 multiply-adds
+/// a pixel.
 template <ImageOf<double> I>
 [[nodiscard]] Image<double> gelsight_flat_depth(const I& depth, double rest = 0.030) {
+  detail::require(detail::is_depth(rest), "rest depth ", rest, " is not positive and finite");
   const Index width = static_cast<Index>(ImageTraits<I>::width(depth));
   const Index height = static_cast<Index>(ImageTraits<I>::height(depth));
   Image<double> protrusion(width, height);
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {
-      protrusion(x, y) = rest - static_cast<double>(ImageTraits<I>::pixel(depth, x, y));
+      protrusion(x, y) =
+          detail::protrusion<double>(static_cast<double>(ImageTraits<I>::pixel(depth, x, y)), rest);
     }
   }
   const auto narrow_kernel = detail::filtered_pulse(7, 21);
@@ -134,7 +172,9 @@ template <ImageOf<double> I>
 /// The membrane of Taxim: the protrusion blurred by ever narrower Gaussians, and put back after
 /// each wherever the object is. `sigmas` are in pixels, applied in their order, cut off at 4 sigma.
 ///
-/// Depths in one unit; `depth` and `rest` of one size. Throws InvalidInput for images of different
+/// Depths in one unit; `depth` and `rest` of one size. Depths mean what image/mask.hpp says: where
+/// one is not known, or there is no membrane at rest, the result is NaN, and the others are blurred
+/// without it. Throws InvalidInput for images of different
 /// sizes and as gaussian does. (Si, Yuan, Taxim: An Example-based Simulation Model for GelSight
 /// Tactile Sensors, 2022, doi:10.1109/LRA.2022.3142412)
 template <ImageLike D, ImageLike R>
@@ -144,7 +184,7 @@ template <ImageLike D, ImageLike R>
   const Image<T> protrusion = detail::protrusion(depth, rest);
   Image<T> gel = protrusion;
   for (const double sigma : sigmas) {
-    gel = gaussian(gel, sigma);
+    gel = gaussian_of_known(gel, sigma, gaussian_radius(sigma, gel.width(), gel.height()));
     for (std::size_t i = 0; i < gel.pixels().size(); ++i) {
       if (protrusion.pixels()[i] > 0) gel.pixels()[i] = protrusion.pixels()[i];
     }

@@ -5,9 +5,11 @@
 #include <concepts>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/membrane/detail/spring_sums.hpp"
@@ -104,43 +106,44 @@ class SpringBed {
   ///
   /// The force is a convex, piecewise linear, increasing function of the displacement: Newton's
   /// method ends after a few steps, exactly but for rounding (with tension: to 1e-9 of the force).
-  /// A depth that is +infinity shows no object; one that is NaN, zero or negative is not known.
+  /// Depths mean what image/mask.hpp says: at +infinity there is no object.
   /// Throws InvalidInput for a depth image of another size than the camera's and a force that is
-  /// not finite; whatever else stands in the way is told by `equilibrium`.
+  /// not finite, and Cancelled where `cancelled` says so, which is asked at every step, in a gel
+  /// with tension after every sweep; whatever else stands in the way is told by `equilibrium`.
   template <ImageOf<T> D>
-  [[nodiscard]] SpringContact<T> press(const D& depth, double force) const {
+  [[nodiscard]] SpringContact<T> press(const D& depth, double force,
+                                       const CancelHook& cancelled = {}) const {
     SpringContact<T> contact;
-    press_into(contact, depth, force);
+    solve(contact, depth, {force, {0, 0}, false}, cancelled);
     return contact;
   }
 
   /// The same into a contact whose images are used again. (They are worked in: should memory run
-  /// out in a gel with tension, they hold something unfinished.)
+  /// out in a gel with tension, they hold something unfinished. Cancelled, it leaves them alone.)
   template <ImageOf<T> D>
-  void press_into(SpringContact<T>& contact, const D& depth, double force) const {
-    solve(contact, depth, {force, {0, 0}, false});
+  void press_into(SpringContact<T>& contact, const D& depth, double force,
+                  const CancelHook& cancelled = {}) const {
+    solve_into(contact, depth, {force, {0, 0}, false}, cancelled);
   }
 
   /// The equilibrium of a force that acts along the line parallel to the camera's axis through
   /// `centre` (x and y in the camera's frame, m), on an object that moves and tilts: force and two
-  /// moments for three unknowns, by a semismooth Newton's method, to 1e-9 of the force. Throws as
-  /// press does, and for a centre that is not finite.
+  /// moments for three unknowns, by a semismooth Newton's method, to 1e-9 of the force or to
+  /// rounding. Throws as press does, and for a centre that is not finite.
   template <ImageOf<T> D>
   [[nodiscard]] SpringContact<T> press_tilting(const D& depth, double force,
-                                               const Vec2<double>& centre) const {
+                                               const Vec2<double>& centre,
+                                               const CancelHook& cancelled = {}) const {
     SpringContact<T> contact;
-    press_tilting_into(contact, depth, force, centre);
+    solve(contact, depth, tilting_load(force, centre), cancelled);
     return contact;
   }
 
   /// The same into a contact whose images are used again.
   template <ImageOf<T> D>
   void press_tilting_into(SpringContact<T>& contact, const D& depth, double force,
-                          const Vec2<double>& centre) const {
-    detail::require(centre.allFinite(), "the force's centre (", centre.x(), ", ", centre.y(),
-                    ") is not finite");
-    const double x = centre.x() / column(), y = centre.y() / row();
-    solve(contact, depth, {force, {x + double{camera_.cx}, y + double{camera_.cy}}, true});
+                          const Vec2<double>& centre, const CancelHook& cancelled = {}) const {
+    solve_into(contact, depth, tilting_load(force, centre), cancelled);
   }
 
   /// The depth of the gel's surface under a contact, in m: what a renderer is to be given.
@@ -181,8 +184,26 @@ class SpringBed {
   [[nodiscard]] double spring() const { return gel_.stiffness() * spring_area(); }
   [[nodiscard]] double half_image() const { return 0.5 * std::max(camera_.width, camera_.height); }
 
+  [[nodiscard]] Load tilting_load(double force, const Vec2<double>& centre) const {
+    detail::require(centre.allFinite(), "the force's centre (", centre.x(), ", ", centre.y(),
+                    ") is not finite");
+    const double x = centre.x() / column(), y = centre.y() / row();
+    return {force, {x + double{camera_.cx}, y + double{camera_.cy}}, true};
+  }
+
+  // Work that may be cancelled is done beside the contact.
   template <class D>
-  void solve(SpringContact<T>& contact, const D& depth, const Load& load) const {
+  void solve_into(SpringContact<T>& contact, const D& depth, const Load& load,
+                  const CancelHook& cancelled) const {
+    if (!cancelled) return solve(contact, depth, load, cancelled);
+    SpringContact<T> fresh;
+    solve(fresh, depth, load, cancelled);
+    contact = std::move(fresh);
+  }
+
+  template <class D>
+  void solve(SpringContact<T>& contact, const D& depth, const Load& load,
+             const CancelHook& cancelled) const {
     detail::require_camera_size(depth, camera_, "the depth image");
     detail::require(std::isfinite(load.force), "force ", load.force, " is not finite");
     if (contact.indentation.width() != camera_.width ||
@@ -200,13 +221,13 @@ class SpringBed {
       if (std::isfinite(springs.least_gap())) outcome.motion.offset = springs.least_gap();
       springs.press(contact.touching, outcome.motion);
     } else if (gel_.tension == 0) {
-      outcome = equilibrate(springs, first_guess(springs, load), load);
+      outcome = equilibrate(springs, first_guess(springs, load), load, cancelled);
       springs.press(contact.touching, outcome.motion);
     } else {
       const double reach = std::sqrt(gel_.tension / gel_.stiffness());
       detail::TautMembrane<T> membrane(springs, camera_.width, camera_.height, reach / column(),
-                                       reach / row());
-      outcome = equilibrate(membrane, first_guess(springs, load), load);
+                                       reach / row(), cancelled);
+      outcome = equilibrate(membrane, first_guess(springs, load), load, {});
       membrane.write(contact.indentation, contact.touching);
     }
     report(contact, outcome, load);
@@ -267,23 +288,40 @@ class SpringBed {
     return {p[0] - per_column * load.centre.x() - per_row * load.centre.y(), per_column, per_row};
   }
 
-  // Newton's method on the object's motion, from a displacement without tilt. The load is the slope
-  // of a convex energy, which each step lowers.
+  // Newton's method on the object's motion, from a displacement without tilt. The load less the
+  // force is the slope of a convex, piecewise quadratic energy, which has a least value wherever
+  // the force acts within the object. Full steps are taken while each leaves less than 0.9 of the
+  // least residual so far, which cannot go on for ever; all others lower the energy by a share of
+  // what their slope promises, so that they lead to the least energy on their own. (Nocedal,
+  // Wright, Numerical Optimization, 2006, theorem 3.2, doi:10.1007/978-0-387-40065-5)
   template <class Springs>
-  [[nodiscard]] Outcome equilibrate(Springs& springs, double displacement, const Load& load) const {
-    constexpr int most_steps = 200, most_cuts = 60;
+  [[nodiscard]] Outcome equilibrate(Springs& springs, double displacement, const Load& load,
+                                    const CancelHook& cancelled) const {
+    constexpr int most_steps = 200;
     constexpr double acceptable = 1e-9;  // of the force
+    constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
     const double wanted = load.force / spring();
     const Vec3<double> target(wanted, 0, 0);
     const auto at = [&](const Vec3<double>& p) {
       return response(springs.sums(motion(p, load), load.tilts), load);
     };
+    // Light loads are lost in the rounding of the places of the springs that bear them.
+    const auto is_enough = [&](double residual, const Vec3<double>& place, const Response& there) {
+      return residual <= std::max(acceptable * wanted,
+                                  rounding * place.lpNorm<1>() * std::max(1.0, there.rate(0, 0)));
+    };
     Vec3<double> p(displacement, 0, 0), best = p;
     Response r = at(p), best_response = r;
     double least = (r.load - target).norm();
     for (int step = 0; step < most_steps && least > Springs::accuracy * wanted; ++step) {
-      const bool is_near = least <= acceptable * wanted;
-      descend(at, p, r, target, is_near ? 1 : most_cuts);
+      cancelled.check(step / (step + 10.0), "pressing into springs");
+      const bool is_near = is_enough(least, best, best_response);
+      const Vec3<double> start = p, direction = newton_step(r, r.load - target);
+      const double slope = (r.load - target).dot(direction);
+      p = start + direction;
+      r = at(p);
+      const bool is_shorter = (r.load - target).norm() < 0.9 * least;
+      if (!is_near && !is_shorter) descend(at, p, r, target, {start, direction, slope});
       const double residual = (r.load - target).norm();
       if (is_near && residual >= least) break;  // by rounding
       if (residual >= least) continue;
@@ -293,7 +331,7 @@ class SpringBed {
     }
     Outcome outcome;
     outcome.equilibrium =
-        least <= acceptable * wanted ? Equilibrium::reached : Equilibrium::not_converged;
+        is_enough(least, best, best_response) ? Equilibrium::reached : Equilibrium::not_converged;
     outcome.motion = motion(best, load);
     outcome.response = best_response;
     const double through = springs.deepest(outcome.motion) - gel_.thickness;
@@ -305,20 +343,39 @@ class SpringBed {
     return outcome;
   }
 
-  // A Newton step, shortened until it does not go far beyond the least energy on its way; moves p
-  // and its response along.
+  struct Line {
+    Vec3<double> start, direction;
+    double slope;  // of the energy at the start, which is negative
+  };
+
+  // Moves p and its response, from the end of a line, to where the energy still falls along it, but
+  // no more than half as steeply as at the start: longer than the line where it has to be.
   template <class At>
   void descend(const At& at, Vec3<double>& p, Response& r, const Vec3<double>& target,
-               int most_tries) const {
-    const Vec3<double> start = p, direction = newton_step(r, r.load - target);
-    const double slope = (r.load - target).dot(direction);
-    double share = 1;
+               const Line& line) const {
+    constexpr int most_tries = 120;
+    constexpr double narrow = 1e-15;  // of a bracket: nothing is left between its ends
+    double low = 0, high = std::numeric_limits<double>::infinity(), share = 1;
+    double slope_low = line.slope, slope_high = 0;
     for (int i = 0; i < most_tries; ++i) {
-      p = start + share * direction;
+      const double slope = (r.load - target).dot(line.direction);
+      if (slope <= 0 && slope >= 0.5 * line.slope) return;
+      (slope > 0 ? high : low) = share;
+      (slope > 0 ? slope_high : slope_low) = slope;
+      if (std::isfinite(high) && high - low <= narrow * high) return;
+      if (std::isinf(high)) {
+        share *= 4;
+      } else if (i % 2 == 0) {
+        // To a quarter of the slope at the start, were it straight in between.
+        const double between = (0.25 * line.slope - slope_low) / (slope_high - slope_low);
+        share = low + std::clamp(between, 0.01, 0.99) * (high - low);
+      } else {
+        // The slope rises little before a spring is met, and much behind it: then halves are
+        // faster.
+        share = low + 0.5 * (high - low);
+      }
+      p = line.start + share * line.direction;
       r = at(p);
-      const double slope_there = (r.load - target).dot(direction);
-      if (slope_there <= -0.9 * slope) break;
-      share *= std::clamp(slope / (slope - slope_there), 1e-3, 0.5);
     }
   }
 

@@ -19,6 +19,7 @@
 #include "gelight/image/camera.hpp"
 #include "gelight/image/detail/plane_fit_rows.hpp"
 #include "gelight/image/filter.hpp"
+#include "gelight/image/mask.hpp"
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/detail/light_check.hpp"
 #include "gelight/sensor/detail/lit_rows.hpp"
@@ -103,9 +104,9 @@ template <std::floating_point T>
 /// Rezaei-Shoshtari, Girdhar, Meger, Dudek, Seeing Through your Skin, 2021,
 /// doi:10.1109/WACV48630.2021.00126)
 ///
-/// A depth that is NaN, zero or negative is not known: its pixel is lit by ambient light alone, and
-/// its neighbours' normals are fitted without it. +infinity is what touches nothing. A rest depth
-/// that is not known is a pixel outside the membrane.
+/// Depths mean what image/mask.hpp says: a pixel whose depth is not known is lit by ambient light
+/// alone, and its neighbours' normals are fitted without it; one without a rest depth lies outside
+/// the membrane.
 ///
 /// What does not depend on the frame is computed once, and normals only around what touches.
 /// `render` may be called from several threads.
@@ -304,7 +305,7 @@ class SeeThroughRenderer {
       for (Index x = 0; x < camera_.width; ++x) {
         const T z = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
         const T clipped = std::min(std::max(z, rest[x] - thickness), rest[x]);
-        gel[x] = z > 0 && rest[x] > 0 ? clipped : unknown;
+        gel[x] = detail::is_known(z) && rest[x] > 0 ? clipped : unknown;
       }
       const auto bytes = static_cast<std::size_t>(camera_.width) * sizeof(T);
       if (std::memcmp(gel, rest, bytes) == 0) continue;

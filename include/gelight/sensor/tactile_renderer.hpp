@@ -14,6 +14,7 @@
 #include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/filter.hpp"
+#include "gelight/image/mask.hpp"
 #include "gelight/image/normals.hpp"
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/detail/changed_blocks.hpp"
@@ -35,7 +36,8 @@ struct TactileOptions {
   double smoothing_sigma = 5;
   /// Where that Gaussian is cut off, in pixels.
   Index smoothing_radius = 20;
-  /// Make the lights' directions tangent to the membrane at rest, and of unit length.
+  /// Make the lights' directions tangent to the membrane at rest, and of unit length. At rest it is
+  /// then without any light, but for the unclamped specular term.
   bool rectify = false;
   /// Take what lies deeper than the membrane at rest as not touching it, rather than as pulling it.
   bool clip_to_rest = true;
@@ -79,12 +81,12 @@ struct TactileFrame {
 /// the background; the sum is clamped to [0, 1] and truncated to 8 bits. (Gomes, Paoletti, Luo,
 /// Simulation of Curved GelSight Sensors for Sim2Real Learning)
 ///
-/// A depth that is NaN, infinite, zero or negative is not known: its pixel shows ambient light
-/// alone, and the protrusion around it is averaged over the known pixels only, so that it does not
-/// spread; the membrane's neighbouring normals take it to be where the average puts it. A rest
-/// depth that is not known is a pixel outside the membrane: it and the normals beside it are
-/// without light. A frame that equals the rest depth (or has nothing nearer) gives `rest_image()`
-/// bit for bit.
+/// Depths mean what image/mask.hpp says. Where nothing is there, nothing touches. Where a depth is
+/// not known, the pixel shows ambient light alone, and the protrusion around it is averaged over
+/// the known pixels only, so that it does not spread; the membrane's neighbouring normals take it
+/// to be where the average puts it. Where the rest depth is none, the pixel lies outside the
+/// membrane: it and the normals beside it are without light. A frame that equals the rest depth (or
+/// has nothing nearer) gives `rest_image()` bit for bit.
 ///
 /// Everything that does not depend on the frame is computed once. `render` may be called from
 /// several threads; each borrows a workspace, so that after its first frame none allocates.
@@ -92,8 +94,10 @@ template <std::floating_point T>
 class TactileRenderer {
  public:
   /// Throws InvalidInput for a camera that is not valid, an image that has another size than the
-  /// camera's, a light or background with a number that is not finite, options out of range, and an
-  /// unclamped specular term with a shininess that is not an integer.
+  /// camera's, a light or background with a number that is not finite, a light beyond full light or
+  /// with a direction longer than 1 (unless `rectify` makes it so), options out of range, an
+  /// unclamped specular term with a shininess that is not an integer, and a rest depth whose fourth
+  /// power leaves the range of T: in float from 1e-8 to 1e8.
   template <ImageOf<T> D>
   TactileRenderer(const Camera<T>& camera, const D& rest_depth, const std::vector<Light<T>>& lights,
                   const Background<T>& background = {}, const TactileOptions& options = {})
@@ -114,7 +118,8 @@ class TactileRenderer {
   /// The image of the membrane that nothing touches.
   [[nodiscard]] const Image<Rgb8>& rest_image() const { return rest_image_; }
 
-  /// The image of a depth map of what touches the membrane, in the unit of the rest depth.
+  /// The image of a depth map of what touches the membrane, in the unit of the rest depth: that of
+  /// an object as `rasterize` sees it, or of whatever else image/mask.hpp calls a depth.
   /// Throws InvalidInput for a depth image of another size than the camera's.
   template <ImageOf<T> D>
   [[nodiscard]] Image<Rgb8> render(const D& depth) const {
@@ -182,13 +187,29 @@ class TactileRenderer {
     if (background.is_image()) {
       detail::require_camera_size(background.image(), camera, "the background image");
     }
+    require_depth_range(rest_depth, camera);
     detail::require(std::isfinite(options.ambient), "ambient ", options.ambient, " is not finite");
     detail::require(options.darkening >= 0 && options.darkening <= 1, "darkening ",
                     options.darkening, " is not in [0, 1]");
     detail::require(options.darkening_depth > 0, "darkening depth ", options.darkening_depth,
                     " is not positive");
-    detail::require_lights(lights, camera, options.specular);
+    detail::require_lights(lights, camera, options.specular, options.rectify);
     return options;
+  }
+
+  // Normals are made of squares of products of two depths.
+  template <class D>
+  static void require_depth_range(const D& rest_depth, const Camera<T>& camera) {
+    constexpr double least = sizeof(T) == 4 ? 1e-8 : detail::shortest_length;
+    constexpr double most = sizeof(T) == 4 ? 1e8 : detail::largest_coordinate;
+    for (Index y = 0; y < camera.height; ++y) {
+      for (Index x = 0; x < camera.width; ++x) {
+        const T z = static_cast<T>(ImageTraits<D>::pixel(rest_depth, x, y));
+        const bool is_in_range = double{z} >= least && double{z} <= most;
+        detail::require(!detail::is_depth(z) || is_in_range, "the rest depth ", z, " at pixel (", x,
+                        ", ", y, ") is not between ", least, " and ", most);
+      }
+    }
   }
 
   [[nodiscard]] static std::vector<T> membrane_weights(const TactileOptions& options) {
@@ -205,7 +226,14 @@ class TactileRenderer {
                                                          const TactileOptions& options) {
     Image<Vec3<double>> normals;
     if (options.rectify) {
-      normals = sobel_normals(rest_depth, camera.template cast<double>(), options.border_normals);
+      // Of the depths as they are rendered, rounded to T.
+      Image<T> rest(camera.width, camera.height);
+      for (Index y = 0; y < camera.height; ++y) {
+        for (Index x = 0; x < camera.width; ++x) {
+          rest(x, y) = static_cast<T>(ImageTraits<D>::pixel(rest_depth, x, y));
+        }
+      }
+      normals = sobel_normals(rest, camera.template cast<double>(), options.border_normals);
     }
     return {camera, background,       options.ambient,
             lights, options.specular, options.rectify ? &normals : nullptr};
@@ -347,7 +375,7 @@ class TactileRenderer {
     for (const detail::Run& run : work.runs) {
       for (Index x = run.begin; x < run.end; ++x) {
         const T z = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
-        if (detail::is_depth(z) && detail::is_depth(rest[x])) continue;
+        if (detail::is_known(z) && detail::is_depth(rest[x])) continue;
         work.shading.packed[static_cast<std::size_t>(x)] = shading_.ambient_colour(x, y);
       }
     }

@@ -22,7 +22,7 @@ struct Light {
   /// The direction in which the light travels when it arrives: unit length, or shorter where it is
   /// dimmer; zero where the pixel is not lit.
   Image<Vec3<T>> direction;
-  std::array<T, 3> rgb{1, 1, 1};  ///< colour and intensity, in shares of full light
+  std::array<T, 3> rgb{1, 1, 1};  ///< colour and intensity, in shares of full light, 0 to 1
   T diffuse = T(0.5);             ///< Phong's k_d
   T specular = T(0.1);            ///< Phong's k_s
   T shininess = 100;              ///< Phong's exponent

@@ -10,14 +10,15 @@
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/filter.hpp"
+#include "gelight/image/mask.hpp"
 #include "gelight/views/image_view.hpp"
 
 // What an object takes away of the light inside a sensor, after the GelTip authors' later code.
 namespace gelight {
 
 /// The share of the ambient light that the pressed gel loses at every pixel: `strength` where the
-/// object is pressed in by `full_depth` or more, less in proportion, none where nothing touches or
-/// a depth is not known.
+/// object is pressed in by `full_depth` or more, less in proportion, none where nothing touches, a
+/// depth is not known or there is no membrane (image/mask.hpp tells what depths mean).
 ///
 /// Depths and `full_depth` in one unit. Throws InvalidInput for images of different sizes, a
 /// strength outside [0, 1] and a full depth that is not positive.
@@ -35,10 +36,9 @@ template <ImageLike D, ImageLike R>
   for (Index y = 0; y < darkening.height(); ++y) {
     for (Index x = 0; x < darkening.width(); ++x) {
       const T z = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
-      const T pressed = ImageTraits<R>::pixel(rest, x, y) - z;
-      // Not so for what is not a number.
-      if (z > 0 && pressed > 0)
-        darkening(x, y) = std::min(static_cast<T>(strength), slope * pressed);
+      const T at_rest = ImageTraits<R>::pixel(rest, x, y);
+      if (detail::is_known(z) && detail::is_depth(at_rest) && at_rest > z)
+        darkening(x, y) = std::min(static_cast<T>(strength), slope * (at_rest - z));
     }
   }
   return darkening;
@@ -83,8 +83,9 @@ namespace detail {
 /// pixel: soft bands along the edges of the contact where it falls off the way that the ray runs.
 /// The bulge is to be multiplied by what is left. 0 everywhere where nothing touches.
 ///
-/// Depths in one unit. Throws InvalidInput for images of another size than the camera's, a camera
-/// that is not valid, and as gaussian does.
+/// Depths in one unit; they mean what image/mask.hpp says, and what is not known does not touch.
+/// Throws InvalidInput for images of another size than the camera's, a camera that is not valid,
+/// and as gaussian does.
 template <std::floating_point T, ImageOf<T> D, ImageOf<T> R>
 [[nodiscard]] Image<float> contact_shadow(const D& depth, const R& rest, const Camera<T>& camera,
                                           const ContactShadow& options = {}) {
@@ -97,8 +98,9 @@ template <std::floating_point T, ImageOf<T> D, ImageOf<T> R>
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {
       const T z = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
-      const T pressed = static_cast<T>(ImageTraits<R>::pixel(rest, x, y)) - z;
-      touching(x, y) = z > 0 && pressed > static_cast<T>(options.contact) ? 1 : 0;
+      const T at_rest = static_cast<T>(ImageTraits<R>::pixel(rest, x, y));
+      const bool is_pressed = at_rest - z > static_cast<T>(options.contact);
+      touching(x, y) = is_pressed && detail::is_known(z) && detail::is_depth(at_rest) ? 1 : 0;
     }
   }
   const auto slope = sobel(touching);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -117,6 +119,30 @@ void unit_facet_row(T* __restrict x, T* __restrict y, T* __restrict z, const Ray
     y[i] = scale * (y[i] - v * along);
     z[i] = scale * cosine;
   }
+}
+
+/// The unit normal towards the camera from the depths of a 3 x 3 window, row after row, of any
+/// size: what the two rows' functions above give, but where their products leave the range of T.
+/// Zero where a depth is not finite, or the window's derivatives have no direction.
+template <class T>
+[[nodiscard]] Vec3<T> sobel_normal(const std::array<T, 9>& window, T fx, T fy, T u, T v) {
+  T largest = 0;
+  for (const T z : window) {
+    if (!std::isfinite(z)) return Vec3<T>::Zero();
+    largest = std::max(largest, std::abs(z));
+  }
+  // A power of two, which rounds nothing: the normal depends on the depths' proportions alone.
+  int exponent = 0;
+  std::frexp(largest, &exponent);
+  std::array<double, 9> z{};
+  for (std::size_t i = 0; i < 9; ++i) {
+    z[i] = std::ldexp(static_cast<double>(window[i]), -exponent);
+  }
+  double x = 0, y = 0, along_ray = 0, sum = 0, difference = 0;
+  sobel_product_row(&x, &y, &along_ray, &sum, &difference, &z[1], &z[4], &z[7], double{fx},
+                    double{fy}, 1);
+  const double nz = along_ray - double{u} * x - double{v} * y;
+  return stable_unit(Vec3<double>(x, y, nz)).template cast<T>();
 }
 
 /// Writes the pixels before and after a row of depths, extrapolated linearly.

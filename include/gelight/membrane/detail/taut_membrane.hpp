@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/membrane/detail/spring_sums.hpp"
 #include "gelight/views/image_view.hpp"
@@ -26,8 +27,9 @@ class TautMembrane {
 
   /// The reach, how far tension carries a displacement, in columns and in rows.
   TautMembrane(const LoneSprings<T>& object, Index width, Index height, double reach_x,
-               double reach_y)
+               double reach_y, const CancelHook& cancelled)
       : object_(object),
+        cancelled_(cancelled),
         width_(width),
         height_(height),
         across_(reach_x * reach_x),
@@ -150,6 +152,9 @@ class TautMembrane {
         }
       }
       if (change <= tolerance * largest) return;
+      // How many sweeps there will be is not known: done is half of them after the usual number.
+      ++sweeps_;
+      cancelled_.check(1 - usual_sweeps / (usual_sweeps + sweeps_), "pressing into taut gel");
     }
   }
 
@@ -165,7 +170,11 @@ class TautMembrane {
     }
   }
 
+  static constexpr double usual_sweeps = 1000;
+
   const LoneSprings<T>& object_;
+  const CancelHook& cancelled_;
+  mutable double sweeps_ = 0;
   Index width_, height_;
   double across_, down_, relaxation_;
   Array<double> w_;

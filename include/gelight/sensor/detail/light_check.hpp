@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gelight/core/error.hpp"
+#include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/shading/phong.hpp"
@@ -14,13 +15,18 @@
 namespace gelight::detail {
 
 template <class T>
-void require_light(const Light<T>& light, const Camera<T>& camera, Specular form,
+void require_light(const Light<T>& light, const Camera<T>& camera, Specular form, bool any_length,
                    const std::string& name) {
   const auto finite = [](T value) { return std::isfinite(value); };
+  constexpr T most = T(1 + beyond_full_light);
   require_camera_size(light.direction, camera, ("the direction image of " + name).c_str());
   require(std::all_of(light.rgb.begin(), light.rgb.end(), finite) && finite(light.diffuse) &&
               finite(light.specular),
           name, " has a colour or coefficient that is not finite");
+  for (const T share : light.rgb) {
+    require(share >= 0 && share <= most, name, " has colour (", light.rgb[0], ", ", light.rgb[1],
+            ", ", light.rgb[2], "), which is not in shares of full light from 0 to 1");
+  }
   require(finite(light.shininess) && light.shininess >= 0, name, " has shininess ", light.shininess,
           ", which is negative or not finite");
   require(form == Specular::gated || light.shininess == std::floor(light.shininess), name,
@@ -31,16 +37,20 @@ void require_light(const Light<T>& light, const Camera<T>& camera, Specular form
       const Vec3<T>& d = light.direction(x, y);
       require(d.allFinite(), name, " has direction (", d.x(), ", ", d.y(), ", ", d.z(),
               ") at pixel (", x, ", ", y, "), which is not finite");
+      require(any_length || d.squaredNorm() <= most * most, name, " has direction (", d.x(), ", ",
+              d.y(), ", ", d.z(), ") at pixel (", x, ", ", y, "), which is longer than 1");
     }
   }
 }
 
 /// Throws InvalidInput for lights of another size than the camera's image, with numbers that are
-/// not finite, or with a shininess that the form of the specular term does not know.
+/// not finite, a colour beyond full light, directions longer than 1 (unless they may have any
+/// length), or a shininess that the form of the specular term does not know.
 template <class T>
-void require_lights(const std::vector<Light<T>>& lights, const Camera<T>& camera, Specular form) {
+void require_lights(const std::vector<Light<T>>& lights, const Camera<T>& camera, Specular form,
+                    bool any_length = false) {
   for (std::size_t k = 0; k < lights.size(); ++k) {
-    require_light(lights[k], camera, form, "light " + std::to_string(k));
+    require_light(lights[k], camera, form, any_length, "light " + std::to_string(k));
   }
 }
 

@@ -15,18 +15,19 @@
 #include "gelight/core/wide.hpp"
 #include "gelight/image/detail/normal_rows.hpp"
 #include "gelight/image/filter.hpp"
+#include "gelight/image/mask.hpp"
 #include "gelight/sensor/detail/lines.hpp"
 #include "gelight/sensor/detail/row_runs.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight::detail {
 
-/// The contact's depth where it is known and no deeper than the membrane at rest (or than
+/// The contact's depth where there is one that is no deeper than the membrane at rest (or than
 /// `allowed`), the rest depth elsewhere.
 template <class T>
 [[nodiscard]] T contact_depth(T depth, T rest, T allowed) {
   const T z = depth > 0 ? depth : std::numeric_limits<T>::infinity();
-  const T most = rest > allowed ? rest : allowed;
+  const T most = allowed > rest ? allowed : rest;  // NaN, where the rest depth is
   return z <= most ? z : rest;
 }
 
@@ -41,6 +42,13 @@ void protrusion_row(T* __restrict protrusion, const T* depth, const T* rest, T a
   }
 }
 
+/// out[i] = the contact's depth: a membrane that spreads nothing follows it.
+template <class T>
+void contact_row(T* __restrict out, const T* depth, const T* rest, T allowed,
+                 std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) out[i] = contact_depth(depth[i], rest[i], allowed);
+}
+
 /// out[i] = the smaller of the contact's depth and rest[i] - spread[i].
 template <class T>
 void bulge_row(T* __restrict out, const T* depth, const T* rest, const T* spread, T allowed,
@@ -53,17 +61,17 @@ void bulge_row(T* __restrict out, const T* depth, const T* rest, const T* spread
 }
 
 /// Whether a row is known and its protrusion 0, as most rows of a small contact are. `allowed` is
-/// 0 where what lies deeper than the membrane does not touch it, and otherwise without end.
+/// 0 where what lies deeper than the membrane does not touch it, and otherwise the largest number.
 /// A loop for each question, without branches: so compilers vectorise it.
 template <class T>
 [[nodiscard]] bool row_is_at_rest(const T* depth, const T* rest, T allowed, std::ptrdiff_t count) {
   int moved = 0;
   for (std::ptrdiff_t i = 0; i < count; ++i) moved |= depth[i] < rest[i] ? 1 : 0;
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    moved |= depth[i] <= std::numeric_limits<T>::max() ? 0 : 1;
-  }
+  for (std::ptrdiff_t i = 0; i < count; ++i) moved |= depth[i] > 0 ? 0 : 1;
   if (allowed == 0) return moved == 0;
-  for (std::ptrdiff_t i = 0; i < count; ++i) moved |= depth[i] > rest[i] ? 1 : 0;
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    moved |= contact_depth(depth[i], rest[i], allowed) > rest[i] ? 1 : 0;
+  }
   return moved == 0;
 }
 
@@ -72,12 +80,9 @@ template <class T>
 [[nodiscard]] bool row_has_holes(const T* depth, const T* rest, std::ptrdiff_t count) {
   int unknown = 0;
   for (std::ptrdiff_t i = 0; i < count; ++i) unknown |= depth[i] > 0 ? 0 : 1;
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    unknown |= depth[i] <= std::numeric_limits<T>::max() ? 0 : 1;
-  }
   if (unknown == 0) return false;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    if (!is_depth(depth[i]) && is_depth(rest[i])) return true;
+    if (!is_known(depth[i]) && is_depth(rest[i])) return true;
   }
   return false;
 }
@@ -372,7 +377,7 @@ class MembraneRows {
     work.any_holes = true;
     if (radius_ == 0) return;
     T* const row = work.padded.data() + whole_lines<T>(radius_);
-    for (Index x = 0; x < width_; ++x) row[x] = is_depth(rest(y)[x]) && !is_depth(depth[x]) ? 1 : 0;
+    for (Index x = 0; x < width_; ++x) row[x] = is_depth(rest(y)[x]) && !is_known(depth[x]) ? 1 : 0;
     work.runs.assign(1, {0, width_});
     work.missing.set(y, [&](T* out) { smooth_along(work, out); });
   }
@@ -437,9 +442,13 @@ class MembraneRows {
     const T* const depth = row_of(image, y, work.buffer.data(), width_);
     const T* const spread = work.spread[static_cast<std::size_t>(y % band)].data();
     for (const Run& run : work.runs) {
-      const std::ptrdiff_t x = run.begin;
+      const std::ptrdiff_t x = run.begin, count = run.end - run.begin;
       vectorised([&] {
-        bulge_row(z + x, depth + x, rest(y) + x, spread + x, allowed_, run.end - run.begin);
+        if (radius_ == 0) {
+          contact_row(z + x, depth + x, rest(y) + x, allowed_, count);
+        } else {
+          bulge_row(z + x, depth + x, rest(y) + x, spread + x, allowed_, count);
+        }
       });
     }
     extrapolate_ends(z, width_);

@@ -73,11 +73,6 @@ void for_each_tile(const Run& run, const Work& work) {
   }
 }
 
-template <std::floating_point T>
-[[nodiscard]] bool is_depth(T z) {
-  return z > 0 && z <= std::numeric_limits<T>::max();
-}
-
 /// Row y of an image: where it lies if its pixels are of type T and side by side, otherwise a
 /// converted copy in `buffer`.
 template <std::floating_point T, ImageOf<T> I>

@@ -88,8 +88,9 @@ class ShadedRows {
     keep_rays();
     keep_background(background, static_cast<T>(255 * ambient));
     for (std::size_t k = 0; k < lights.size(); ++k) {
-      keep_direction(lights[k].direction, k, rectified_to);
-      keep_colour(lights[k], form);
+      const T rounding = keep_direction(lights[k].direction, k, rectified_to);
+      const bool is_tangent = rectified_to != nullptr && form == Specular::gated;
+      keep_colour(lights[k], form, is_tangent ? rounding : 0);
     }
   }
 
@@ -216,9 +217,17 @@ class ShadedRows {
     }
   }
 
-  void keep_direction(const Image<Vec3<T>>& travel, std::size_t k,
-                      const Image<Vec3<double>>* rectified_to) {
+  // Returns by how much the product of a unit normal with a kept direction may be rounded.
+  T keep_direction(const Image<Vec3<T>>& travel, std::size_t k,
+                   const Image<Vec3<double>>* rectified_to) {
+    // A coordinate of a normal is rounded some five times on the way, one of a direction twice and
+    // by half a step of its code, and their sum of products five times.
+    constexpr T roundings = 16;
+    // Sums of two depths are rounded before their difference is taken, which over twice the depth
+    // and times the focal length is a slope.
+    const T of_slopes = std::max(camera_.fx, camera_.fy);
     const auto camera = camera_.template cast<double>();
+    T steps = 0;
     std::array<std::array<double, tile_width>, 3> planes{};
     for (Index y = 0; y < camera_.height; ++y) {
       for (Index begin = 0; begin < camera_.width; begin += tile_width) {
@@ -227,7 +236,8 @@ class ShadedRows {
           Vec3<double> l = -travel(begin + i, y).template cast<double>();
           if (rectified_to != nullptr) {
             const Vec3<double>& normal = (*rectified_to)(begin + i, y);
-            l = stable_unit(l - l.dot(normal) * normal);
+            // Twice: what is left of a direction along the normal is rounded by as much as that.
+            for (int pass = 0; pass < 2; ++pass) l = stable_unit(l - l.dot(normal) * normal);
           }
           const Vec3<double> ray = camera.ray(begin + i, y);
           const auto at = static_cast<std::size_t>(i);
@@ -235,13 +245,24 @@ class ShadedRows {
           planes[1][at] = l.y() - ray.y() * l.z();
           planes[2][at] = l.dot(ray) / ray.norm();
         }
+        T step = 0;
         for (std::size_t c = 0; c < 3; ++c) {
           const auto coordinate = static_cast<std::ptrdiff_t>(3 * k + c);
-          encode({planes[c].data(), static_cast<std::size_t>(count)},
-                 static_cast<std::size_t>(tile(begin, y) * coordinates_ + coordinate));
+          const auto at = static_cast<std::size_t>(tile(begin, y) * coordinates_ + coordinate);
+          encode({planes[c].data(), static_cast<std::size_t>(count)}, at);
+          if (!std::same_as<T, Code>) step += ranges_[at].step;
         }
+        steps = std::max(steps, step);
       }
     }
+    // Coordinates are as long as the rays at most, which are longest in a corner.
+    T longest = 0;
+    for (const Index y : {Index{0}, camera_.height - 1}) {
+      for (const Index x : {Index{0}, camera_.width - 1}) {
+        longest = std::max(longest, camera_.ray(static_cast<T>(x), static_cast<T>(y)).norm());
+      }
+    }
+    return steps / 2 + (roundings + of_slopes) * std::numeric_limits<T>::epsilon() * longest;
   }
 
   // Keeps a tile of a coordinate of a light.
@@ -261,9 +282,9 @@ class ShadedRows {
     }
   }
 
-  void keep_colour(const Light<T>& light, Specular form) {
+  void keep_colour(const Light<T>& light, Specular form, T tangent) {
     const T least = std::pow(std::numeric_limits<T>::min(), 1 / std::max(T(1), light.shininess));
-    LightColour<T> colour{{}, {}, light.shininess, form, least};
+    LightColour<T> colour{{}, {}, light.shininess, form, least, tangent};
     for (std::size_t c = 0; c < 3; ++c) {
       colour.diffuse[c] = 255 * light.rgb[c] * light.diffuse;
       colour.specular[c] = 255 * light.rgb[c] * light.specular;

@@ -129,6 +129,9 @@ struct LightColour {
   /// Cosines whose power is not a normal number count as 0: it cannot be seen, and numbers below
   /// the normal ones are slow to work with.
   T least_cosine;
+  /// N.L counts for so much less: as much as rounding may leave of a direction that was made
+  /// tangent.
+  T tangent = 0;
 };
 
 /// What Phong's equation makes of a light along a row: max(0, N.L), and R.V raised to the
@@ -138,11 +141,11 @@ struct PhongScratch {
   T *toward, *mirrored, *shine;
 };
 
-/// toward[i] = max(0, N.L); mirrored[i] = R.V, or 0 where that is closer to 0 than `least` or, in
-/// the gated form, negative or the light behind the surface.
+/// toward[i] = max(0, N.L - tangent); mirrored[i] = R.V, or 0 where that is closer to 0 than
+/// `least` or, in the gated form, negative or the light behind the surface.
 template <Specular form, class T>
 void reflect_row(T* __restrict toward, T* __restrict mirrored, const FacetRow<T>& n,
-                 const LightRow<T>& light, T least, std::ptrdiff_t count) {
+                 const LightRow<T>& light, T tangent, T least, std::ptrdiff_t count) {
   const T *const nx = n.x, *const ny = n.y, *const nz = n.z;
   const auto [x, y, z] = light;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
@@ -150,7 +153,8 @@ void reflect_row(T* __restrict toward, T* __restrict mirrored, const FacetRow<T>
     const T ly = y.least + y.step * static_cast<T>(y.code[i]);
     const T lz = z.least + z.step * static_cast<T>(z.code[i]);
     const T cosine = nx[i] * lx + ny[i] * ly + nz[i] * lz;
-    const T lit = (cosine + std::abs(cosine)) / 2;  // exactly max(0, cosine), and vectorised
+    const T past = cosine - tangent;
+    const T lit = (past + std::abs(past)) / 2;  // exactly max(0, past), and vectorised
     const T r_dot_v = lz - 2 * lit * nz[i];
     toward[i] = lit;
     if constexpr (form == Specular::gated) {
@@ -175,9 +179,11 @@ void phong_row(const PhongScratch<T>& out, const FacetRow<T>& n, const LightRow<
   const auto& [toward, mirrored, shine] = out;
   const bool gated = colour.form == Specular::gated;
   if (gated) {
-    reflect_row<Specular::gated>(toward, mirrored, n, light, colour.least_cosine, count);
+    reflect_row<Specular::gated>(toward, mirrored, n, light, colour.tangent, colour.least_cosine,
+                                 count);
   } else {
-    reflect_row<Specular::unclamped>(toward, mirrored, n, light, colour.least_cosine, count);
+    reflect_row<Specular::unclamped>(toward, mirrored, n, light, colour.tangent,
+                                     colour.least_cosine, count);
   }
   const T exponent = colour.shininess;
   if (exponent == std::floor(exponent) && exponent < T(1u << 31)) {
