@@ -88,9 +88,9 @@ class ShadedRows {
     keep_rays();
     keep_background(background, static_cast<T>(255 * ambient));
     for (std::size_t k = 0; k < lights.size(); ++k) {
-      const T rounding = keep_direction(lights[k].direction, k, rectified_to);
+      const T least_seen = keep_direction(lights[k].direction, k, rectified_to);
       const bool is_tangent = rectified_to != nullptr && form == Specular::gated;
-      keep_colour(lights[k], form, is_tangent ? rounding : 0);
+      keep_colour(lights[k], form, is_tangent ? least_seen : 0);
     }
   }
 
