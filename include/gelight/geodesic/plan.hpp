@@ -154,10 +154,7 @@ class PlannedSolvers {
     const auto& solver = exact_.get([&] { return ExactSolver<Real>(surface_, options_); });
     if (!cancelled) return solver.distance(from);
     ExactOptions<Real> options = options_;
-    options.cancelled = [&] {
-      cancelled.check(0, "the exact solve");
-      return false;
-    };
+    options.cancelled = cancelled;
     return solver.solve(from, options).distances();
   }
 

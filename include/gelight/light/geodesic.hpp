@@ -23,12 +23,7 @@ template <std::floating_point T>
                                           std::span<const SurfacePoint<T>> points,
                                           const CancelHook& cancelled) {
   ExactOptions<T> options;
-  if (cancelled) {
-    options.cancelled = [cancelled] {
-      cancelled.check(0, "the geodesic field");
-      return false;
-    };
-  }
+  options.cancelled = cancelled.part(0, 0.5);
   if (points.size() > static_cast<std::size_t>(solver.surface().face_count())) {
     options.keep_windows = true;
   } else {
