@@ -20,7 +20,6 @@
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/sampled_error.hpp"
 #include "gelight/geodesic/detail/way_back.hpp"
-#include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
@@ -49,7 +48,7 @@ struct TransportResult {
   std::vector<Vec3<T>> vectors;  ///< Of each vertex, in the mesh's space.
   /// Estimate of the mean of |vector - true vector| / |true vector| over the vertices reached, the
   /// true one being parallel along the shortest path from the nearest source: from up to 256 of
-  /// them, paths along which the vector is carried exactly. TRANSDOC
+  /// them, paths that fast marching leads along, on which the vector is carried exactly. TRANSDOC
   double error = 0;
   /// The error is at most 0.06; above, vectors may be off by more than a tenth on average.
   bool is_reliable = true;
@@ -221,7 +220,6 @@ class VectorHeatSolver {
     detail::Late<detail::SparseFactor<std::complex<Real>>> factor;
     detail::Late<HeatSolver<Real>> heat;
     detail::Late<ExactSolver<Real>> exact;
-    detail::Late<DijkstraSolver<Real>> dijkstra;
     detail::Late<FastMarchingSolver<Real>> marching;
   };
 
@@ -357,17 +355,15 @@ class VectorHeatSolver {
     return targets;
   }
 
-  // The directions of paths that Dijkstra's distances lead along are as good as any where vectors
-  // turn little, and where they turn much, all paths but the shortest are off.
   [[nodiscard]] double transport_error(std::span<const VectorSource<T>> sources,
                                        const std::vector<Vec3<T>>& vectors) const {
     detail::Sources points;
     for (const auto& source : sources) {
       points.push_back({detail::simplified(surface_, source.point.template cast<Real>()), Real(0)});
     }
-    const auto& dijkstra = late_->dijkstra.get([&] { return DijkstraSolver<Real>(surface_); });
+    const auto& marching = late_->marching.get([&] { return FastMarchingSolver<Real>(surface_); });
     detail::Array<Real> distance(vertex_count());
-    dijkstra.distance_into(distance, std::span<const Source<Real>>(points));
+    marching.distance_into(distance, std::span<const Source<Real>>(points));
     const auto targets = reached_but(distance, [](Index) { return false; });
     detail::WayBackOf<Real> way(surface_, points, distance, true);
     return detail::sampled_mean(targets, samples, largest_error, [&](Index v) {
