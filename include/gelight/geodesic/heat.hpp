@@ -44,10 +44,12 @@ struct HeatOptions {
   /// the heat continues it, which removes the error beside the source. 0 leaves heat alone.
   double exact_radius = 3;
   /// How often the unit field is taken anew from the distance found, for one more solve each:
-  /// REFDOC
+  /// the first takes the mean error from 0.31 to 0.15 % on spheres, from 1.43 to 1.22 % on
+  /// scan-like meshes. Where fronts meet, gradients stay as short as they are found.
   Index refinements = 0;
   /// Works on the intrinsic Delaunay triangulation of the same surface, on which thin triangles do
-  /// no harm; false takes the mesh's own triangles. DELDOC
+  /// no harm; false takes the mesh's own triangles. Mean errors on scan-like meshes, of all and of
+  /// the worst source: 1.4 and 4.8 % with it, 5.8 and 58 % without, for 4 to 5 % more set-up.
   bool intrinsic_delaunay = true;
   /// What factors the matrices: gelight's own, or another library (`cholmod_backend` of
   /// mesh/cholmod.hpp).
@@ -209,8 +211,10 @@ struct HeatResult {
   std::vector<T> distance;  ///< Of each vertex, +infinity where no path leads.
   /// Estimate of the mean of |distance / true distance - 1| over the vertices that are reached,
   /// both counted from the earliest source: from up to 256 of them, paths are followed back through
-  /// the distances and pulled taut, whose lengths do not depend on how long heat says they are.
-  /// ERRDOC
+  /// the distances and pulled taut, whose lengths do not depend on how long heat says they are. On
+  /// scan_meshes(4), 30 sources each, none of the 98 answers off by more than a tenth that the
+  /// meshes' own triangles give is missed; of 720 default answers, all off by less than a
+  /// twentieth, none is flagged. With exact_radius = 0, 3 % of good answers are.
   double error = 0;
   /// Mean of | |gradient| - 1 |, by area, over the faces where heat decides: a distance has 0. It
   /// tells roughness and thin faces more than it tells errors.
@@ -232,10 +236,13 @@ struct HeatResult {
 /// area. Each connected part is on its own; one without a source is +infinity. Sources that start
 /// at different distances cost a solve for each such distance.
 ///
-/// Error on icospheres of 642 to 10,242 vertices, mean and largest: 0.42 % and 1.1 % by default,
-/// 0.12 % and 0.58 % with one refinement; heat alone (exact_radius = 0) 1.7 to 0.77 % and 15 %.
-/// Only heat alone improves as the mesh is refined, with order 0.4 to 0.7: in a time of one squared
-/// edge heat never forgets the mesh. Set-up takes about n^1.5, a query n log n.
+/// Error, 30 sources each (benchmarks/heat_error_benchmark.cpp), mean and largest: icospheres of
+/// 642 to 10,242 vertices 0.31 and 2.5 %, 0.15 and 2.0 % with one refinement, heat alone
+/// (exact_radius = 0) 1.05 and 17 %; the rough, creased, bordered and thin meshes of
+/// scan_meshes(4) 1.4 and 20 %, 1.2 and 17 %, 1.5 and 100 %. Graded meshes are worst, since the
+/// time is that of the mean edge: `solve` tells. Heat alone improves as spheres are refined, with
+/// order 0.4 to 0.7: in a time of one squared edge heat never forgets the mesh. Set-up takes about
+/// n^1.5, a query n log n.
 template <std::floating_point T>
 class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   using Real = typename detail::WorkingPrecision<T>::Real;
@@ -274,8 +281,9 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
   /// The same distances as `distance` gives, with an estimate of their error and flags where they
-  /// are not to be trusted, which `distance` alone does not tell. COSTDOC Throws InvalidInput as
-  /// `distance` does.
+  /// are not to be trusted, which `distance` alone does not tell. Some 5 to 13 % more work
+  /// than `distance` at 10,000 vertices, several times that where the estimate is close to the
+  /// limit. Throws InvalidInput as `distance` does.
   ///@{
   [[nodiscard]] HeatResult<T> solve(Index vertex) const {
     return solve(std::span<const Index>(&vertex, 1));
