@@ -108,7 +108,7 @@ std::vector<Dial> dials() {
   all.push_back(heat("default", {}));
   all.push_back(heat("heat alone", {.exact_radius = 0}));
   all.push_back(heat("refined once", {.refinements = 1}));
-  all.push_back(heat("intrinsic Delaunay", {.intrinsic_delaunay = true}));
+  all.push_back(heat("own triangles", {.intrinsic_delaunay = false}));
   for (const int radius : {2, 8, 32}) all.push_back(resets(radius));
   all.push_back({"exact", "default", 1e-12,
                  [](const Mesh<double>& mesh) { return query_of(ExactSolver(mesh)); },

@@ -4,9 +4,8 @@
 namespace gelight::stress {
 
 std::vector<Method> heat_methods() {
-  return {{"heat", maker<HeatSolver>(), false, false},
-          {"heat, intrinsic Delaunay", maker<HeatSolver>(HeatOptions{.intrinsic_delaunay = true}),
-           false, false}};
+  return {{"heat", maker<HeatSolver>(HeatOptions{.intrinsic_delaunay = false}), false, false},
+          {"heat, intrinsic Delaunay", maker<HeatSolver>(), false, false}};
 }
 
 }  // namespace gelight::stress

@@ -302,7 +302,7 @@ TEST_CASE("on the intrinsic Delaunay triangulation faces that lean do no harm") 
 
 TEST_CASE("on a sound mesh, Delaunay already, the option changes rounding alone") {
   const auto mesh = icosphere<double>(3);
-  const VectorHeatSolver own(mesh), flipped(mesh, {.intrinsic_delaunay = true});
+  const VectorHeatSolver own(mesh, {.intrinsic_delaunay = false}), flipped(mesh);
   const auto basis = own.tangent_basis(9);
   const auto a = own.transport(9, basis[0]), b = flipped.transport(9, basis[0]);
   for (std::size_t v = 0; v < a.size(); ++v) {
@@ -337,4 +337,60 @@ TEST_CASE("a heat solver's matrices are shared, and the answer is the same to th
     const std::vector<double> values{1, -2};
     CHECK(shared.extend(at, values) == own.extend(at, values));
   }
+}
+
+TEST_CASE("solve gives the same vectors and coordinates, and tells good ones from bad") {
+  const auto sphere = icosphere<double>(4);
+  auto sheet = grid<double>(30, 30, 30.0, 30.0);
+  for (auto& p : sheet.positions) p[0] += 4 * p[1];
+  const VectorHeatSolver on_sphere(sphere), on_sheet(sheet),
+      on_thin(sheet, {.intrinsic_delaunay = false});
+  for (const Index source : {12, 300, 555}) {
+    const auto x = on_sphere.tangent_basis(source)[0];
+    const auto carried = on_sphere.solve(source, x);
+    CHECK(carried.vectors == on_sphere.transport(source, x));
+    CHECK(carried.is_reliable);
+    const auto map = on_sphere.solve_log_map(source);
+    CHECK(map.coordinates == on_sphere.log_map(source));
+    CHECK(map.is_reliable);
+    // A flat sheet, where the truth is the difference of positions.
+    for (const auto* solver : {&on_sheet, &on_thin}) {
+      const auto result = solver->solve_log_map(source);
+      const auto basis = solver->tangent_basis(source);
+      double mean = 0;
+      for (std::size_t v = 0; v < sheet.positions.size(); ++v) {
+        const Vec truth = at(sheet, v) - at(sheet, static_cast<std::size_t>(source));
+        const Vec found = result.coordinates[v][0] * basis[0] + result.coordinates[v][1] * basis[1];
+        if (truth.norm() > 0) mean += (found - truth).norm() / truth.norm();
+      }
+      mean /= static_cast<double>(sheet.positions.size() - 1);
+      MESSAGE("mean " << mean << ", said " << result.error);
+      if (mean > 0.1) CHECK_FALSE(result.is_reliable);
+      if (solver == &on_thin) CHECK(mean > 0.1);
+    }
+  }
+}
+
+TEST_CASE("a cancelled query leaves the solver as it was") {
+  const auto mesh = icosphere<double>(3);
+  int left = 1 << 20;
+  double told = 0;
+  const CancelHook hook([&](double done) {
+    CHECK(done >= told);
+    told = done;
+    return left-- == 0;
+  });
+  const VectorHeatSolver solver(mesh, {.cancelled = hook});
+  const auto expected = VectorHeatSolver(mesh).log_map(7);
+  for (const int asks : {0, 1, 5, 20}) {
+    left = asks;
+    told = 0;
+    CHECK_THROWS_AS((void)solver.log_map(7), Cancelled);
+  }
+  left = 1 << 20;
+  told = 0;
+  CHECK(solver.log_map(7) == expected);
+  left = 0;
+  told = 0;
+  CHECK_THROWS_AS(VectorHeatSolver(mesh, {.cancelled = hook}), Cancelled);
 }
