@@ -67,8 +67,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     while (!front.queue.empty()) {
       const Index v = detail::pop_and_fetch(front.queue, begin_, spokes_, front.vertices);
       if (front.vertices[v].settled) continue;  // it is in the queue for every time that it came nearer
-      front.settle(v);
       refine(v, front);
+      front.settle(v);
       advance(v, front);
     }
     detail::Array<double> distance(front.vertices.size());
@@ -115,7 +115,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     Index place = 0;  // of `back` in the fan: 2 s on spoke s, 2 s - 1 in the face before
     float gain = 0;
     bool settled = false;  // not in the queue, having been there
-    signed char hidden = 0;  // the end before or after `place` shows it an image that is hidden from the other end
+    Index promised = 0;
+    double promise = unreachable<double>;
 
     [[nodiscard]] bool is_bettered(double new_offset, double new_distance) const {
       return new_distance < distance * (1 - double{gain}) ||
@@ -133,7 +134,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     detail::Array<Vertex> vertices;
     detail::BucketQueue queue;
 
-    void reach(Index v, double offset, double distance, const Turn& back, float angle, Index place, signed char hidden = 0) {
+    void reach(Index v, double offset, double distance, const Turn& back, float angle, Index place) {
       Vertex& vertex = vertices[v];
       const bool in_place = !vertex.settled && queue.are_together(vertex.distance, distance);
       vertex.distance = distance;
@@ -142,12 +143,12 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
       vertex.angle = angle;
       vertex.place = place;
       vertex.settled = false;
-      vertex.hidden = hidden;
       if (!in_place) queue.push(v, distance);
     }
     void settle(Index v) {
       Vertex& vertex = vertices[v];
       vertex.settled = true;
+      vertex.promise = unreachable<double>;
       vertex.gain = std::clamp(2 * vertex.gain, least_gain, largest_gain);
     }
   };
@@ -226,11 +227,11 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     if (!(limit > std::min(first.distance, second.distance) - slack)) return;
     (void)own;
     if (first.distance < limit + slack) {
-      through(v, s, side, first, second, edge.length, at, false, to.end, sight, front);
+      through(v, s, side, first, second, edge.length, at, to.end, sight, true, front);
     }
     if (second.distance < limit + slack) {
-      through(edge.end, decoded(back_edge), back_edge < 0 ? -1 : 1, second, first, edge.length, at, true,
-              to.end, sight, front);
+      through(edge.end, decoded(back_edge), back_edge < 0 ? -1 : 1, second, first, edge.length,
+              {edge.length - at.x(), at.y()}, to.end, sight, false, front);
     }
   }
 
@@ -249,54 +250,92 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     return angle < 4.7F && u.y() >= -1e-14;
   }
 
+  // An image in the plane of a face, in front of an edge of it: `x` along the edge from its owner,
+  // `y` behind the edge.
+  struct Image {
+    double x, y;
+  };
+
+  // Where the circles about the ends of an edge meet.
+  [[nodiscard]] static Image by_distances(double r, double known, double length) {
+    const double x = (length + (r - known) * (r + known) / length) / 2;
+    return {x, std::sqrt(std::max(0.0, (r - x) * (r + x)))};
+  }
+
+  [[nodiscard]] static Image dimmed(const Image& image, const Image& far, double r, double length, const Vec2<double>& at) {
+    const double share = std::clamp(
+        (image.x * at.y() + at.x() * image.y) / ((at.y() + image.y) * length), 0.0, 1.0);
+    const double x = image.x + share * (far.x - image.x);
+    return {x, std::sqrt(std::max(0.0, (r - x) * (r + x)))};
+  }
+
+  [[nodiscard]] static double distance_to(const Image& image, const Vec2<double>& at) {
+    const double aside = at.x() - image.x, total = at.y() + image.y;
+    return std::sqrt(aside * aside + total * total);
+  }
+
+  [[nodiscard]] static bool crosses(const Image& image, const Vec2<double>& at, double length) {
+    const double at_edge = image.x * at.y() + at.x() * image.y;
+    return (at_edge >= 0) & (at_edge <= (at.y() + image.y) * length);
+  }
+
   void through(Index v, Index s, int side, const Vertex& owner, const Vertex& other, double length,
-               const Vec2<double>& at, bool mirrored, Index t, Index sight, Front& front) const {
-    const Vertex& target = front.vertices[t];
+               const Vec2<double>& at, Index t, Index sight, bool owner_is_sighted, Front& front) const {
+    Vertex& target = front.vertices[t];
     Turn u;
     const double r = owner.distance - owner.offset;
     if (!(r > 0) || length == 0) return;
     if (!sees(v, s, side, owner, u)) return;
-    double x = r * u.x(), y = r * std::max(0.0, u.y());
+    const double x = r * u.x(), y = r * std::max(0.0, u.y());
+    Image image{x, y};
     // What hides the image from the other end hides it in part from what lies behind the edge.
     const double known = other.distance - owner.offset;
     const double seen2 = (x - length) * (x - length) + y * y;
-    signed char hidden = 0;
+    // the spoke from the target to the owner, and whether the other end comes after it
+    const Index to_owner = owner_is_sighted ? decoded(sight) : sight >= 0 ? sight + 1 : ~sight - 1;
+    const bool after = (sight >= 0) == owner_is_sighted;
+    const Index place = after ? 2 * to_owner + 1 : 2 * to_owner - 1;
     if (known > 0 && known * known * (1 - 1e-12) > seen2) {
-      x = (length + (r - known) * (r + known) / length) / 2;
-      y = std::sqrt(std::max(0.0, (r - x) * (r + x)));
-      hidden = mirrored ? 2 : 1;
+      const Image far = by_distances(r, known, length);
+      const Image between = dimmed(image, far, r, length, at);
+      if (target.settled) {
+        image = between;
+      } else {
+        if (crosses(between, at, length)) {
+          const double d = owner.offset + distance_to(between, at);
+          if (d < target.promise) target.promise = d, target.promised = after ? place : -place;
+        }
+        image = far;
+      }
     }
-    if (mirrored) x = length - x;
-    const double aside = at.x() - x, total = at.y() + y;
-    const double at_edge = x * at.y() + at.x() * y;
-    if (!((at_edge >= 0) & (at_edge <= total * length))) return;
-    const double straight_line = std::sqrt(aside * aside + total * total);
+    if (!crosses(image, at, length)) return;
+    const double straight_line = distance_to(image, at);
     const double distance = owner.offset + straight_line;
     if (!target.is_bettered(owner.offset, distance)) return;
-    // the direction back, from the spoke to v towards the other
-    const Index spoke = decoded(sight);
-    const bool after = sight >= 0;
-    if (hidden) hidden = (hidden == 1) == after ? -1 : 1;
-    const Spoke& sp = spokes_[spoke];
-    const double inverse = 1 / (straight_line * sp.length);
+    const Turn back = back_to(image, at, straight_line, to_owner, after);
+    const Index other_spoke = after ? to_owner + 1 : to_owner - 1;
+    front.reach(t, owner.offset, distance, back, (spokes_[to_owner].angle + spokes_[other_spoke].angle) / 2, place);
+  }
+
+  // the direction back, from the spoke to the owner towards the other
+  [[nodiscard]] Turn back_to(const Image& image, const Vec2<double>& at, double distance, Index to_owner, bool after) const {
+    const double aside = at.x() - image.x, total = at.y() + image.y;
+    const double inverse = 1 / (distance * spokes_[to_owner].length);
     Turn c((aside * at.x() + total * at.y()) * inverse, (total * at.x() - at.y() * aside) * inverse);
-    const Spoke& other_sp = spokes_[after ? spoke + 1 : spoke - 1];
     if (!after) c.y() = -c.y();
-    front.reach(t, owner.offset, distance, turned(sp.turn, c), (sp.angle + other_sp.angle) / 2,
-                after ? 2 * spoke + 1 : 2 * spoke - 1, hidden);
+    return turned(spokes_[to_owner].turn, c);
   }
 
   void refine(Index v, Front& front) const {
     Vertex& vertex = front.vertices[v];
-    if (!vertex.hidden) return;
-    const Index corner = (vertex.place + 1) / 2;
+    if (!(vertex.promise < vertex.distance)) return;
+    const bool by_before = vertex.promised > 0;
+    const Index place = by_before ? vertex.promised : -vertex.promised;
+    const Index corner = (place + 1) / 2;
     const Spoke &here = spokes_[corner], &before = spokes_[corner - 1];
-    const bool by_before = vertex.hidden < 0;
-    vertex.hidden = 0;
     const Spoke& to_owner = by_before ? before : here;
     const Spoke& to_other = by_before ? here : before;
     const Vertex &owner = front.vertices[to_owner.end], &other = front.vertices[to_other.end];
-    if (owner.offset != vertex.offset) return;
     const Index sight = by_before ? here.before : here.here;
     const Index s = sight >= 0 ? sight + 1 : ~sight - 1;
     Turn u;
@@ -304,26 +343,23 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     if (!(r > 0) || !sees(to_owner.end, s, sight >= 0 ? -1 : 1, owner, u)) return;
     const double length = spokes_[s].length;
     const double known = other.distance - owner.offset;
-    double x = r * u.x(), y = r * std::max(0.0, u.y());
-    const double seen2 = (x - length) * (x - length) + y * y;
-    if (!(known * known > seen2) || length == 0) return;
+    Image image{r * u.x(), r * std::max(0.0, u.y())};
+    const double seen2 = (image.x - length) * (image.x - length) + image.y * image.y;
     const Turn opening = turned_back(here.turn, before.turn);
     const double dot = to_owner.length * to_other.length * opening.x();
     const Vec2<double> at((to_owner.length * to_owner.length - dot) / length,
                           to_owner.length * to_other.length * opening.y() / length);
-    const double share =
-        std::clamp((x * at.y() + at.x() * y) / ((at.y() + y) * length), 0.0, 1.0);
-    const double x2 = (length + (r - known) * (r + known) / length) / 2;
-    x += share * (x2 - x);
-    y = std::sqrt(std::max(0.0, (r - x) * (r + x)));
-    const double aside = at.x() - x, total = at.y() + y;
-    const double straight_line = std::sqrt(aside * aside + total * total);
-    if (!(owner.offset + straight_line < vertex.distance)) return;
-    vertex.distance = owner.offset + straight_line;
-    const double inverse = 1 / (straight_line * to_owner.length);
-    Turn c((aside * at.x() + total * at.y()) * inverse, (total * at.x() - at.y() * aside) * inverse);
-    if (!by_before) c.y() = -c.y();
-    vertex.back = turned(to_owner.turn, c);
+    if (known > 0 && known * known > seen2) {
+      image = dimmed(image, by_distances(r, known, length), r, length, at);
+    }
+    if (!crosses(image, at, length)) return;
+    const double d = distance_to(image, at);
+    if (!(owner.offset + d < vertex.distance)) return;
+    vertex.distance = owner.offset + d;
+    vertex.offset = owner.offset;
+    vertex.place = place;
+    vertex.angle = (here.angle + before.angle) / 2;
+    vertex.back = back_to(image, at, d, by_before ? corner - 1 : corner, by_before);
   }
 
   void lay_out_fans() {
