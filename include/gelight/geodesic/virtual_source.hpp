@@ -188,7 +188,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   };
 
   static constexpr float least_gain = 1e-10F, largest_gain = 3e-4F;
-  static constexpr double tie = 1e-12, straight = 1e-9;
+  static constexpr double tie = 1e-12, straight = 1e-9, next_to_vertex = 1e-9;
 
   void start(const Source<double>& source, Index wave, Front& front) const {
     const auto point = detail::simplified(surface_, source.point);
@@ -241,7 +241,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     const double distance = from.distance + spoke.length;
     double offset = from.distance;
     const Turn u = turned_back(spoke.turn, from.back);
-    if (std::fabs(u.y()) < straight && u.x() < 0) offset = from.offset;
+    const bool is_next = from.distance - from.offset <= next_to_vertex * spoke.length;
+    if (is_next || (std::fabs(u.y()) < straight && u.x() < 0)) offset = from.offset;
     if (!target.is_bettered(offset, distance)) return;
     const Index back = decoded(spoke.slack != no_face ? spoke.here : spokes_[s + 1].before);
     const Spoke& sight = spokes_[back];
@@ -318,7 +319,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     Vertex& target = front.vertices[t];
     Turn u;
     const double r = owner.distance - owner.offset;
-    if (!(r > 0) || length == 0) return;
+    if (!(r > next_to_vertex * length)) return;
     if (!sees(v, s, side, owner, u)) return;
     const double x = r * u.x(), y = r * std::max(0.0, u.y());
     Image image{x, y};
