@@ -96,9 +96,10 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     for (const auto& source : sources) {
       const auto wave = static_cast<Index>(front.starts.size());
       front.starts.push_back(source.distance);
-      detail::for_each_vertex_near(
-          surface_, detail::simplified(surface_, source.point),
-          [&](Index v, double d) { front.template reach<true>(v, source.distance + d, wave, true); });
+      detail::for_each_vertex_near(surface_, detail::simplified(surface_, source.point),
+                                   [&](Index v, double d) {
+                                     front.template reach<true>(v, source.distance + d, wave, true);
+                                   });
     }
     if (several) {
       march<true>(front);
@@ -107,7 +108,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     }
     detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()));
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      distance[v] = earliest + front.best(v);
+      distance[v] = earliest + (several ? front.best(v) : front.nodes[v].distance);
     }
     return distance;
   }
@@ -129,9 +130,12 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   void march(Front& front) const {
     detail::Watch watch(cancelled_, surface_.vertex_count(), "a query of fast marching");
     while (!front.queue.empty()) {
-      const Index node = detail::pop_and_fetch(front.queue, begin_, spokes_, front.nodes, [&](Index n) {
-        return several && n >= surface_.vertex_count() ? front.owner[n - surface_.vertex_count()] : n;
-      });
+      const Index node =
+          detail::pop_and_fetch(front.queue, begin_, spokes_, front.nodes, [&](Index n) {
+            return several && n >= surface_.vertex_count()
+                       ? front.owner[n - surface_.vertex_count()]
+                       : n;
+          });
       if (front.nodes[node].settled) continue;  // waited in two places
       watch.step();
       front.settle(node);
@@ -245,7 +249,8 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     void settle(Index n) {
       Node& node = nodes[n];
       node.settled = true;
-      node.gain = static_cast<float>(std::clamp(gain_growth * double{node.gain}, least_gain, largest_gain));
+      node.gain =
+          static_cast<float>(std::clamp(gain_growth * double{node.gain}, least_gain, largest_gain));
       node.to_beat = node.distance * (1 - double{node.gain});
     }
   };
@@ -360,7 +365,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   Surface<double> surface_;
   CancelHook cancelled_;
   double step_ = 0;
-  double late_ = 0;  // by which a wave may be late at a vertex and still be handed on
+  double late_ = 0;             // by which a wave may be late at a vertex and still be handed on
   detail::Array<Index> begin_;  // of each vertex, and one more: where its spokes begin
   detail::Array<Spoke> spokes_;
   std::shared_ptr<detail::Pool<Front>> pool_ = std::make_shared<detail::Pool<Front>>();
