@@ -213,7 +213,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
 
     /// Whether no other wave has been at a vertex.
     [[nodiscard]] bool is_alone(Index v, Index wave) const {
-      return (nodes[v].next < 0) & ((nodes[v].wave == wave) | (nodes[v].wave < 0));
+      return nodes[v].next < 0 && (nodes[v].wave == wave || nodes[v].wave < 0);
     }
 
     /// The node for a wave that comes to a vertex where others have been, or -1 where it need not
