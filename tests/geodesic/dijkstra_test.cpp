@@ -250,3 +250,28 @@ TEST_CASE("bad queries are refused before anything is written") {
   const std::vector<Source<double>> sources{{vertex_point<double>(0), nan}};
   CHECK_THROWS_AS((void)solver.distance(sources), InvalidInput);
 }
+
+TEST_CASE("a hook cancels and follows queries, also by Steiner points") {
+  const auto mesh = icosphere<double>(5);
+  for (const Index points : {0, 2}) {
+    bool ends = false;
+    double last = 0;
+    int asked = 0;
+    const auto hook = [&](double done) {
+      CHECK(done >= last);
+      last = done;
+      ++asked;
+      return ends;
+    };
+    const DijkstraSolver solver(mesh, {.steiner_points = points, .cancelled = hook});
+    const auto d = solver.distance(5);
+    CHECK(asked > 0);
+    CHECK(last <= 1);
+    ends = true, last = 0;
+    std::vector<double> out(d.size(), -1);
+    CHECK_THROWS_AS(solver.distance_into(out, 5), Cancelled);
+    CHECK(out == std::vector<double>(d.size(), -1));
+    ends = false, last = 0;
+    CHECK(solver.distance(5) == d);
+  }
+}
