@@ -49,6 +49,7 @@
 #include "gelight/mesh/operators.hpp"
 #include "gelight/mesh/repair.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 #include "gelight/mesh/tangent.hpp"

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "gelight/views/mesh_view.hpp"
+#include "support/hard_meshes.hpp"
 #include "support/refusal.hpp"
 
 using gelight::Index;
@@ -119,4 +120,23 @@ TEST_CASE_TEMPLATE("lengths survive a mesh far from the origin", T, float, doubl
   const T far = static_cast<T>(1e6);
   const Mesh<T> mesh{{{far, 0, 0}, {far + 1, 0, 0}, {far, 1, 0}}, {{0, 1, 2}}};
   CHECK(Surface<T>(mesh).length(0) == T{1});
+}
+
+TEST_CASE("the way between two points is as exact far from the origin as near it") {
+  gelight::test::Random random(11);
+  for (int i = 0; i < 300; ++i) {
+    gelight::Mesh<double> mesh = gelight::test::small_random_mesh(i, random);
+    for (auto& p : mesh.positions) {
+      for (double& x : p) x = std::round(x * 1024) / 1024;
+    }
+    gelight::Mesh<double> far = mesh;
+    for (auto& p : far.positions) p = {p[0] + 1e6, p[1] - 3e6, p[2] + 7e5};
+    const gelight::Surface<double> surface(mesh), moved(far);
+    const auto p = gelight::test::random_point(mesh, random);
+    const auto q = gelight::test::random_point(mesh, random);
+    const gelight::Vec3<double> way = surface.difference(p, q);
+    CHECK(moved.difference(p, q) == way);
+    CHECK((way - (surface.position(q) - surface.position(p))).norm() <= 1e-12 * way.norm() + 1e-13);
+    CHECK(surface.difference(p, p).norm() == 0);
+  }
 }

@@ -25,6 +25,7 @@
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -199,21 +200,7 @@ class ExactField {
 
   [[nodiscard]] Point checked(const SurfacePoint<T>& point) const {
     surface_.require_point(point);
-    return snapped(surface_, point.template cast<Real>());
-  }
-
-  // A point with a share of exactly zero lies on an edge or at a vertex.
-  static Point snapped(const Mesh& surface, const Point& p) {
-    std::array<Index, 3> corners{p.element[0], p.element[1], -1};
-    if (p.kind == Point::Kind::face) corners = surface.face(p.element[0]);
-    std::array<std::size_t, 3> used{};
-    std::size_t count = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (p.weights[k] > 0) used[count++] = k;
-    }
-    if (count == 1) return vertex_point<Real>(corners[used[0]]);
-    if (count == 3 || p.kind != Point::Kind::face) return p;
-    return edge_point<Real>(corners[used[0]], corners[used[1]], p.weights[used[1]]);
+    return detail::simplified(surface_, point.template cast<Real>());
   }
 
   [[nodiscard]] End nearest(const Point& p) const {
@@ -243,13 +230,12 @@ class ExactField {
   // longer than a limit, which `visit` may lower.
   template <class Visit>
   void for_each_end(const Point& p, const Real& limit, const Visit& visit) const {
-    const Vec3<Real> place = surface_.position(p);
-    const auto gap = [&](const Vec3<Real>& from) { return detail::straight(place, from); };
+    const auto gap = [&](const Point& from) { return detail::straight(surface_, from, p); };
     for_each_face(p, [&](Index f, const Weights& weights) {
       if (keeps_windows(f)) through_windows(f, weights, limit, visit);
       for (const Index v : surface_.face(f)) {
         if (distances_[v] > limit) continue;
-        visit(distances_[v] + gap(surface_.position(v)), Arrival{{0, 0}, Arrival::from_vertex, v},
+        visit(distances_[v] + gap(vertex_point<Real>(v)), Arrival{{0, 0}, Arrival::from_vertex, v},
               Vec2<Real>(0, 0));
       }
     });
@@ -257,7 +243,7 @@ class ExactField {
       const auto& source = sources_[s];
       if (source.point.kind == Point::Kind::vertex) continue;  // a corner, visited above
       if (!share_face(p, source.point)) continue;
-      visit(source.distance + gap(surface_.position(source.point)),
+      visit(source.distance + gap(source.point),
             Arrival{{0, 0}, Arrival::from_source, static_cast<Index>(s)}, Vec2<Real>(0, 0));
     }
   }
@@ -427,7 +413,7 @@ class ExactField {
       const Vec3<Real> direction = direction_of(end);
       const bool known = std::any_of(
           directions.begin(), directions.end(),
-          [&](const Vec3<Real>& d) { return detail::straight(d, direction) < same_direction; });
+          [&](const Vec3<Real>& d) { return detail::stable_norm(d - direction) < same_direction; });
       if (known) continue;
       directions.push_back(direction);
       out.push_back({static_cast<T>(end.distance + offset_), direction.template cast<T>(),
@@ -511,21 +497,10 @@ class ExactField {
   [[nodiscard]] Real path_error(const std::vector<Point>& path, Real distance) const {
     if (path.empty()) return unreachable<Real>;
     Real sum = start_at(path.back());
-    Vec3<Real> before = place(path[0]);
     for (std::size_t i = 1; i < path.size(); ++i) {
-      const Vec3<Real> here = place(path[i]);
-      sum += detail::straight(before, here);
-      before = here;
+      sum += detail::straight(surface_, path[i - 1], path[i]);
     }
     return std::fabs(sum - distance);
-  }
-
-  // Where a point is that is known to be of the surface.
-  [[nodiscard]] Vec3<Real> place(const Point& p) const {
-    if (p.kind == Point::Kind::vertex) return surface_.position(p.element[0]);
-    if (p.kind == Point::Kind::face) return surface_.position(p);
-    const Vec3<Real>&a = surface_.position(p.element[0]), &b = surface_.position(p.element[1]);
-    return p.weights[0] * a + p.weights[1] * b;
   }
 
   // The least start distance of the sources at a point.
@@ -721,7 +696,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   [[nodiscard]] Real normalise(Sources& sources) const {
     Real least = unreachable<Real>;
     for (auto& source : sources) {
-      source.point = ExactField<T>::snapped(surface_, source.point);
+      source.point = detail::simplified(surface_, source.point);
       least = std::min(least, source.distance);
     }
     for (auto& source : sources) source.distance -= least;
@@ -738,7 +713,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
       limits.keep_windows = true;
     }
     for (const auto& target : options.targets) {
-      add_target(ExactField<T>::snapped(surface_, target.template cast<Real>()), limits);
+      add_target(detail::simplified(surface_, target.template cast<Real>()), limits);
     }
     return limits;
   }
@@ -749,7 +724,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     if (p.kind == Point::Kind::face) corners = surface_.face(p.element[0]);
     typename Limits::Target target{corners, {}};
     for (std::size_t k = 0; k < 3; ++k) {
-      target.gaps[k] = detail::straight(surface_.position(p), surface_.position(corners[k]));
+      target.gaps[k] = detail::straight(surface_, p, vertex_point<Real>(corners[k]));
     }
     limits.targets.push_back(target);
     if (p.kind == Point::Kind::vertex || limits.keep_windows) return;

@@ -28,7 +28,8 @@ template <std::floating_point T>
 [[nodiscard]] T length(const Surface<T>& surface, const Path<T>& path) {
   T sum = 0;
   for (std::size_t i = 1; i < path.size(); ++i) {
-    sum += detail::stable_norm(surface.position(path[i]) - surface.position(path[i - 1]));
+    for (const auto& point : {path[i - 1], path[i]}) surface.require_point(point);
+    sum += detail::stable_norm(surface.difference(path[i - 1], path[i]));
   }
   return sum;
 }

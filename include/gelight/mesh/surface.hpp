@@ -109,6 +109,31 @@ class Surface {
     return w[0] * position(v[0]) + w[1] * position(v[1]) + w[2] * position(v[2]);
   }
 
+  /// The way through space from one surface point to another, as differences of positions, so that
+  /// it is as exact far from the origin as near it. The points are of this surface.
+  [[nodiscard]] Vec3<T> difference(const SurfacePoint<T>& from, const SurfacePoint<T>& to) const {
+    using Kind = typename SurfacePoint<T>::Kind;
+    if (from.kind == Kind::vertex && to.kind == Kind::vertex) {
+      return position(to.element[0]) - position(from.element[0]);
+    }
+    const std::array<Index, 3> a = corners_of(from), b = corners_of(to);
+    // From the corner with the largest share, the only one that need not be small.
+    const Index base =
+        from.weights[largest(from)] > to.weights[largest(to)] ? a[largest(from)] : b[largest(to)];
+    Vec3<T> sum(0, 0, 0);
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (b[i] < 0) continue;
+      T share = to.weights[i];
+      for (std::size_t j = 0; j < 3; ++j) share -= a[j] == b[i] ? from.weights[j] : T(0);
+      sum += share * (position(b[i]) - position(base));
+    }
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (a[j] < 0 || std::find(b.begin(), b.end(), a[j]) != b.end()) continue;
+      sum -= from.weights[j] * (position(a[j]) - position(base));
+    }
+    return sum;
+  }
+
   /// Throws InvalidInput for a vertex that is not of this surface.
   void require_vertex(Index vertex) const {
     detail::require(vertex >= 0 && vertex < vertex_count(), "vertex ", vertex,
@@ -134,11 +159,10 @@ class Surface {
     }
     const auto& w = point.weights;
     const U off = std::abs(w[0] + w[1] + w[2] - 1);
-    detail::require(
-        w[0] >= 0 && w[1] >= 0 && w[2] >= 0 && off <= 16 * std::numeric_limits<U>::epsilon(),
-        "weights (", w[0], ", ", w[1], ", ", w[2], ") of a point on ",
-        point.kind == Kind::face ? "face " : "an edge at vertex ", a,
-        " are negative or do not sum to 1");
+    detail::require(w[0] >= 0 && w[1] >= 0 && w[2] >= 0 && off <= detail::share_rounding<U>,
+                    "weights (", w[0], ", ", w[1], ", ", w[2], ") of a point on ",
+                    point.kind == Kind::face ? "face " : "an edge at vertex ", a,
+                    " are negative or do not sum to 1");
   }
 
  private:
@@ -150,6 +174,16 @@ class Surface {
     detail::Array<Index> corner_begin;  // of each vertex, and one more: where its corners begin
     detail::Array<Index> corners;       // half-edges, grouped by origin
   };
+
+  // The vertices to which a point's weights belong, or -1.
+  [[nodiscard]] std::array<Index, 3> corners_of(const SurfacePoint<T>& p) const {
+    if (p.kind == SurfacePoint<T>::Kind::face) return face(p.element[0]);
+    return {p.element[0], p.kind == SurfacePoint<T>::Kind::edge ? p.element[1] : -1, -1};
+  }
+  static std::size_t largest(const SurfacePoint<T>& p) {
+    return static_cast<std::size_t>(std::max_element(p.weights.begin(), p.weights.end()) -
+                                    p.weights.begin());
+  }
 
   template <TriangleMesh M>
   static void copy_positions(const M& mesh, Data& data) {

@@ -11,17 +11,18 @@
 
 namespace gelight::detail {
 
-/// Straight distance through space.
+/// Straight distance through space between two points.
 template <std::floating_point T>
-[[nodiscard]] T straight(const Vec3<T>& a, const Vec3<T>& b) {
-  return stable_norm(a - b);
+[[nodiscard]] T straight(const Surface<T>& surface, const SurfacePoint<T>& a,
+                         const SurfacePoint<T>& b) {
+  return stable_norm(surface.difference(a, b));
 }
 
 /// The unit vector from one point to another; zero where they are at one place.
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> unit_way(const Surface<T>& surface, const SurfacePoint<T>& from,
                                const SurfacePoint<T>& to) {
-  return stable_unit(surface.position(to) - surface.position(from));
+  return stable_unit(surface.difference(from, to));
 }
 
 /// The unit vector in space from one point to another of half-edge h's frame in its face.

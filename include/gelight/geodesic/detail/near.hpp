@@ -1,38 +1,15 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <concepts>
 #include <vector>
 
 #include "gelight/core/types.hpp"
+#include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
 namespace gelight::detail {
-
-/// The point named by the smallest element that holds it: a point of an edge or a face whose
-/// weight is all at one vertex, say, is that vertex. Equal points become equal in name too.
-template <std::floating_point T>
-SurfacePoint<T> simplified(const Surface<T>& surface, SurfacePoint<T> point) {
-  using Kind = typename SurfacePoint<T>::Kind;
-  std::array<Index, 3> vertices{point.element[0], point.element[1], -1};
-  if (point.kind == Kind::vertex) return point;
-  if (point.kind == Kind::face) vertices = surface.face(point.element[0]);
-  std::array<Index, 3> used{};
-  std::array<T, 3> weights{};
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (!(point.weights[k] > 0)) continue;
-    used[count] = vertices[k];
-    weights[count++] = point.weights[k];
-  }
-  if (count == 3) return point;
-  if (count == 1) return vertex_point<T>(used[0]);
-  if (used[0] < used[1]) return {Kind::edge, {used[0], used[1]}, {weights[0], weights[1], 0}};
-  return {Kind::edge, {used[1], used[0]}, {weights[1], weights[0], 0}};
-}
 
 /// About what a vertex adds to the distance of the last, on a mesh of edges long and short too: the
 /// length that a tenth of the edges fall short of.
@@ -70,17 +47,7 @@ inline void for_each_face_at(const Surface<T>& surface, const SurfacePoint<T>& p
 /// Length of the straight line from a point to a vertex of a face that holds both.
 template <std::floating_point T>
 T straight_distance(const Surface<T>& surface, const SurfacePoint<T>& point, Index vertex) {
-  using Kind = typename SurfacePoint<T>::Kind;
-  const auto& [a, b] = point.element;
-  const auto& w = point.weights;
-  // Differences of positions first: they are exact far from the origin, where positions are not.
-  const auto from = [&](Index v) -> Vec3<T> {
-    return surface.position(v) - surface.position(vertex);
-  };
-  if (point.kind == Kind::vertex) return stable_norm(from(a));
-  if (point.kind == Kind::edge) return stable_norm(w[0] * from(a) + w[1] * from(b));
-  const auto v = surface.face(a);
-  return stable_norm(w[0] * from(v[0]) + w[1] * from(v[1]) + w[2] * from(v[2]));
+  return stable_norm(surface.difference(vertex_point<T>(vertex), point));
 }
 
 /// Calls `visit(vertex, distance)` for the vertices that a point reaches by a straight line: itself

@@ -23,6 +23,9 @@ class PlanarFacesOf {
     const Index faces = surface.face_count();
     apex_.resize(static_cast<std::size_t>(surface.halfedge_count()));
     for (Index f = 0; f < faces; ++f) lay_flat(surface, 3 * f);
+    for (Index h = 0; h < surface.halfedge_count(); ++h) {
+      longest_edge_ = std::max(longest_edge_, surface.length(h));
+    }
     classify_vertices(surface);
   }
 
@@ -30,6 +33,9 @@ class PlanarFacesOf {
 
   /// The angle of h's face at h's origin, in radians.
   [[nodiscard]] Real angle(Index h) const { return std::atan2(apex_[h].y(), apex_[h].x()); }
+
+  /// Length of the longest edge of all.
+  [[nodiscard]] Real longest_edge() const { return longest_edge_; }
 
   /// How shortest paths can pass a vertex: not at all (or straight on, where it is flat), nor near
   /// it at a tip; bending at a saddle or a re-entrant corner of the border; or in any direction, at
@@ -118,6 +124,7 @@ class PlanarFacesOf {
 
   Array<Vec2<Real>> apex_;
   Array<Bend> bends_;
+  Real longest_edge_ = 0;
 };
 
 using PlanarFaces = PlanarFacesOf<double>;

@@ -160,6 +160,7 @@ class WindowPropagationOf {
     counts = {};
     waiting_.reset(surface.halfedge_count());
     most_lists_ = most_lists_per_halfedge * surface.halfedge_count();
+    longest_edge_ = faces.longest_edge();
     active_.clear();
     settled_since_bound_ = 0;
   }
@@ -195,30 +196,35 @@ class WindowPropagationOf {
       return arrive(a, source.distance, {{0, 0}, Arrival::from_source, number});
     }
     const Index origin = add_origin({source.distance, Origin::Kind::source, number, -1});
-    if (source.point.kind == Kind::face) {
-      const Index h = 3 * a;
-      return add_source_in_face(h, w[1] * tip(h) + w[2] * faces_->apex(h), origin);
-    }
+    if (source.point.kind == Kind::face) return add_source_in_face(3 * a, w, origin);
     const Index first = surface_->find_halfedge(a, b);
     Index h = first;
     do {
-      add_source_in_face(h, (surface_->origin(h) == a ? w[1] : w[0]) * tip(h), origin);
+      const bool same = surface_->origin(h) == a;
+      add_source_in_face(h, {w[same ? 0 : 1], w[same ? 1 : 0], 0}, origin);
       h = surface_->twin(h);
     } while (h != first);
   }
 
-  // A source at a point of half-edge h's frame, in h's face or on h itself.
-  void add_source_in_face(Index h, const Vec2<Real>& point, Index origin) {
-    const Vec2<Real> apex = faces_->apex(h);
+  // A source in h's face with these shares of h's origin, tip and apex. Its places are counted from
+  // each of the corners, so that those of a corner next to it lose nothing.
+  void add_source_in_face(Index h, std::array<Real, 3> shares, Index origin) {
     const Arrival arrival{{0, 0}, Arrival::from_source, origins[origin].index};
     const Real start = origins[origin].start;
-    arrive(surface_->origin(h), start + point.norm(), arrival);
-    arrive(surface_->tip(h), start + (point - tip(h)).norm(), arrival);
-    arrive(surface_->apex(h), start + (point - apex).norm(), arrival);
-    emit(Mesh::next(h), into_frame(point, tip(h), apex), origin);
-    emit(Mesh::previous(h), into_frame(point, apex, {0, 0}), origin);
-    // A source on h is seen from the other faces by their own call.
-    if (point.y() > 0) emit(h, point, origin);
+    for (int side = 0; side < 3; ++side) {
+      const Real length = surface_->length(h);
+      const Vec2<Real>& apex = faces_->apex(h);
+      const auto [at_origin, at_tip, at_apex] = shares;
+      const Real y = at_apex * apex.y();
+      arrive(surface_->origin(h), start + std::hypot(at_tip * length + at_apex * apex.x(), y),
+             arrival);
+      // A source on h is seen from the other faces by their own call.
+      if (at_apex > 0) {
+        emit(h, {at_origin * length + at_apex * (length - apex.x()), y}, 0, length, origin);
+      }
+      h = Mesh::next(h);
+      std::rotate(shares.begin(), shares.begin() + 1, shares.end());
+    }
   }
 
   [[nodiscard]] Vec2<Real> tip(Index h) const { return {surface_->length(h), 0}; }
@@ -229,19 +235,17 @@ class WindowPropagationOf {
     return {along.dot(from), along.x() * from.y() - along.y() * from.x()};
   }
 
-  // A window over half-edge h or a part of it, seen from a point of its own face.
-  void emit(Index h, const Vec2<Real>& point, Index origin) {
-    emit(h, point, 0, surface_->length(h), origin);
-  }
-  void emit(Index h, const Vec2<Real>& point, Real begin, Real end, Index origin) {
+  // A window over part of half-edge h, seen from a point of its own face; that counts from h's tip
+  // back along it, as the faces across see it.
+  void emit(Index h, const Vec2<Real>& from_tip, Real begin, Real end, Index origin) {
     const Real length = surface_->length(h);
     if (length == 0 || surface_->is_border(h)) return;
     const typename WindowStore::Batch batch = waiting_.allocate(1);
     const WindowColumns& w = batch.windows;
     w.begin[0] = length - end;
     w.end[0] = length - begin;
-    w.x[0] = length - point.x();
-    w.y[0] = std::min(-point.y(), -on_line * length);
+    w.x[0] = from_tip.x();
+    w.y[0] = std::min(-from_tip.y(), -on_line * length);
     w.origin[0] = origin;
     deliver(h, batch, 1);
   }
@@ -294,26 +298,38 @@ class WindowPropagationOf {
     }
     if (is_at_source(vertex)) {
       emit_everywhere(vertex, {distance, Origin::Kind::source, arrivals[vertex].origin, -1});
-    } else if (is_behind_ring(vertex)) {
+    } else if (is_behind_ring(vertex) || begins_next_to(vertex)) {
       emit_everywhere(vertex, {distance, Origin::Kind::vertex, vertex, -1});
     } else if (faces_->bends_at(vertex)) {
       bend(vertex, {distance, Origin::Kind::vertex, vertex, -1});
     }
   }
 
+  // The distance at the beginning of the last piece of a way.
+  [[nodiscard]] Real start_of(const Arrival& last) const {
+    if (last.entry >= 0) return origins[last.origin].start;
+    if (last.entry == Arrival::from_vertex) return distances[last.origin];
+    return (*sources_)[static_cast<std::size_t>(last.origin)].distance;
+  }
+
+  // Whether the last piece of a vertex' path begins next to it. How the lines from there pass the
+  // vertex on its two sides is then rounding, and a gap between them may be left; ways by the
+  // vertex close it, and are no longer.
+  [[nodiscard]] bool begins_next_to(Index vertex) const {
+    const Real piece = distances[vertex] - start_of(arrivals[vertex]);
+    if (piece > next_to_vertex * longest_edge_) return false;
+    const auto corners = surface_->corners(vertex);
+    return std::any_of(corners.begin(), corners.end(), [&](Index out) {
+      const Index in = Mesh::previous(out);
+      return piece <= next_to_vertex * std::max(surface_->length(out), surface_->length(in));
+    });
+  }
+
   // Whether a ring lies between a vertex and the beginning of the last piece of its path.
   [[nodiscard]] bool is_behind_ring(Index vertex) const {
     const Arrival& last = arrivals[vertex];
-    if (limits_->ring == unreachable<Real> || last.entry == Arrival::none) return false;
-    Real start = 0;
-    if (last.entry >= 0) {
-      start = origins[last.origin].start;
-    } else if (last.entry == Arrival::from_vertex) {
-      start = distances[last.origin];
-    } else {
-      start = (*sources_)[static_cast<std::size_t>(last.origin)].distance;
-    }
-    return distances[vertex] >= next_ring(start);
+    if (limits_->ring == unreachable<Real>) return false;
+    return distances[vertex] >= next_ring(start_of(last));
   }
 
   [[nodiscard]] Real next_ring(Real distance) const {
@@ -374,7 +390,9 @@ class WindowPropagationOf {
 
   // A window over part of h, seen from the vertex across h's own face, unless it is of no use.
   void emit_from_apex(Index h, Real begin, Real end, Index origin) {
-    if (!is_useless(h, origins[origin].start)) emit(h, faces_->apex(h), begin, end, origin);
+    if (is_useless(h, origins[origin].start)) return;
+    const Vec2<Real>& apex = faces_->apex(h);
+    emit(h, {surface_->length(h) - apex.x(), apex.y()}, begin, end, origin);
   }
 
   [[nodiscard]] bool is_at_source(Index vertex) const {
@@ -636,6 +654,7 @@ class WindowPropagationOf {
   FaceCrossingOf<Real> crossing_;
   std::ptrdiff_t settled_since_bound_ = 0;
   std::ptrdiff_t most_lists_ = 0;
+  Real longest_edge_ = 0;
   std::ptrdiff_t lists_in_turn_ = 0;  // since a vertex was settled or came nearer
 };
 
