@@ -12,6 +12,7 @@
 #include "gelight/mesh/shapes.hpp"
 #include "stress/stress.hpp"
 #include "support/hard_meshes.hpp"
+#include "support/round_corners.hpp"
 #include "support/unfolding_oracle.hpp"
 
 // Rows 1 to 16: exactness and the shape of triangles.
@@ -93,37 +94,7 @@ std::vector<Problem> prisms(Precision) {
   return problems;
 }
 
-using Point2 = std::array<double, 2>;
-
-// Shortest paths in the plane round corners, by Dijkstra over what sees what.
-std::vector<double> round_corners(const Mesh<double>& mesh, const Point2& source,
-                                  const std::vector<Point2>& corners, const auto& sees) {
-  const auto apart = [](const Point2& a, const Point2& b) {
-    return std::hypot(a[0] - b[0], a[1] - b[1]);
-  };
-  std::vector<double> to_corner(corners.size(), unreachable<double>);
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    if (sees(source, corners[i])) to_corner[i] = apart(source, corners[i]);
-  }
-  for (std::size_t round = 0; round < corners.size(); ++round) {
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      for (std::size_t j = 0; j < corners.size(); ++j) {
-        if (!sees(corners[i], corners[j])) continue;
-        to_corner[j] = std::min(to_corner[j], to_corner[i] + apart(corners[i], corners[j]));
-      }
-    }
-  }
-  std::vector<double> truth;
-  for (const auto& p : mesh.positions) {
-    const Point2 q{p[0], p[1]};
-    double best = sees(source, q) ? apart(source, q) : unreachable<double>;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      if (sees(corners[i], q)) best = std::min(best, to_corner[i] + apart(corners[i], q));
-    }
-    truth.push_back(best);
-  }
-  return truth;
-}
+using test::Point2, test::round_corners;
 
 // Whether a segment passes through the inside of an axis-aligned box.
 bool passes(const Point2& a, const Point2& b, const Point2& low, const Point2& high) {
