@@ -4,9 +4,9 @@
 namespace gelight::stress {
 
 std::vector<Method> heat_methods() {
-  return {{"heat", maker<HeatSolver>(), false, false},
+  return {{"heat", maker<HeatSolver>(), false, false, 1e-12, unreachable<double>},
           {"heat, intrinsic Delaunay", maker<HeatSolver>(HeatOptions{.intrinsic_delaunay = true}),
-           false, false}};
+           false, false, 1e-12, unreachable<double>}};
 }
 
 }  // namespace gelight::stress

@@ -36,6 +36,9 @@ struct Method {
   bool keeps_edges;      ///< |d(i) - d(j)| <= length(ij), and never longer than along edges
   bool keeps_space;      ///< never shorter than through space
   double slack = 1e-12;  ///< by what share it may miss them
+  /// By what share distances may change where the source does not, or moves by next to nothing:
+  /// with another one beside it, or off a vertex. Infinite where that is not claimed.
+  double jump = 0;
 };
 
 [[nodiscard]] const std::vector<Method>& methods();
