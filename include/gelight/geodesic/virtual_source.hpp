@@ -13,6 +13,7 @@
 #include "gelight/geodesic/detail/bucket_queue.hpp"
 #include "gelight/geodesic/detail/fetch_ahead.hpp"
 #include "gelight/geodesic/detail/near.hpp"
+#include "gelight/geodesic/detail/planar_faces.hpp"
 #include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/detail/spokes.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
@@ -44,19 +45,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   template <TriangleMesh M>
   explicit VirtualSourceSolver(const M& mesh) : surface_(mesh) {
     step_ = detail::short_edge_length(surface_);
-    detail::Spokes spokes(surface_);
-    begin_.reserve(static_cast<std::size_t>(surface_.vertex_count()) + 1);
-    begin_.push_back(0);
-    spokes_.reserve(static_cast<std::size_t>(surface_.halfedge_count()) +
-                    static_cast<std::size_t>(surface_.vertex_count()));
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      spokes.visit(v, [&](Index edge, Index corner) {
-        const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
-        spokes_.push_back({end, corner < 0 ? no_face : unevenness(corner)});
-      });
-      begin_.push_back(static_cast<Index>(spokes_.size()));
-      most_spokes_ = std::max(most_spokes_, begin_[v + 1] - begin_[v]);
-    }
+    lay_out_fans();
+    link_fans();
   }
 
   /// The surface that the solver works on.
@@ -64,25 +54,21 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
  private:
   friend class detail::DistanceQueries<VirtualSourceSolver<T>, T>;
+  using Mesh = Surface<double>;
 
   [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
     // Shares are of distances from 0 on, so that is where the earliest source starts.
     const double earliest = detail::move_to_zero(sources);
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
-    clear(front);
-    for (const auto& source : sources) {
-      const double offset = source.distance;
-      const auto point = detail::simplified(surface_, source.point);
-      const Vec3<double> position = surface_.position(point);
-      detail::for_each_vertex_near(surface_, point, [&](Index v, double d) {
-        if (offset + d < front.vertices[v].distance) front.reach(v, position, offset, offset + d);
-      });
-    }
+    front.vertices.assign(static_cast<std::size_t>(surface_.vertex_count()), {});
+    front.queue.reset(step_);
+    for (const auto& source : sources) start(source, front);
     while (!front.queue.empty()) {
       const Index v = detail::pop_and_fetch(front.queue, begin_, spokes_, front.vertices);
-      if (front.settled[v]) continue;  // it is in the queue for every time that it came nearer
-      front.settled[v] = 1;
+      if (front.vertices[v].settled) continue;  // it is in the queue for every time that it came nearer
+      refine(v, front);
+      front.settle(v);
       advance(v, front);
     }
     detail::Array<double> distance(front.vertices.size());
@@ -92,199 +78,340 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     return distance;
   }
 
-  /// An edge at a vertex, of its fan in order: the other end, and by how much a way over an edge of
-  /// the face between this one and the one before may be shorter than to an end of that edge.
+  // Rotations are unit complex numbers.
+  using Turn = Vec2<double>;
+  static Turn turned(const Turn& a, const Turn& b) {
+    return {a.x() * b.x() - a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
+  }
+  static Turn turned_back(const Turn& a, const Turn& b) {
+    return {a.x() * b.x() + a.y() * b.y(), a.y() * b.x() - a.x() * b.y()};
+  }
+
+  /// A spoke as the other end of it, or as the third vertex of a face, sees it: -1 for none.
+  struct Sight {
+    Index spoke = -1;
+    float side = 1;
+  };
+
+  /// An edge at a vertex, of its fan in order. `turn` and `angle` are what it is turned by from the
+  /// fan's first edge, in the faces laid flat one after the other.
   struct Spoke {
     Index end;
     float slack;
+    double length;
+    Turn turn;
+    float angle;
+    Index here, before;
   };
   static constexpr float no_face = -unreachable<float>;  // no way over it is short enough
 
   /// A vertex, and where it sees its source: `distance` is `offset` and the straight line to
-  /// `image`. All that its neighbours ask for is in one line of the cache.
-  struct alignas(64) Vertex {
-    Vec3<double> position = Vec3<double>::Zero();
-    Vec3<double> image = Vec3<double>::Zero();
-    double offset = 0;
+  /// the image, which leaves the vertex at `back`.
+  struct Vertex {
     double distance = unreachable<double>;
+    double offset = 0;
+    Turn back = Turn::Zero();
+    float angle = 0;  // about that of `back`
+    Index place = 0;  // of `back` in the fan: 2 s on spoke s, 2 s - 1 in the face before
+    float gain = 0;
+    bool settled = false;  // not in the queue, having been there
+    Index promised = 0;
+    double promise = unreachable<double>;
 
     [[nodiscard]] bool is_bettered(double new_offset, double new_distance) const {
-      return new_distance < distance * (1 - least_gain) ||
+      return new_distance < distance * (1 - double{gain}) ||
              (new_offset < offset / 2 && new_distance < limit());
     }
-    // Ways as long as this, or longer, are of no use.
     [[nodiscard]] double limit() const { return distance * (1 + tie); }
   };
 
-  /// An edge as seen from one of its ends.
-  struct Neighbour {
-    Vec3<double> edge;
-    double squared_length;
-    double limit;  // of the vertex at the other end
-    double least;  // no way over this edge is shorter by more than the slack of the face
-    double slack;  // of the face between this edge and the one before
-    Index vertex;
+  struct Fan {
+    Turn whole;
+    float angle;
   };
 
   struct Front {
     detail::Array<Vertex> vertices;
-    detail::Array<char> settled;   // of each vertex: not in the queue, having been there
-    detail::Array<Neighbour> fan;  // of the vertex in turn
     detail::BucketQueue queue;
 
-    void reach(Index v, const Vec3<double>& image, double offset, double distance) {
+    void reach(Index v, double offset, double distance, const Turn& back, float angle, Index place) {
       Vertex& vertex = vertices[v];
-      const bool in_place = !settled[v] && queue.are_together(vertex.distance, distance);
-      vertex.image = image;
-      vertex.offset = offset;
+      const bool in_place = !vertex.settled && queue.are_together(vertex.distance, distance);
       vertex.distance = distance;
-      settled[v] = 0;
+      vertex.offset = offset;
+      vertex.back = back;
+      vertex.angle = angle;
+      vertex.place = place;
+      vertex.settled = false;
       if (!in_place) queue.push(v, distance);
+    }
+    void settle(Index v) {
+      Vertex& vertex = vertices[v];
+      vertex.settled = true;
+      vertex.promise = unreachable<double>;
+      vertex.gain = std::clamp(2 * vertex.gain, least_gain, largest_gain);
     }
   };
 
-  // A vertex is reached again only by a way that is shorter by more than rounding, as a share. Of
-  // two ways nearly equally long, the one that is straight for longer shows more of what lies
-  // behind: needles bend ways by less than rounding. It must bend less than half as far out, lest
-  // a vertex is reached anew from every spoke of a fan.
-  static constexpr double least_gain = 1e-10, tie = 1e-12;
+  static constexpr float least_gain = 1e-10F, largest_gain = 3e-4F;
+  static constexpr double tie = 1e-12, straight = 1e-9;
 
-  // An image that shows a vertex nearer than it is, by more than this share, is hidden from it by
-  // something in between, and is not handed on beside it.
-  static constexpr double largest_disagreement = 3e-3;
-
-  void clear(Front& front) const {
-    const auto count = static_cast<std::size_t>(surface_.vertex_count());
-    if (front.vertices.empty()) {
-      front.vertices.resize(count);
-      for (Index v = 0; v < surface_.vertex_count(); ++v) {
-        front.vertices[v].position = surface_.position(v);
+  void start(const Source<double>& source, Front& front) const {
+    const auto point = detail::simplified(surface_, source.point);
+    if (point.kind == SurfacePoint<double>::Kind::vertex) {
+      const Index v = point.element[0];
+      if (source.distance < front.vertices[v].distance) {
+        front.reach(v, source.distance, source.distance, Turn::Zero(), 0, 0);
       }
-      front.fan.resize(static_cast<std::size_t>(most_spokes_));
+      return;
     }
-    for (Vertex& vertex : front.vertices) vertex.distance = unreachable<double>;
-    front.settled.assign(count, 0);
-    front.queue.reset(step_);
+    const Vec3<double> at = surface_.position(point);
+    detail::for_each_face_at(surface_, point, [&](Index f) {
+      for (Index h = 3 * f; h < 3 * f + 3; ++h) {
+        const Index v = surface_.origin(h), s = corner_spoke_[h];
+        const double r = detail::straight_distance(surface_, point, v);
+        if (!(source.distance + r < front.vertices[v].distance)) continue;
+        const Vec3<double> to = at - surface_.position(v);
+        const Vec3<double> first = surface_.position(spokes_[s - 1].end) - surface_.position(v);
+        Turn opening(first.dot(to), cross<double>(first, to).norm());
+        const double norm = detail::stable_norm(opening);
+        if (norm > 0) opening /= norm;
+        front.reach(v, source.distance, source.distance + r,
+                    norm > 0 ? turned(spokes_[s - 1].turn, opening) : Turn::Zero(),
+                    (spokes_[s - 1].angle + spokes_[s].angle) / 2, 2 * s - 1);
+      }
+    });
   }
 
   // Reaches the neighbours of a vertex: along the edges, and over them with the images that their
-  // two ends hold. Here and below, conditions that nobody can foresee are joined by `&`, which
-  // makes one branch of them.
+  // two ends hold.
   void advance(Index v, Front& front) const {
-    const Vertex& vertex = front.vertices[v];
-    const Index count = begin_[v + 1] - begin_[v];
-    look_round(v, front);
-    const Neighbour* fan = front.fan.data();
-    for (Index i = 1; i < count; ++i) {
-      const Neighbour &before = fan[i - 1], &here = fan[i];
-      if (here.limit > before.least - here.slack) over(vertex, before, here, here.slack, front);
-      if (before.limit > here.least - here.slack) over(vertex, here, before, here.slack, front);
-      along(vertex, before, front);
-    }
-    if (count > 0) along(vertex, fan[count - 1], front);
-  }
-
-  // Fills the fan of a vertex.
-  void look_round(Index v, Front& front) const {
-    const Vec3<double> at = front.vertices[v].position;
-    const double distance = front.vertices[v].distance;
-    Neighbour* neighbour = front.fan.data();
-    const Vertex* vertices = front.vertices.data();
-    const char* settled = front.settled.data();
-    const Spoke* last = spokes_.data() + begin_[v + 1];
-    const double seen = distance * (1 - largest_disagreement);
-    for (const Spoke* spoke = spokes_.data() + begin_[v]; spoke != last; ++spoke, ++neighbour) {
-      const Index end = spoke->end;
-      const Vertex& other = vertices[end];
-      neighbour->vertex = end;
-      neighbour->slack = spoke->slack;
-      neighbour->edge = other.position - at;
-      neighbour->squared_length = neighbour->edge.squaredNorm();
-      neighbour->limit = other.limit();
-      // An edge is crossed when the second of its ends comes out of the queue, from either end, and
-      // with no image that shows the other too near.
-      neighbour->least =
-          settled[end] ? std::max(std::min(distance, other.distance), seen) : unreachable<double>;
+    for (Index s = begin_[v]; s < begin_[v + 1]; ++s) {
+      const Spoke& here = spokes_[s];
+      if (here.slack != no_face) {
+        const Spoke& before = spokes_[s - 1];
+        const Turn opening = turned_back(here.turn, before.turn);
+        const Vec2<double> to_here = here.length * opening;
+        const Vec2<double> to_before = before.length * opening;
+        over(v, s - 1, s - 1, here.before, here, here.here, 1, to_here, here.slack, front);
+        over(v, s, s, here.here, before, here.before, -1, to_before, here.slack, front);
+      }
+      along(v, s, front);
     }
   }
 
-  void along(const Vertex& from, const Neighbour& to, Front& front) const {
-    const Vertex& target = front.vertices[to.vertex];
-    const double room = target.limit() - from.distance;
-    if (!((room > 0) & (to.squared_length < room * room))) return;
-    const double distance = from.distance + std::sqrt(to.squared_length);
-    if (!target.is_bettered(from.distance, distance)) return;
-    front.reach(to.vertex, from.position, from.distance, distance);
+  void along(Index v, Index s, Front& front) const {
+    const Spoke& spoke = spokes_[s];
+    const Vertex& from = front.vertices[v];
+    const Vertex& target = front.vertices[spoke.end];
+    const double distance = from.distance + spoke.length;
+    double offset = from.distance;
+    const Turn u = turned_back(spoke.turn, from.back);
+    if (std::fabs(u.y()) < straight && u.x() < 0) offset = from.offset;
+    if (!target.is_bettered(offset, distance)) return;
+    const Index back = decoded(spoke.slack != no_face ? spoke.here : spokes_[s + 1].before);
+    const Spoke& sight = spokes_[back];
+    front.reach(spoke.end, offset, distance, sight.turn, sight.angle, 2 * back);
+  }
+  static Index decoded(Index i) { return i < 0 ? ~i : i; }
+
+  // Over the edge from v to spoke `edge`'s end, to a target at `at` in the plane where the edge runs along x.
+  // `back_edge`: the edge as its other end has it; `sight`: the edge to v as the target has it.
+  void over(Index v, Index s, Index own, Index back_edge, const Spoke& to, Index sight, int side,
+            const Vec2<double>& at, double slack, Front& front) const {
+    const Spoke& edge = spokes_[s];
+    const Vertex &first = front.vertices[v], &second = front.vertices[edge.end];
+    if (!second.settled) return;
+    const Vertex& target = front.vertices[to.end];
+    const double limit = target.limit();
+    if (!(limit > std::min(first.distance, second.distance) - slack)) return;
+    (void)own;
+    if (first.distance < limit + slack) {
+      through(v, s, side, first, second, edge.length, at, to.end, sight, true, front);
+    }
+    if (second.distance < limit + slack) {
+      through(edge.end, decoded(back_edge), back_edge < 0 ? -1 : 1, second, first, edge.length,
+              {edge.length - at.x(), at.y()}, to.end, sight, false, front);
+    }
   }
 
-  /// A vertex as seen across an edge of its face, from the edge's first end; `foot` is how far
-  /// along the edge it lies, in shares of the edge.
-  struct Crossing {
-    const Vertex& first;
-    const Neighbour& edge;
-    const Neighbour& to;
-    double inverse_square, foot, squared_height;
+  // Where `owner`, whose spoke s the edge is, sees its image in the plane of a face on the edge's
+  // `side` (1 after, -1 before): x along the edge from the owner, y behind it. y<0: not seen.
+  [[nodiscard]] bool sees(Index v, Index s, int side, const Vertex& owner, Turn& u) const {
+    const Spoke& spoke = spokes_[s];
+    Index steps = side * (2 * s - owner.place);
+    float angle = static_cast<float>(side) * (spoke.angle - owner.angle);
+    u = side > 0 ? turned_back(spoke.turn, owner.back) : turned_back(owner.back, spoke.turn);
+    if (steps < 0) {
+      const Fan& fan = fans_[v];
+      angle += fan.angle;
+      u = turned(u, fan.whole);
+    }
+    return angle < 4.7F && u.y() >= -1e-14;
+  }
+
+  // An image in the plane of a face, in front of an edge of it: `x` along the edge from its owner,
+  // `y` behind the edge.
+  struct Image {
+    double x, y;
   };
 
-  void over(const Vertex& first, const Neighbour& edge, const Neighbour& to, double slack,
-            Front& front) const {
-    const Vertex& second = front.vertices[edge.vertex];
-    // A way over an edge is not shorter, but for the slack, than to either of its ends.
-    const double limit = to.limit + slack;
-    const double rest = limit - second.offset;
-    const bool with_first = first.distance < limit;
-    const bool with_second =
-        (second.distance < limit) & ((second.image - first.position).squaredNorm() < rest * rest);
-    if (!(with_first | with_second) || edge.squared_length == 0) return;
-    const double inverse = 1 / edge.squared_length;
-    const Crossing c{first,
-                     edge,
-                     to,
-                     inverse,
-                     edge.edge.dot(to.edge) * inverse,
-                     cross<double>(edge.edge, to.edge).squaredNorm() * inverse};
-    if (with_first) through(c, first, second, front);
-    if (with_second) through(c, second, first, front);
+  // Where the circles about the ends of an edge meet.
+  [[nodiscard]] static Image by_distances(double r, double known, double length) {
+    const double x = (length + (r - known) * (r + known) / length) / 2;
+    return {x, std::sqrt(std::max(0.0, (r - x) * (r + x)))};
   }
 
-  // Hands on the image of `owner`, one end of the edge, that is seen from the `other` end too.
-  void through(const Crossing& c, const Vertex& owner, const Vertex& other, Front& front) const {
-    const Vertex& target = front.vertices[c.to.vertex];
-    const double square = c.edge.squared_length;
-    const double room = target.limit() - owner.offset;
-    const Vec3<double> to_image = owner.image - c.first.position;
-    const double foot = to_image.dot(c.edge.edge) * c.inverse_square;
-    const double squared_depth = (to_image - foot * c.edge.edge).squaredNorm();
-    // Most are not shorter, which is seen before any root: with depth and height on one line,
-    // (depth + height)^2 + aside^2 < room^2.
-    const double aside = c.foot - foot;
-    const double squared_aside = aside * aside * square;
-    const double rest = room * room - c.squared_height - squared_depth - squared_aside;
-    if (!((room > 0) & (rest > 0) & (4 * c.squared_height * squared_depth < rest * rest))) return;
-    const double least = other.distance * (1 - largest_disagreement) - owner.offset;
-    const double share = &other == &c.first ? foot : 1 - foot;
-    if ((least > 0) & (share * share * square + squared_depth < least * least)) return;
+  [[nodiscard]] static Image dimmed(const Image& image, const Image& far, double r, double length, const Vec2<double>& at) {
+    const double share = std::clamp(
+        (image.x * at.y() + at.x() * image.y) / ((at.y() + image.y) * length), 0.0, 1.0);
+    const double x = image.x + share * (far.x - image.x);
+    return {x, std::sqrt(std::max(0.0, (r - x) * (r + x)))};
+  }
 
-    const double depth = std::sqrt(squared_depth), height = std::sqrt(c.squared_height);
-    const double at_edge = foot * height + c.foot * depth;
-    const double total = height + depth;
-    if (!((at_edge >= 0) & (at_edge <= total))) return;
-    const double distance = owner.offset + std::sqrt(squared_aside + total * total);
+  [[nodiscard]] static double distance_to(const Image& image, const Vec2<double>& at) {
+    const double aside = at.x() - image.x, total = at.y() + image.y;
+    return std::sqrt(aside * aside + total * total);
+  }
+
+  [[nodiscard]] static bool crosses(const Image& image, const Vec2<double>& at, double length) {
+    const double at_edge = image.x * at.y() + at.x() * image.y;
+    return (at_edge >= 0) & (at_edge <= (at.y() + image.y) * length);
+  }
+
+  void through(Index v, Index s, int side, const Vertex& owner, const Vertex& other, double length,
+               const Vec2<double>& at, Index t, Index sight, bool owner_is_sighted, Front& front) const {
+    Vertex& target = front.vertices[t];
+    Turn u;
+    const double r = owner.distance - owner.offset;
+    if (!(r > 0) || length == 0) return;
+    if (!sees(v, s, side, owner, u)) return;
+    const double x = r * u.x(), y = r * std::max(0.0, u.y());
+    Image image{x, y};
+    // What hides the image from the other end hides it in part from what lies behind the edge.
+    const double known = other.distance - owner.offset;
+    const double seen2 = (x - length) * (x - length) + y * y;
+    // the spoke from the target to the owner, and whether the other end comes after it
+    const Index to_owner = owner_is_sighted ? decoded(sight) : sight >= 0 ? sight + 1 : ~sight - 1;
+    const bool after = (sight >= 0) == owner_is_sighted;
+    const Index place = after ? 2 * to_owner + 1 : 2 * to_owner - 1;
+    if (known > 0 && known * known * (1 - 1e-12) > seen2) {
+      const Image far = by_distances(r, known, length);
+      const Image between = dimmed(image, far, r, length, at);
+      if (target.settled) {
+        image = between;
+      } else {
+        if (crosses(between, at, length)) {
+          const double d = owner.offset + distance_to(between, at);
+          if (d < target.promise) target.promise = d, target.promised = after ? place : -place;
+        }
+        image = far;
+      }
+    }
+    if (!crosses(image, at, length)) return;
+    const double straight_line = distance_to(image, at);
+    const double distance = owner.offset + straight_line;
     if (!target.is_bettered(owner.offset, distance)) return;
-    front.reach(c.to.vertex, unfolded(owner.image, c, foot, depth), owner.offset, distance);
+    const Turn back = back_to(image, at, straight_line, to_owner, after);
+    const Index other_spoke = after ? to_owner + 1 : to_owner - 1;
+    front.reach(t, owner.offset, distance, back, (spokes_[to_owner].angle + spokes_[other_spoke].angle) / 2, place);
   }
 
-  // An image turned about the edge into the plane of the target's face, on the side away from it. A
-  // face without area has no plane; as a way over the edge the image is right where it is.
-  [[nodiscard]] static Vec3<double> unfolded(const Vec3<double>& image, const Crossing& c,
-                                             double foot, double depth) {
-    // Made orthogonal twice: in a face of hardly any area the first time leaves rounding's part.
-    const Vec3<double>& edge = c.edge.edge;
-    Vec3<double> upright = c.to.edge - c.foot * edge;
-    upright -= upright.dot(edge) * c.inverse_square * edge;
-    const double height = upright.norm();
-    if (height == 0) return image;
-    return c.first.position + foot * edge - depth / height * upright;
+  // the direction back, from the spoke to the owner towards the other
+  [[nodiscard]] Turn back_to(const Image& image, const Vec2<double>& at, double distance, Index to_owner, bool after) const {
+    const double aside = at.x() - image.x, total = at.y() + image.y;
+    const double inverse = 1 / (distance * spokes_[to_owner].length);
+    Turn c((aside * at.x() + total * at.y()) * inverse, (total * at.x() - at.y() * aside) * inverse);
+    if (!after) c.y() = -c.y();
+    return turned(spokes_[to_owner].turn, c);
+  }
+
+  void refine(Index v, Front& front) const {
+    Vertex& vertex = front.vertices[v];
+    if (!(vertex.promise < vertex.distance)) return;
+    const bool by_before = vertex.promised > 0;
+    const Index place = by_before ? vertex.promised : -vertex.promised;
+    const Index corner = (place + 1) / 2;
+    const Spoke &here = spokes_[corner], &before = spokes_[corner - 1];
+    const Spoke& to_owner = by_before ? before : here;
+    const Spoke& to_other = by_before ? here : before;
+    const Vertex &owner = front.vertices[to_owner.end], &other = front.vertices[to_other.end];
+    const Index sight = by_before ? here.before : here.here;
+    const Index s = sight >= 0 ? sight + 1 : ~sight - 1;
+    Turn u;
+    const double r = owner.distance - owner.offset;
+    if (!(r > 0) || !sees(to_owner.end, s, sight >= 0 ? -1 : 1, owner, u)) return;
+    const double length = spokes_[s].length;
+    const double known = other.distance - owner.offset;
+    Image image{r * u.x(), r * std::max(0.0, u.y())};
+    const double seen2 = (image.x - length) * (image.x - length) + image.y * image.y;
+    const Turn opening = turned_back(here.turn, before.turn);
+    const double dot = to_owner.length * to_other.length * opening.x();
+    const Vec2<double> at((to_owner.length * to_owner.length - dot) / length,
+                          to_owner.length * to_other.length * opening.y() / length);
+    if (known > 0 && known * known > seen2) {
+      image = dimmed(image, by_distances(r, known, length), r, length, at);
+    }
+    if (!crosses(image, at, length)) return;
+    const double d = distance_to(image, at);
+    if (!(owner.offset + d < vertex.distance)) return;
+    vertex.distance = owner.offset + d;
+    vertex.offset = owner.offset;
+    vertex.place = place;
+    vertex.angle = (here.angle + before.angle) / 2;
+    vertex.back = back_to(image, at, d, by_before ? corner - 1 : corner, by_before);
+  }
+
+  void lay_out_fans() {
+    detail::Spokes spokes(surface_);
+    const detail::PlanarFaces faces(surface_);
+    const auto count = static_cast<std::size_t>(surface_.vertex_count());
+    begin_.reserve(count + 1);
+    begin_.push_back(0);
+    fans_.reserve(count);
+    corner_spoke_.resize(static_cast<std::size_t>(surface_.halfedge_count()));
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      int fans = 0;
+      spokes.visit(v, [&](Index edge, Index corner) {
+        const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
+        Spoke spoke{end, no_face, surface_.length(edge), Turn(1, 0), 0, 0, 0};
+        if (corner < 0) {
+          spoke.angle = 1000.0F * static_cast<float>(fans++);
+        } else {
+          const Spoke& last = spokes_.back();
+          const auto& apex = faces.apex(corner);
+          const double norm = detail::stable_norm(apex);
+          const Turn opening = norm > 0 ? Turn(apex / norm) : Turn(1, 0);
+          spoke.turn = turned(last.turn, opening);
+          spoke.turn /= detail::stable_norm(spoke.turn);
+          spoke.angle = last.angle + static_cast<float>(std::atan2(opening.y(), opening.x()));
+          spoke.slack = unevenness(corner);
+          corner_spoke_[corner] = static_cast<Index>(spokes_.size());
+        }
+        spokes_.push_back(spoke);
+      });
+      begin_.push_back(static_cast<Index>(spokes_.size()));
+      const Index first = begin_[v], last = begin_[v + 1] - 1;
+      const bool closed = fans == 1 && last > first + 1 && spokes_[first].end == spokes_[last].end;
+      fans_.push_back(closed ? Fan{spokes_[last].turn, spokes_[last].angle} : Fan{Turn(1, 0), 1e6F});
+    }
+  }
+
+  void link_fans() {
+    for (Index h = 0; h < surface_.halfedge_count(); ++h) {
+      Spoke& spoke = spokes_[corner_spoke_[h]];
+      const Index v = surface_.origin(h);
+      const Index last = spokes_[corner_spoke_[h] - 1].end;
+      const auto sight = [&](Index corner) {
+        const Index s = corner_spoke_[corner];
+        return spokes_[s].end == v ? ~s : s - 1;
+      };
+      const Index next = Mesh::next(h), previous = Mesh::previous(h);
+      const bool tip_is_here = surface_.origin(next) == spoke.end;
+      (void)last;
+      spoke.here = sight(tip_is_here ? next : previous);
+      spoke.before = sight(tip_is_here ? previous : next);
+    }
   }
 
   // The slack of a face. A way over its edge (a, b) at x to its third vertex t is longer than the
@@ -299,9 +426,10 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   Surface<double> surface_;
   double step_ = 0;
-  Index most_spokes_ = 0;       // of any vertex
   detail::Array<Index> begin_;  // of each vertex, and one more: where its spokes begin
   detail::Array<Spoke> spokes_;
+  detail::Array<Fan> fans_;
+  detail::Array<Index> corner_spoke_;
   std::shared_ptr<detail::Pool<Front>> pool_ = std::make_shared<detail::Pool<Front>>();
 };
 
