@@ -4,9 +4,9 @@
 namespace gelight::stress {
 
 std::vector<Method> heat_methods() {
-  return {{"heat", maker<HeatSolver>(), false, false, 1e-12, unreachable<double>},
+  return {{"heat", maker<HeatSolver>(), false, false},
           {"heat, intrinsic Delaunay", maker<HeatSolver>(HeatOptions{.intrinsic_delaunay = true}),
-           false, false, 1e-12, unreachable<double>}};
+           false, false}};
 }
 
 }  // namespace gelight::stress

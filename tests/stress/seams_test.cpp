@@ -247,7 +247,7 @@ std::string takes_the_nearest(const Situation& situation) {
   const Sources sources = sources_of(situation);
   if (sources.size() < 2) return "";
   for (const Method& method : stress::methods()) {
-    if (method.jump == inf) continue;
+    if (is_heat(method)) continue;
     const auto together = ask(method, situation.mesh, sources);
     std::vector<double> nearest(together.size(), inf);
     for (const auto& source : sources) {

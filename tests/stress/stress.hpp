@@ -37,7 +37,7 @@ struct Method {
   bool keeps_space;      ///< never shorter than through space
   double slack = 1e-12;  ///< by what share it may miss them
   /// By what share distances may change where the source does not, or moves by next to nothing:
-  /// with another one beside it, or off a vertex. Infinite where that is not claimed.
+  /// with another one beside it, or off a vertex. Claimed of methods that keep edges.
   double jump = 0;
 };
 
