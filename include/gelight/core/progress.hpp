@@ -15,6 +15,13 @@ class Cancelled : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// What work throws that would take more memory than its options allow; nothing has been written
+/// then, and what it took is given back.
+class MemoryLimit : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// The one hook of all long work: asked now and then while it lasts, some milliseconds apart, it
 /// answers true to have the work end with Cancelled.
 ///

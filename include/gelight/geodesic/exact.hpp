@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <concepts>
-#include <functional>
+#include <cstddef>
 #include <limits>
 #include <memory>
 #include <span>
@@ -18,6 +18,7 @@
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/descent.hpp"
 #include "gelight/geodesic/detail/directions.hpp"
+#include "gelight/geodesic/detail/past_vertex.hpp"
 #include "gelight/geodesic/detail/planar_faces.hpp"
 #include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/detail/trace.hpp"
@@ -39,12 +40,18 @@ struct ExactOptions {
   /// Where not empty, distances beyond that of the farthest target are not computed; they are
   /// reported as +infinity. Windows are kept in the targets' own faces.
   std::vector<SurfacePoint<T>> targets{};
-  /// Asked now and then while solving; when it answers true, the solver throws Cancelled.
-  std::function<bool()> cancelled{};
+  /// Asked now and then while solving, and by queries of the field that search back to the sources;
+  /// when it answers true, they throw Cancelled. The share done is that of the vertices reached.
+  /// The field keeps it, so what it refers to has to live as long.
+  CancelHook cancelled{};
   /// Keeps all windows, about 50 bytes each and some dozens per edge, so that a query at a point
   /// that is no vertex looks at its own face only. Without, such a query searches its way back to
   /// the source, in O(vertices) and more; the answer is the same.
   bool keep_windows = false;
+  /// What windows may take at once, in bytes, in a solve or a query that searches back; beyond it
+  /// MemoryLimit is thrown. It is looked at after each list of windows, so that up to some
+  /// megabytes more may be taken. About 100 bytes a vertex come on top.
+  std::size_t max_memory = std::numeric_limits<std::size_t>::max();
   /// A dial between Dijkstra and exact (after Du, He, Fang, Meng, Xin 2021, hdl:10356/152296): at
   /// every multiple of so many mean edge lengths from the sources paths go through a vertex, where
   /// windows begin anew. The distances are lengths of real paths still, so never less than the
@@ -158,11 +165,12 @@ class ExactField {
     return departure(vertex_point<T>(vertex));
   }
   [[nodiscard]] ExactDeparture<T> departure(const SurfacePoint<T>& point) const {
-    const std::vector<Point> back = trace(nearest(checked(point)));
-    detail::require(back.size() > 1, "no direction leads from a source to the point on ",
+    std::vector<Point> path = trace(nearest(checked(point)));
+    detail::require(path.size() > 1, "no direction leads from a source to the point on ",
                     point.kind == SurfacePoint<T>::Kind::face ? "face " : "vertex ",
                     point.element[0]);
-    return departure_along(back.back(), back[back.size() - 2]);
+    std::reverse(path.begin(), path.end());
+    return departure_along(path);
   }
   ///@}
 
@@ -178,6 +186,8 @@ class ExactField {
   using Origin = detail::OriginOf<Real>;
   using Arrival = detail::ArrivalOf<Real>;
   using Weights = std::array<Real, 3>;
+  using PastVertex = detail::PastVertexOf<Real>;
+  using Way = detail::WayOf<Real>;
 
   // Rounding of the unfolded images, with room: paths that differ by less are equally short.
   static constexpr T default_tolerance = std::max(T(1e-12), 16 * std::numeric_limits<T>::epsilon());
@@ -286,11 +296,8 @@ class ExactField {
   void through_windows(Index f, const Weights& weights, const Real& limit,
                        const Visit& visit) const {
     for (Index h = 3 * f; h < 3 * f + 3; ++h) {
-      const auto k = static_cast<std::size_t>(h % 3);
-      if (weights[(k + 2) % 3] == 0) continue;
-      const Real at_tip = weights[(k + 1) % 3], at_apex = weights[(k + 2) % 3];
-      const Vec2<Real> at(at_tip * surface_.length(h) + at_apex * faces_->apex(h).x(),
-                          at_apex * faces_->apex(h).y());
+      if (weights[static_cast<std::size_t>((h + 2) % 3)] == 0) continue;
+      const Vec2<Real> at = in_frame(h, weights);
       windows_->for_each(h, [&](const detail::WindowColumnsOf<Real>& w, std::ptrdiff_t count) {
         for (std::ptrdiff_t i = 0; i < count; ++i) {
           const Real start = origins_[w.origin[i]].start, rest = limit - start;
@@ -349,6 +356,8 @@ class ExactField {
   // to be a detour beyond `limit`.
   [[nodiscard]] ExactField search_back(const Point& p, Real limit) const {
     Limits limits;
+    limits.cancelled = cancelled_;
+    limits.memory = max_memory_;
     limits.distance = limit * (1 + detail::rounding);
     limits.keep_windows = true;
     limits.rest.reserve(distances_.size());
@@ -356,6 +365,8 @@ class ExactField {
     Propagation propagation;
     ExactField back(surface_);
     back.faces_ = faces_;
+    back.cancelled_ = cancelled_;
+    back.max_memory_ = max_memory_;
     back.sources_ = {{p, 0}};
     propagation.run(surface_, *faces_, back.sources_, limits);
     back.adopt(propagation);
@@ -400,7 +411,10 @@ class ExactField {
   }
 
   [[nodiscard]] bool begins_lines(Index vertex) const {
-    if (faces_->bends_at(vertex)) return true;
+    return faces_->bends_at(vertex) || is_source(vertex);
+  }
+
+  [[nodiscard]] bool is_source(Index vertex) const {
     return std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) {
       return source.point == vertex_point<Real>(vertex);
     });
@@ -422,9 +436,21 @@ class ExactField {
     return out;
   }
 
+  // Next to a corner the way by it is as short as the straight line past it, but for rounding, and
+  // over no length there is no direction: there the path tells it.
   [[nodiscard]] Vec3<Real> direction_of(const End& end) const {
-    if (end.back.size() > 1) return detail::unit_way(surface_, end.back[1], end.back[0]);
+    if (end.back.size() > 1) return -first_way(end.back).direction;
     if (end.last.entry == Arrival::none) return Vec3<Real>::Zero();
+    const Vec3<Real> direction = last_direction(end);
+    const bool is_past = end.last.entry == Arrival::from_vertex && !is_source(end.last.origin) &&
+                         is_next_to(end.point, end.last.origin);
+    if (!is_past && !direction.isZero(0)) return direction;
+    const std::vector<Point> back = trace(end);
+    return back.size() > 1 ? Vec3<Real>(-first_way(back).direction) : direction;
+  }
+
+  // The direction of the last piece of the way to an end.
+  [[nodiscard]] Vec3<Real> last_direction(const End& end) const {
     if (end.last.entry == Arrival::from_vertex) {
       return detail::unit_way(surface_, vertex_point<Real>(end.last.origin), end.point);
     }
@@ -432,6 +458,111 @@ class ExactField {
       return detail::unit_way(surface_, source_point(end.last.origin), end.point);
     }
     return detail::unit_way(surface_, end.last.entry, line_start(end.last, end.at), end.at);
+  }
+
+  // --- next to a vertex ----------------------------------------------------------------------
+
+  // Whether a point that is no vertex lies so near to a corner of its faces that its place is lost
+  // in the frames of their sides.
+  [[nodiscard]] bool is_next_to(const Point& p, Index vertex) const {
+    if (p.kind == Point::Kind::vertex) return false;
+    return detail::straight(surface_, vertex_point<Real>(vertex), p) <= nearby(p);
+  }
+
+  [[nodiscard]] Real nearby(const Point& p) const {
+    Real longest = 0;
+    for_each_face(p, [&](Index f, const Weights&) {
+      for (Index h = 3 * f; h < 3 * f + 3; ++h) longest = std::max(longest, surface_.length(h));
+    });
+    return detail::next_to_vertex * longest;
+  }
+
+  // The corner that a point is next to, or -1.
+  [[nodiscard]] Index vertex_next_to(const Point& p) const {
+    if (p.kind == Point::Kind::vertex) return -1;
+    const auto k = static_cast<std::size_t>(std::max_element(p.weights.begin(), p.weights.end()) -
+                                            p.weights.begin());
+    const Index v = p.kind == Point::Kind::face ? surface_.face(p.element[0])[k] : p.element[k];
+    return is_next_to(p, v) ? v : -1;
+  }
+
+  // A point of the faces at a vertex, as each of them sees it.
+  [[nodiscard]] std::vector<typename PastVertex::Place> places_at(Index vertex,
+                                                                  const Point& p) const {
+    const PastVertex past(surface_, *faces_, vertex);
+    std::vector<typename PastVertex::Place> places;
+    for_each_face(p, [&](Index f, const Weights& weights) {
+      if (has_corner(f, vertex)) places.push_back(past.place(f, weights));
+    });
+    return places;
+  }
+  [[nodiscard]] bool has_corner(Index f, Index vertex) const {
+    const auto corners = surface_.face(f);
+    return std::find(corners.begin(), corners.end(), vertex) != corners.end();
+  }
+
+  // The direction in which a path begins. Its first points may lie so near that they do not tell:
+  // then it is that of the straight line to the first that does, past the vertex or over the edge
+  // that lies between. The face is told where that is so.
+  [[nodiscard]] Way first_way(const std::vector<Point>& path) const {
+    const Point& p = path[0];
+    const Real near = nearby(p);
+    std::size_t k = 1;
+    while (k + 1 < path.size() && detail::straight(surface_, p, path[k]) <= near) ++k;
+    if (k == 1) return {detail::unit_way(surface_, p, path[1])};
+    const Index v = vertex_next_to(p);
+    Way way;
+    if (v >= 0) {
+      way = way_past(v, path[k - 1], path[k], p);
+    } else if (k == 2 && p.kind == Point::Kind::face && path[1].kind == Point::Kind::edge) {
+      way = way_over(path[1], path[2], p);
+    }
+    if (!way.direction.isZero(0)) return way;
+    const bool tells = detail::straight(surface_, p, path[1]) > detail::next_to_vertex * near;
+    return {detail::unit_way(surface_, p, path[tells ? 1 : k])};
+  }
+
+  // From a point past a vertex to the end of a piece of a path that begins at the vertex or next to
+  // it; zero where the piece is not in a face of the vertex.
+  [[nodiscard]] Way way_past(Index vertex, const Point& begin, const Point& end,
+                             const Point& p) const {
+    const PastVertex past(surface_, *faces_, vertex);
+    Way way;
+    for_each_face(end, [&](Index f, const Weights& weights) {
+      const auto in_face = face_point<Real>(f, {1.0 / 3, 1.0 / 3, 1.0 / 3});
+      if (way.face >= 0 || !has_corner(f, vertex) || !share_face(begin, in_face)) return;
+      way = past.way(places_at(vertex, p), past.place(f, weights));
+    });
+    return way;
+  }
+
+  // From a point inside a face straight over a point of one of its edges to one in the face beyond.
+  [[nodiscard]] Way way_over(const Point& edge, const Point& end, const Point& p) const {
+    const Index f = p.element[0];
+    Index h = 3 * f;
+    for (Index side = 3 * f; side < 3 * f + 3; ++side) {
+      const Index a = surface_.origin(side), b = surface_.tip(side);
+      if (std::minmax(a, b) == std::minmax(edge.element[0], edge.element[1])) h = side;
+    }
+    Way way;
+    if (detail::is_thin(surface_, *faces_, h)) return way;
+    for_each_face(end, [&](Index g, const Weights& weights) {
+      for (Index across = surface_.twin(h); across != h; across = surface_.twin(across)) {
+        if (Mesh::face_of(across) != g || way.face >= 0) continue;
+        Vec2<Real> to = in_frame(across, weights);
+        if (surface_.origin(across) != surface_.origin(h)) to.x() = surface_.length(h) - to.x();
+        way = {detail::unit_way(surface_, h, in_frame(h, p.weights), {to.x(), -to.y()}), f};
+      }
+    });
+    return way;
+  }
+
+  // The place of a point in a half-edge's face, by its shares of the face's corners.
+  [[nodiscard]] Vec2<Real> in_frame(Index h, const Weights& weights) const {
+    const Real at_tip = weights[static_cast<std::size_t>((h + 1) % 3)];
+    const Real at_apex = weights[static_cast<std::size_t>((h + 2) % 3)];
+    const Vec2<Real>& apex = faces_->apex(h);
+    return {at_tip * surface_.length(h) + at_apex * apex.x(), at_apex * apex.y()};
   }
 
   // Where the last straight line to a place begins, in the frame of the half-edge it crosses. A
@@ -541,16 +672,18 @@ class ExactField {
     return descent.back(p, distance);
   }
 
-  [[nodiscard]] ExactDeparture<T> departure_along(const Point& source, const Point& next) const {
+  [[nodiscard]] ExactDeparture<T> departure_along(const std::vector<Point>& path) const {
     ExactDeparture<T> out{};
-    const Vec3<Real> direction = detail::unit_way(surface_, source, next);
-    out.direction = direction.template cast<T>();
-    for_each_face(source, [&](Index f, const Weights& weights) {
-      if (!share_face(next, face_point<Real>(f, {1.0 / 3, 1.0 / 3, 1.0 / 3}))) return;
+    const Way way = first_way(path);
+    out.direction = way.direction.template cast<T>();
+    for_each_face(path[0], [&](Index f, const Weights& weights) {
+      if (way.face >= 0 && f != way.face) return;
+      const auto in_face = face_point<Real>(f, {1.0 / 3, 1.0 / 3, 1.0 / 3});
+      if (way.face < 0 && !share_face(path[1], in_face)) return;
       Index h = 3 * f;
-      while (source.kind != Point::Kind::face && !starts_at(h, weights)) ++h;
+      while (path[0].kind != Point::Kind::face && !starts_at(h, weights)) ++h;
       out.halfedge = h;
-      out.angle = static_cast<T>(detail::angle_from(surface_, h, direction));
+      out.angle = static_cast<T>(detail::angle_from(surface_, h, way.direction));
     });
     return out;
   }
@@ -572,6 +705,8 @@ class ExactField {
   std::shared_ptr<const detail::WindowStoreOf<Real>> windows_;  // where any were kept
   detail::Array<char> kept_faces_;                              // which, or empty for all
   bool bends_anywhere_ = false;                                 // with a reset radius
+  CancelHook cancelled_;
+  std::size_t max_memory_ = std::numeric_limits<std::size_t>::max();
 };
 
 /// Exact geodesic distance on a triangle mesh: the length of the shortest path over its faces.
@@ -676,6 +811,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     require_options(options);
     ExactField<T> field(surface_);
     field.faces_ = faces_;
+    field.cancelled_ = options.cancelled;
+    field.max_memory_ = options.max_memory;
     field.offset_ = normalise(sources);
     field.sources_ = std::move(sources);
     const Limits limits = limits_of(options, field.offset_);
@@ -689,7 +826,6 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
 
   void run(Workspace& workspace, const Sources& sources, const Limits& limits) const {
     workspace.run(surface_, *faces_, sources, limits);
-    if (workspace.was_cancelled) throw Cancelled("the exact solve was cancelled");
   }
 
   // Moves the start distances so that the least is zero, and returns what it was.
@@ -707,6 +843,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     Limits limits;
     limits.distance = Real{options.max_distance} - offset;
     limits.cancelled = options.cancelled;
+    limits.memory = options.max_memory;
     limits.keep_windows = options.keep_windows;
     if (options.reset_radius < unreachable<T> && mean_edge_ > 0) {
       limits.ring = Real{options.reset_radius} * mean_edge_;

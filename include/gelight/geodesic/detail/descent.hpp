@@ -171,8 +171,9 @@ class DescentOf {
     const bool is_next = h == Mesh::next(place.halfedge);
     const Vec2<Real> apex = faces_.apex(place.halfedge);
     const Vec2<Real> origin = is_next ? tip(place.halfedge) : apex;
-    const Vec2<Real> end = is_next ? apex : Vec2<Real>(0, 0);
-    const Vec2<Real> along = stable_unit(end - origin);
+    const Vec2<Real> from_tip = faces_.apex_from_tip(surface_, place.halfedge);
+    const Vec2<Real> along =
+        stable_unit(is_next ? Vec2<Real>(-from_tip.x(), from_tip.y()) : Vec2<Real>(-apex));
     Vec2<Real> from = place.at - origin;
     if (surface_.length(h) == 0) return from;
     return {along.dot(from), along.x() * from.y() - along.y() * from.x()};

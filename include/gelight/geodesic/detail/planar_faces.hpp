@@ -31,6 +31,15 @@ class PlanarFacesOf {
 
   [[nodiscard]] const Vec2<Real>& apex(Index h) const { return apex_[h]; }
 
+  /// The apex as seen from h's tip: how far back along h, and how high. Exact by itself, where the
+  /// apex is so near to the tip that its place as counted from the origin does not tell.
+  [[nodiscard]] Vec2<Real> apex_from_tip(const Surface<Real>& surface, Index h) const {
+    const Real length = surface.length(h);
+    if (length == 0) return {-apex_[h].x(), 0};
+    const Index next = Surface<Real>::next(h);
+    return surface.length(next) / length * apex_[next];
+  }
+
   /// The angle of h's face at h's origin, in radians.
   [[nodiscard]] Real angle(Index h) const { return std::atan2(apex_[h].y(), apex_[h].x()); }
 
@@ -128,5 +137,14 @@ class PlanarFacesOf {
 };
 
 using PlanarFaces = PlanarFacesOf<double>;
+
+/// Whether the face of h is so thin that the plane it lies in is rounding.
+template <std::floating_point Real>
+[[nodiscard]] inline bool is_thin(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces,
+                                  Index h) {
+  constexpr Real thinnest = 1e-12;
+  const Vec2<Real>& apex = faces.apex(h);
+  return apex.y() <= thinnest * std::max(surface.length(h), std::fabs(apex.x()));
+}
 
 }  // namespace gelight::detail

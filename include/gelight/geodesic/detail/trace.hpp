@@ -140,8 +140,9 @@ class TraceOf {
   // it leaves the face, with both points in its frame.
   Index step(Index h, Vec2<Real>& at, Vec2<Real>& image) const {
     const Vec2<Real> apex = faces_.apex(h), tip(surface_.length(h), 0);
-    const Side left = side(Mesh::previous(h), apex, {0, 0}, at, image);
-    const Side right = side(Mesh::next(h), tip, apex, at, image);
+    const Vec2<Real> from_tip = faces_.apex_from_tip(surface_, h);
+    const Side left = side(Mesh::previous(h), apex, -apex, at, image);
+    const Side right = side(Mesh::next(h), tip, {-from_tip.x(), from_tip.y()}, at, image);
     const Vec2<Real> to_image = image - at, to_apex = apex - at;
     const bool is_right = to_image.x() * to_apex.y() - to_image.y() * to_apex.x() > 0;
     // Where the image lies on a side, or the line runs along one, its direction is rounding.
@@ -159,11 +160,11 @@ class TraceOf {
     Real way;              // from one to the other through it
   };
 
-  [[nodiscard]] Side side(Index h, const Vec2<Real>& from, const Vec2<Real>& to,
+  [[nodiscard]] Side side(Index h, const Vec2<Real>& from, const Vec2<Real>& way,
                           const Vec2<Real>& at, const Vec2<Real>& image) const {
     const Real length = surface_.length(h);
     if (length == 0) return {h, at, image, unreachable<Real>};
-    const Vec2<Real> along = (to - from).normalized();
+    const Vec2<Real> along = stable_unit(way);
     const auto turned = [&](const Vec2<Real>& p) -> Vec2<Real> {
       const Vec2<Real> d = p - from;
       return {along.dot(d), along.x() * d.y() - along.y() * d.x()};

@@ -140,10 +140,12 @@ class FaceCrossingOf {
   }
 
   /// Windows [first, size) of the list as they leave by the right side of the face, of a given
-  /// length, in the frame from the apex to the base's tip. Returns how many there are.
+  /// length, in the frame from the apex to the base's tip; given the apex as seen from there, back
+  /// along the base and up. Returns how many there are.
   [[nodiscard]] std::ptrdiff_t cross_right(const List& list, std::ptrdiff_t first, Real length,
+                                           const Vec2<Real>& apex_from_tip,
                                            const Columns& out) const {
-    const Real ax = base_ - apex_.x(), ay = apex_.y();
+    const Real ax = apex_from_tip.x(), ay = apex_from_tip.y();
     const Real norm = std::sqrt(ax * ax + ay * ay), ux = ax / norm, uy = ay / norm;
     for (std::ptrdiff_t i = first; i < size_; i += lane_size) {
       const std::ptrdiff_t o = i - first;

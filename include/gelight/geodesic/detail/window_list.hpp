@@ -127,8 +127,12 @@ class WindowStoreOf {
     touched_.clear();
     free_.fill(none);
     used_slabs_ = 0;
+    used_bytes_ = 0;
     slab_fill_ = slab_words;
   }
+
+  /// Memory in use, in bytes.
+  [[nodiscard]] std::size_t bytes() const { return used_bytes_; }
 
   [[nodiscard]] bool empty(Index h) const { return first_[h] == none; }
 
@@ -265,6 +269,7 @@ class WindowStoreOf {
     if (used_slabs_ == std::ssize(slabs_)) slabs_.emplace_back();
     Slab& slab = slabs_[used_slabs_++];
     if (slab.size < size) slab = {std::make_unique<std::byte[]>(size * word), size};
+    used_bytes_ += slab.size * word;
   }
 
   Array<std::uint32_t> first_;            // of each half-edge: its first batch
@@ -272,6 +277,7 @@ class WindowStoreOf {
   std::array<std::uint32_t, 32> free_{};  // of each size class: a batch that is free
   Array<Slab> slabs_;
   std::ptrdiff_t used_slabs_ = 0, slab_fill_ = slab_words;
+  std::size_t used_bytes_ = 0;
 };
 
 }  // namespace gelight::detail

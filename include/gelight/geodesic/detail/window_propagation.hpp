@@ -5,14 +5,15 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <functional>
 #include <limits>
 #include <numeric>
+#include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/indexed_heap.hpp"
 #include "gelight/geodesic/detail/planar_faces.hpp"
@@ -64,9 +65,10 @@ struct PropagationLimitsOf {
 
   Real distance = unreachable<Real>;
   std::vector<Target> targets;  // propagation ends when all of these are known
-  std::function<bool()> cancelled;
-  bool keep_windows = false;      // of all faces, or
-  Array<char> faces_to_keep;      // of those marked, where not empty
+  CancelHook cancelled;
+  std::size_t memory = std::numeric_limits<std::size_t>::max();  // that windows may take, in bytes
+  bool keep_windows = false;                                     // of all faces, or
+  Array<char> faces_to_keep;                                     // of those marked, where not empty
   Array<Real> rest;               // of each vertex, where not empty: the least way left from there
   Real ring = unreachable<Real>;  // at every multiple of it paths go through a vertex
 };
@@ -101,10 +103,14 @@ class WindowPropagationOf {
   Array<Origin> origins;
   WindowStore kept;  // windows that were propagated, by the half-edge by which they entered a face
   PropagationCounts counts;
-  bool was_cancelled = false;
 
   /// Beyond this distance nothing was computed.
   [[nodiscard]] Real bound() const { return bound_; }
+
+  /// What windows take, and the places from which they come, in bytes.
+  [[nodiscard]] std::size_t bytes() const {
+    return waiting_.bytes() + kept.bytes() + origins.size() * sizeof(Origin);
+  }
 
   /// Whether windows are kept, all or some.
   [[nodiscard]] bool keeps_any() const {
@@ -115,15 +121,13 @@ class WindowPropagationOf {
            const std::vector<Source<Real>>& sources, const Limits& limits) {
     // Making room for a million vertices takes as long as some thousand polls; so ask before it,
     // too.
-    was_cancelled = limits.cancelled && limits.cancelled();
-    if (was_cancelled) return;
+    limits_ = &limits;
+    ask(0);
     reset(surface, faces, sources, limits);
     for (std::size_t s = 0; s < sources.size(); ++s) add_source(sources[s], static_cast<Index>(s));
+    const auto vertices = static_cast<double>(surface.vertex_count());
     for (int pops = 0; !heap_.empty(); ++pops) {
-      if (limits.cancelled && pops % pops_between_polls == 0 && limits.cancelled()) {
-        was_cancelled = true;
-        return;
-      }
+      if (pops % pops_between_polls == 0) ask(static_cast<double>(reached_.size()) / vertices);
       settle(heap_.pop());
       propagate_active();
     }
@@ -147,16 +151,17 @@ class WindowPropagationOf {
   // A face no higher than this share of its edge has its apex on the edge, but for rounding.
   static constexpr Real on_edge = 16 * std::numeric_limits<Real>::epsilon();
 
+  void ask(double done) const { limits_->cancelled.check(done, "the exact solve"); }
+
   void reset(const Mesh& surface, const PlanarFaces& faces,
              const std::vector<Source<Real>>& sources, const Limits& limits) {
     surface_ = &surface;
     faces_ = &faces;
     sources_ = &sources;
-    limits_ = &limits;
     bound_ = limits.distance;
     forget_vertices(surface.vertex_count());
     origins.clear();
-    if (keeps_any()) kept.reset(surface.halfedge_count());
+    if (keeps_any() || kept.bytes() > 0) kept.reset(surface.halfedge_count());
     counts = {};
     waiting_.reset(surface.halfedge_count());
     most_lists_ = most_lists_per_halfedge * surface.halfedge_count();
@@ -220,7 +225,8 @@ class WindowPropagationOf {
              arrival);
       // A source on h is seen from the other faces by their own call.
       if (at_apex > 0) {
-        emit(h, {at_origin * length + at_apex * (length - apex.x()), y}, 0, length, origin);
+        const Vec2<Real> apex_from_tip = faces_->apex_from_tip(*surface_, h);
+        emit(h, {at_origin * length + at_apex * apex_from_tip.x(), y}, 0, length, origin);
       }
       h = Mesh::next(h);
       std::rotate(shares.begin(), shares.begin() + 1, shares.end());
@@ -391,8 +397,7 @@ class WindowPropagationOf {
   // A window over part of h, seen from the vertex across h's own face, unless it is of no use.
   void emit_from_apex(Index h, Real begin, Real end, Index origin) {
     if (is_useless(h, origins[origin].start)) return;
-    const Vec2<Real>& apex = faces_->apex(h);
-    emit(h, {surface_->length(h) - apex.x(), apex.y()}, begin, end, origin);
+    emit(h, faces_->apex_from_tip(*surface_, h), begin, end, origin);
   }
 
   [[nodiscard]] bool is_at_source(Index vertex) const {
@@ -439,8 +444,15 @@ class WindowPropagationOf {
       const Index h = active_[i];
       is_active_[h] = 0;
       propagate(h);
+      if (bytes() > limits_->memory) [[unlikely]]
+        refuse_memory();
     }
     active_.clear();
+  }
+
+  [[noreturn]] void refuse_memory() const {
+    throw MemoryLimit("the windows of an exact solve take more than " +
+                      std::to_string(limits_->memory) + " bytes");
   }
 
   // Windows that leave a face across its half-edge h, given in the frame of a half-edge that runs
@@ -609,7 +621,8 @@ class WindowPropagationOf {
     if (first < list_.size) {
       const typename WindowStore::Batch batch = waiting_.allocate(list_.size - first);
       deliver(right, batch,
-              crossing_.cross_right(list_, first, surface_->length(right), batch.windows));
+              crossing_.cross_right(list_, first, surface_->length(right),
+                                    faces_->apex_from_tip(*surface_, h), batch.windows));
     }
   }
 
