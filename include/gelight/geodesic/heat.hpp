@@ -15,9 +15,11 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/late.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/heat_flow.hpp"
 #include "gelight/geodesic/detail/near.hpp"
+#include "gelight/geodesic/detail/sampled_error.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/detail/cholesky.hpp"
@@ -41,16 +43,18 @@ struct HeatOptions {
   /// Within this many mean edge lengths of the sources the distance is exact (by ExactSolver), and
   /// the heat continues it, which removes the error beside the source. 0 leaves heat alone.
   double exact_radius = 3;
-  /// How often the unit field is taken anew from the distance found, for one more solve each. The
-  /// first divides the mean error by three on spheres, by 1.5 on the GelTip membrane; further ones
-  /// add little.
+  /// How often the unit field is taken anew from the distance found, for one more solve each:
+  /// REFDOC
   Index refinements = 0;
-  /// Works on the intrinsic Delaunay triangulation: for meshes of needles. On a disc stretched ten
-  /// times it takes the mean error from 56 % to 3 %.
-  bool intrinsic_delaunay = false;
+  /// Works on the intrinsic Delaunay triangulation of the same surface, on which thin triangles do
+  /// no harm; false takes the mesh's own triangles. DELDOC
+  bool intrinsic_delaunay = true;
   /// What factors the matrices: gelight's own, or another library (`cholmod_backend` of
   /// mesh/cholmod.hpp).
   LinearBackend<double> backend = nullptr;
+  /// Asked while the solver is set up, and in each query by the thread that makes it. A matrix'
+  /// last blocks, and another library's solves, are each one step.
+  CancelHook cancelled{};
 };
 
 namespace detail {
@@ -75,13 +79,14 @@ struct HeatSystemOf {
   SymmetricMatrix<Real> heat;
 
   HeatSystemOf(const Surface<Real>& surface, Real time, bool intrinsic,
-               LinearBackend<Real> backend = nullptr)
+               LinearBackend<Real> backend = nullptr, const CancelHook& cancelled = {})
       : time_factor(time), is_delaunay(intrinsic), surface_(surface) {
     require(time_factor > 0 && std::isfinite(time_factor), "the heat's time factor is ",
             time_factor, ", not a positive number");
     mean_edge = mean_edge_length(surface);
     unit = mean_edge > 0 ? mean_edge : 1;
-    mesh = intrinsic ? intrinsic_delaunay(surface, unit) : intrinsic_triangulation(surface, unit);
+    mesh = intrinsic ? intrinsic_delaunay(surface, unit, cancelled.part(0, 0.1))
+                     : intrinsic_triangulation(surface, unit);
     faces = planar_faces(mesh);
     component = component_of_vertices(mesh);
     pattern = std::make_shared<Pattern>(mesh);
@@ -94,44 +99,49 @@ struct HeatSystemOf {
       // A vertex without faces has no area; it is its own component and never heated.
       heat.values[pattern->diagonal(v)] += mass[v] > 0 ? mass[v] : 1;
     }
+    (void)dissection(cancelled.part(0.1, 0.2));
     if (backend != nullptr) analysis_ = backend(*pattern, dissection()->order());
   }
 
   using Factor = std::shared_ptr<const LinearFactor<Real>>;
 
   /// Of a matrix of the pattern.
-  [[nodiscard]] Factor factor(const SymmetricMatrix<Real>& matrix) const {
+  [[nodiscard]] Factor factor(const SymmetricMatrix<Real>& matrix,
+                              const CancelHook& cancelled = {}) const {
     if (analysis_ == nullptr) {
-      return std::make_shared<SparseFactor<Real>>(factored(dissection(), matrix));
+      return std::make_shared<SparseFactor<Real>>(factored(dissection(), matrix, cancelled));
     }
+    cancelled.check(0, "factoring a matrix");
     return factored(matrix, [&](const auto& positive) { return analysis_->factor(positive); });
   }
 
   /// The order in which our own factors eliminate.
-  [[nodiscard]] const std::shared_ptr<const Dissection>& dissection() const {
-    return late_dissection_.get([&] { return dissected(surface_, *pattern); });
+  [[nodiscard]] const std::shared_ptr<const Dissection>& dissection(
+      const CancelHook& cancelled = {}) const {
+    return late_dissection_.get([&] { return dissected(surface_, *pattern, cancelled); });
   }
 
-  [[nodiscard]] const LinearFactor<Real>& heat_factor() const {
-    return *late_heat_.get([&] { return factor(heat); });
+  [[nodiscard]] const LinearFactor<Real>& heat_factor(const CancelHook& cancelled = {}) const {
+    return *late_heat_.get([&] { return factor(heat, cancelled); });
   }
 
   /// Of the Laplacian. A constant per component is free: it is taken out by holding one vertex at
   /// zero.
-  [[nodiscard]] const LinearFactor<Real>& poisson_factor() const {
+  [[nodiscard]] const LinearFactor<Real>& poisson_factor(const CancelHook& cancelled = {}) const {
     return *late_poisson_.get([&] {
       Array<char> held(component.size(), 0);
       for (Index v = 0; v < pattern->size(); ++v) held[v] = component[v] == v;
-      return factor(with_held(laplacian, held));
+      return factor(with_held(laplacian, held), cancelled);
     });
   }
 
   static std::shared_ptr<const Dissection> dissected(const Surface<Real>& surface,
-                                                     const Pattern& pattern) {
+                                                     const Pattern& pattern,
+                                                     const CancelHook& cancelled) {
     std::vector<Vec3<Real>> points;
     points.reserve(static_cast<std::size_t>(surface.vertex_count()));
     for (Index v = 0; v < surface.vertex_count(); ++v) points.push_back(surface.position(v));
-    return std::make_shared<Dissection>(pattern, points);
+    return std::make_shared<Dissection>(pattern, points, cancelled);
   }
 
   /// The matrix with the rows and columns of some vertices replaced by the identity's.
@@ -147,11 +157,28 @@ struct HeatSystemOf {
 
   /// The function, up to a constant per component, whose gradient is nearest to a unit field with
   /// this integrated divergence.
-  [[nodiscard]] Array<Real> integrate(Array<Real> divergence) const {
+  [[nodiscard]] Array<Real> integrate(Array<Real> divergence, const CancelHook& cancelled) const {
     for (Index v = 0; v < pattern->size(); ++v) {
       if (component[v] == v) divergence[v] = 0;
     }
-    return poisson_factor().solve(divergence);
+    return poisson_factor().solve(divergence, cancelled);
+  }
+
+  /// Throws InvalidInput unless the system was made of a surface that is the same number by number.
+  void require_made_of(const Surface<Real>& surface) const {
+    require(surface.vertex_count() == surface_.vertex_count() &&
+                surface.face_count() == surface_.face_count(),
+            "the system was made of another mesh, of ", surface_.vertex_count(), " vertices and ",
+            surface_.face_count(), " faces, not ", surface.vertex_count(), " and ",
+            surface.face_count());
+    for (Index v = 0; v < surface.vertex_count(); ++v) {
+      require(surface.position(v) == surface_.position(v),
+              "the system was made of another mesh: its vertex ", v, " lies elsewhere");
+    }
+    for (Index f = 0; f < surface.face_count(); ++f) {
+      require(surface.face(f) == surface_.face(f), "the system was made of another mesh: its face ",
+              f, " has other vertices");
+    }
   }
 
   /// 1 for each vertex in the component of a vertex with a load.
@@ -180,15 +207,22 @@ using HeatSystem = HeatSystemOf<double>;
 template <std::floating_point T>
 struct HeatResult {
   std::vector<T> distance;  ///< Of each vertex, +infinity where no path leads.
-  /// Mean of | |gradient| - 1 |, by area, over the faces where heat decides: a distance has 0.
-  /// 0.005 to 0.06 on good meshes, 0.12 on a torus of 30 x 14 vertices (mean error 6 %).
+  /// Estimate of the mean of |distance / true distance - 1| over the vertices that are reached,
+  /// both counted from the earliest source: from up to 256 of them, paths are followed back through
+  /// the distances and pulled taut, whose lengths do not depend on how long heat says they are.
+  /// ERRDOC
+  double error = 0;
+  /// Mean of | |gradient| - 1 |, by area, over the faces where heat decides: a distance has 0. It
+  /// tells roughness and thin faces more than it tells errors.
   double residual = 0;
-  /// Heat decides over a part of the mesh that ends within four mean edges of the source, or the
-  /// residual is more than 0.15. (Try exact_radius, intrinsic_delaunay, or another solver.)
+  /// The error is more than 0.07: distances may be off by more than a tenth on average. (Try a
+  /// larger exact_radius, refinements, or another solver.)
   bool is_too_coarse = false;
   /// Some vertices are too far for the time of the flow: no heat arrived, however little. Their
   /// distances mean nothing. (Try a larger time_factor.)
   bool is_too_far = false;
+  /// Neither of the two.
+  bool is_reliable = true;
 };
 
 /// Distance by the heat method (Crane, Weischedel, Wardetzky 2013, doi:10.1145/2516971.2516977): a
@@ -214,30 +248,34 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
       : HeatSolver(Surface<Real>(mesh), options, nullptr) {}
 
   /// Shares the factored systems of another solver of the same surface, where there is one; their
-  /// time factor, triangulation and backend then hold instead of the options'.
+  /// time factor, triangulation and backend then hold instead of the options'. Throws InvalidInput
+  /// for systems of any other surface.
   HeatSolver(Surface<Real> surface, const HeatOptions& options,
              std::shared_ptr<const detail::HeatSystemOf<Real>> system)
-      : surface_(std::move(surface)),
-        options_(options),
-        system_(system ? std::move(system)
-                       : std::make_shared<detail::HeatSystemOf<Real>>(surface_, options.time_factor,
-                                                                      options.intrinsic_delaunay,
-                                                                      options.backend)) {
+      : surface_(std::move(surface)), options_(options), system_(std::move(system)) {
     detail::require(options.exact_radius >= 0, "the exact radius is ", options.exact_radius,
                     ", less than 0");
     detail::require(options.refinements >= 0, "the number of refinements is ", options.refinements,
                     ", less than 0");
+    const CancelHook cancelled = detail::rising(options.cancelled, "the heat solver's set-up");
+    if (system_ != nullptr) {
+      system_->require_made_of(surface_);
+    } else {
+      system_ = std::make_shared<detail::HeatSystemOf<Real>>(
+          surface_, options.time_factor, options.intrinsic_delaunay, options.backend, cancelled);
+    }
     if (options.exact_radius > 0) exact_.emplace(surface_);
-    if (options.boundary != HeatBoundary::neumann) hold_border();
-    (void)system_->heat_factor();
-    (void)system_->poisson_factor();
+    if (options.boundary != HeatBoundary::neumann) hold_border(cancelled.part(0.2, 0.5));
+    (void)system_->heat_factor(cancelled.part(0.5, 0.75));
+    (void)system_->poisson_factor(cancelled.part(0.75, 1));
   }
 
   /// The surface that the solver works on.
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
-  /// Distances with flags that tell where heat cannot give any. Throws InvalidInput as `distance`
-  /// does.
+  /// The same distances as `distance` gives, with an estimate of their error and flags where they
+  /// are not to be trusted, which `distance` alone does not tell. COSTDOC Throws InvalidInput as
+  /// `distance` does.
   ///@{
   [[nodiscard]] HeatResult<T> solve(Index vertex) const {
     return solve(std::span<const Index>(&vertex, 1));
@@ -257,22 +295,34 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
 
  private:
   friend class detail::DistanceQueries<HeatSolver<T>, T>;
+  template <std::floating_point>
+  friend class VectorHeatSolver;
   using Points = std::vector<SurfacePoint<Real>>;
 
   struct Solution {
     detail::Array<Real> distance;
     detail::Array<char> is_exact;  // of each vertex
-    bool is_too_small = false, is_too_far = false;
+    bool is_too_far = false;
   };
 
-  // Of a result that may be trusted. The error of heat sits within a few edges of the source.
-  static constexpr Real largest_residual = 0.15, least_extent = 4;
+  // Above this estimate, a mean error of a tenth is possible: see HeatResult::error.
+  static constexpr Real largest_error = 0.07;
+  // Below it the error is much the same everywhere.
+  static constexpr Real even_residual = 0.1;
+  // A face whose gradient is shorter lies where fronts meet, and so does the true distance's.
+  // Lengthening it would lift what lies beyond.
+  static constexpr Real shortest_gradient = 0.97;
 
   [[nodiscard]] detail::Array<Real> solve_vertices(detail::Sources sources) const {
     return solution(std::move(sources)).distance;
   }
 
   [[nodiscard]] Solution solution(detail::Sources sources) const {
+    return solution(std::move(sources),
+                    detail::rising(options_.cancelled, "a query of the heat solver"));
+  }
+
+  [[nodiscard]] Solution solution(detail::Sources sources, const CancelHook& cancelled) const {
     const auto count = static_cast<std::size_t>(surface_.vertex_count());
     Solution nearest{detail::Array<Real>(count, unreachable<Real>), detail::Array<char>(count, 0)};
     const auto later = [](const auto& a, const auto& b) { return a.distance < b.distance; };
@@ -284,14 +334,16 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
         const auto point = detail::simplified(surface_, s->point);
         if (std::find(points.begin(), points.end(), point) == points.end()) points.push_back(point);
       }
-      const auto part = distance_from(points);
+      const auto share = [&](auto at) {
+        return static_cast<double>(at - sources.begin()) / static_cast<double>(sources.size());
+      };
+      const auto part = distance_from(points, cancelled.part(share(first), share(last)));
       for (Index v = 0; v < surface_.vertex_count(); ++v) {
         const Real d = first->distance + part.distance[v];
         if (!(d < nearest.distance[v])) continue;
         nearest.distance[v] = d;
         nearest.is_exact[v] = part.is_exact[v];
       }
-      nearest.is_too_small |= part.is_too_small;
       nearest.is_too_far |= part.is_too_far;
       first = last;
     }
@@ -303,8 +355,13 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     result.distance.reserve(solution.distance.size());
     for (const Real d : solution.distance) result.distance.push_back(static_cast<T>(d));
     result.residual = residual_of(solution);
-    result.is_too_coarse = solution.is_too_small || result.residual > largest_residual;
+    // Where few vertices have most of the error, few paths miss it.
+    const Index samples = result.residual < even_residual ? 16 : 64;
+    result.error = detail::sampled_error(surface_, solution.distance, solution.is_exact,
+                                         largest_error, samples);
+    result.is_too_coarse = result.error > largest_error;
     result.is_too_far = solution.is_too_far;
+    result.is_reliable = !result.is_too_coarse && !result.is_too_far;
     return result;
   }
 
@@ -326,49 +383,46 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     return total > 0 ? sum / total : 0;
   }
 
-  // Whether heat decides in a part that ends close to its source.
-  [[nodiscard]] bool is_too_small(const Solution& solution) const {
-    detail::Array<Real> extent(solution.distance.size(), 0);
-    detail::Array<char> decides(solution.distance.size(), 0);
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (solution.distance[v] == unreachable<Real>) continue;
-      const Index c = system_->component[v];
-      extent[c] = std::max(extent[c], solution.distance[v] / system_->unit);
-      decides[c] |= static_cast<char>(!solution.is_exact[v]);
-    }
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (decides[v] && extent[v] < least_extent) return true;
-    }
-    return false;
-  }
-
-  [[nodiscard]] Solution distance_from(const Points& points) const {
+  [[nodiscard]] Solution distance_from(const Points& points, const CancelHook& cancelled) const {
     const auto load = load_of(points);
     const auto reached = system_->reached_from(load);
-    const auto near = near_distance(points);
-    const auto heat = detail::heat_flow(system_->heat, system_->heat_factor(), load, reached);
-    auto phi = border_factor_ ? continued(near, averaged_field(heat, load))
-                              : continued(near, [&](Index f) { return descent(f, heat); });
-    for (Index i = 0; i < options_.refinements; ++i) {
-      phi = continued(near, [&](Index f) { return unit_gradient(f, values_at(f, phi)); });
+    const auto near = near_distance(points, cancelled.part(0, 0.2));
+    const auto heat = detail::heat_flow(system_->heat, system_->heat_factor(), load, reached,
+                                        cancelled.part(0.2, 0.4));
+    const double each = 0.4 / (1 + options_.refinements);  // of the work, from 0.6 on
+    const CancelHook first = cancelled.part(0.6, 0.6 + each);
+    auto phi = border_factor_
+                   ? continued(near, averaged_field(heat, load, cancelled.part(0.4, 0.6)), first)
+                   : continued(
+                         near, [&](Index f) { return descent(f, heat); }, first);
+    for (Index i = 1; i <= options_.refinements; ++i) {
+      const double done = 0.6 + i * each;
+      phi = continued(
+          near, [&](Index f) { return refined_field(f, phi); }, cancelled.part(done, done + each));
     }
     Solution result{placed(std::move(phi), near, reached), detail::Array<char>(near.size(), 0)};
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       result.is_exact[v] = near[v] < unreachable<Real>;
     }
-    result.is_too_small = is_too_small(result);
     result.is_too_far = heat.unknown > 0;
     return result;
   }
 
   // Distance, in units, of the vertices close to the points; infinite elsewhere.
-  [[nodiscard]] detail::Array<Real> near_distance(const Points& points) const {
+  [[nodiscard]] detail::Array<Real> near_distance(const Points& points,
+                                                  const CancelHook& cancelled) const {
     detail::Array<Real> near(static_cast<std::size_t>(surface_.vertex_count()), unreachable<Real>);
     if (exact_ && system_->mean_edge > 0) {
       std::vector<Source<Real>> sources;
       for (const auto& point : points) sources.push_back({point, 0});
-      const auto field =
-          exact_->solve(sources, {.max_distance = options_.exact_radius * system_->mean_edge});
+      ExactOptions<Real> options{.max_distance = options_.exact_radius * system_->mean_edge};
+      if (cancelled) {
+        options.cancelled = [&cancelled] {
+          cancelled.check(0, "a query of the heat solver");
+          return false;
+        };
+      }
+      const auto field = exact_->solve(sources, options);
       const auto exact = field.distances();
       std::copy(exact.begin(), exact.end(), near.begin());
     }
@@ -382,8 +436,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
 
   // The function whose gradient is nearest to that of the near distance where that is known at all
   // vertices of a face, to `unit_field(face)` elsewhere.
-  [[nodiscard]] detail::Array<Real> continued(const detail::Array<Real>& near,
-                                              auto&& unit_field) const {
+  [[nodiscard]] detail::Array<Real> continued(const detail::Array<Real>& near, auto&& unit_field,
+                                              const CancelHook& cancelled) const {
     detail::Array<Real> divergence(near.size(), 0);
     for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto d = values_at(f, near);
@@ -396,7 +450,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
         divergence[system_->mesh.origins[3 * f + k]] += at[static_cast<std::size_t>(k)];
       }
     }
-    return system_->integrate(std::move(divergence));
+    return system_->integrate(std::move(divergence), cancelled);
   }
 
   [[nodiscard]] std::array<Real, 3> values_at(Index f, const detail::Array<Real>& u) const {
@@ -420,7 +474,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   // zero there (or the latter alone). Directions are averaged rather than heats: far from the
   // source one of the heats would outweigh the other.
   [[nodiscard]] auto averaged_field(const detail::ScaledField<Real>& free,
-                                    const detail::Array<Real>& load) const {
+                                    const detail::Array<Real>& load,
+                                    const CancelHook& cancelled) const {
     auto inner_load = load;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (is_border_[v]) inner_load[v] = 0;
@@ -429,7 +484,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (is_border_[v]) inner_reached[v] = 0;
     }
-    auto held = detail::heat_flow(border_heat_, *border_factor_, inner_load, inner_reached);
+    auto held =
+        detail::heat_flow(border_heat_, *border_factor_, inner_load, inner_reached, cancelled);
     const Real share = options_.boundary == HeatBoundary::dirichlet ? 0 : 1;
     return [this, &free, share, held = std::move(held)](Index f) -> Vec2<Real> {
       const Vec2<Real> a = descent(f, held), b = descent(f, free);
@@ -452,6 +508,13 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     const Real most = std::max({std::abs(u[0]), std::abs(u[1]), std::abs(u[2])});
     if (most == 0) return Vec2<Real>::Zero();
     return unit_gradient(f, {-u[0] / most, -u[1] / most, -u[2] / most});
+  }
+
+  [[nodiscard]] Vec2<Real> refined_field(Index f, const detail::Array<Real>& phi) const {
+    const auto& face = system_->faces[f];
+    const Vec2<Real> g = scaled_gradient(face, values_at(f, phi)) / (face.x1 * face.y2);
+    const Real norm = g.norm();
+    return norm > 0 ? Vec2<Real>(g / std::max(norm, shortest_gradient)) : g;
   }
 
   [[nodiscard]] Vec2<Real> unit_gradient(Index f, const std::array<Real, 3>& u) const {
@@ -484,7 +547,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     return phi;
   }
 
-  void hold_border() {
+  void hold_border(const CancelHook& cancelled) {
     is_border_.assign(static_cast<std::size_t>(surface_.vertex_count()), 0);
     bool any = false;
     for (Index h = 0; h < surface_.halfedge_count(); ++h) {
@@ -494,7 +557,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     }
     if (!any) return;
     border_heat_ = detail::HeatSystemOf<Real>::with_held(system_->heat, is_border_);
-    border_factor_ = system_->factor(border_heat_);
+    border_factor_ = system_->factor(border_heat_, cancelled);
   }
 
   Surface<Real> surface_;

@@ -78,6 +78,8 @@ class CholmodFactor : public LinearFactor<double> {
  public:
   explicit CholmodFactor(CholmodPointer<cholmod_factor> factor) : factor_(std::move(factor)) {}
 
+  using LinearFactor<double>::solve;
+
   [[nodiscard]] Array<double> solve(const Array<double>& b) const override {
     CholmodSession session;
     cholmod_dense right{};

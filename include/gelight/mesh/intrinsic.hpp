@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface.hpp"
 
@@ -207,16 +208,25 @@ template <std::floating_point Real>
 }
 
 /// Calls `flip_edge(h, new length)`, which is to flip that edge, until the angles opposite each
-/// edge sum to at most pi, at most 1000 times for each.
+/// edge sum to at most pi, at most 1000 times for each. The hook hears of the edges not looked at
+/// yet: those that flips have brought back are not foreseen.
 template <std::floating_point Real>
-void flip_to_delaunay(IntrinsicTriangulationOf<Real>& mesh, auto&& flip_edge) {
-  constexpr std::ptrdiff_t flip_limit = 1000;
+void flip_to_delaunay(IntrinsicTriangulationOf<Real>& mesh, auto&& flip_edge,
+                      const CancelHook& cancelled = {}) {
+  constexpr std::ptrdiff_t flip_limit = 1000, edges_between = 1 << 14;
   Array<Index> pending;
   for (Index h = 0; h < static_cast<Index>(mesh.twins.size()); ++h) {
     if (h < mesh.twins[h]) pending.push_back(h);
   }
   auto flips_left = flip_limit * static_cast<std::ptrdiff_t>(pending.size());
-  while (!pending.empty() && flips_left > 0) {
+  const std::size_t all = pending.size();
+  std::size_t least = all;
+  for (std::ptrdiff_t seen = 0; !pending.empty() && flips_left > 0; ++seen) {
+    least = std::min(least, pending.size());
+    if (seen % edges_between == 0) {
+      cancelled.check(1 - static_cast<double>(least) / static_cast<double>(all),
+                      "flipping edges to Delaunay");
+    }
     const Index h = pending.back();
     pending.pop_back();
     if (mesh.twins[h] < 0 || mesh.twins[h] / 3 == h / 3) continue;
@@ -236,12 +246,14 @@ void flip_to_delaunay(IntrinsicTriangulationOf<Real>& mesh, auto&& flip_edge) {
 ///
 /// Where some face has (almost) no area, all edges are first lengthened by the same small amount.
 /// Edges of one face, or of more than two, or of two faces oriented against each other stay. Ends
-/// after at most 1000 flips for each edge, sooner on any mesh met so far.
+/// after at most 1000 flips for each edge, sooner on any mesh met so far. Asks the hook meanwhile.
 template <std::floating_point Real>
 [[nodiscard]] IntrinsicTriangulationOf<Real> intrinsic_delaunay(const Surface<Real>& surface,
-                                                                double unit = 1) {
+                                                                double unit = 1,
+                                                                const CancelHook& cancelled = {}) {
   auto mesh = detail::mollified_triangulation(surface, unit);
-  detail::flip_to_delaunay(mesh, [&](Index h, Real length) { detail::flip(mesh, h, length); });
+  detail::flip_to_delaunay(
+      mesh, [&](Index h, Real length) { detail::flip(mesh, h, length); }, cancelled);
   return mesh;
 }
 

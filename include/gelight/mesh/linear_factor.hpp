@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <memory>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 
 // How another library may factor a solver's sparse matrices instead of gelight's own
@@ -17,6 +19,17 @@ class SymmetricPatternOf;
 using SymmetricPattern = SymmetricPatternOf<double>;
 template <class Scalar>
 struct SymmetricMatrix;
+
+/// A hook for work whose parts may begin anew: what the caller's hook hears never decreases. `what`
+/// is under way, in words.
+[[nodiscard]] inline CancelHook rising(const CancelHook& cancelled, const char* what) {
+  if (!cancelled) return {};
+  return [cancelled, what, most = std::make_shared<double>(0)](double done) {
+    *most = std::max(*most, done);
+    cancelled.check(*most, what);
+    return false;
+  };
+}
 }  // namespace detail
 
 /// A factored sparse matrix A, symmetric positive definite (Hermitian for complex scalars).
@@ -26,6 +39,12 @@ class LinearFactor {
   virtual ~LinearFactor() = default;
   /// The x with A x = b. May be called by several threads.
   [[nodiscard]] virtual detail::Array<Scalar> solve(const detail::Array<Scalar>& b) const = 0;
+  /// The same, asking a hook; a factor that does not override it asks once.
+  [[nodiscard]] virtual detail::Array<Scalar> solve(const detail::Array<Scalar>& b,
+                                                    const CancelHook& cancelled) const {
+    cancelled.check(0, "solving a linear system");
+    return solve(b);
+  }
 };
 
 /// What is known of all matrices of one pattern: an order in which to eliminate, and its fill.

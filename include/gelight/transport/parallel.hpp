@@ -89,23 +89,10 @@ class ParallelTransport {
       if (to == from) continue;
       const Index face = detail::shared_face(surface(), from, to);
       detail::require(face >= 0, "no face holds both points ", i - 1, " and ", i, " of the path");
-      const double direction = direction_in(face, from, to);
-      // At the far end seen from there: both ways lie in the face.
-      turn += planes_.angle_at(to, face, direction + std::numbers::pi) - std::numbers::pi -
-              planes_.angle_at(from, face, direction);
+      turn += planes_.leg(from, to, face).turn;
       from = to;
     }
     return turn;
-  }
-
-  // The direction from one point of a face to another, as an angle from its first half-edge.
-  [[nodiscard]] double direction_in(Index face, const Point& from, const Point& to) const {
-    const auto a = detail::shares_in_face(surface(), from, face);
-    const auto b = detail::shares_in_face(surface(), to, face);
-    const Index h = 3 * face;
-    const auto [x1, x2, y2] = detail::laid_out(detail::mollified(
-        {surface().length(h), surface().length(h + 1), surface().length(h + 2)}, 1));
-    return std::atan2((b[2] - a[2]) * y2, (b[1] - a[1]) * x1 + (b[2] - a[2]) * x2);
   }
 
   detail::TangentPlanes planes_;

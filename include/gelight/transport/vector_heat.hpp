@@ -16,8 +16,13 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/late.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/detail/sampled_error.hpp"
+#include "gelight/geodesic/detail/way_back.hpp"
+#include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
@@ -30,8 +35,35 @@ namespace gelight {
 struct VectorHeatOptions {
   /// Time of the heat flow, in squared mean edge lengths.
   double time_factor = 1;
-  /// Works on the intrinsic Delaunay triangulation: for meshes of needles.
-  bool intrinsic_delaunay = false;
+  /// Works on the intrinsic Delaunay triangulation of the same surface, on which thin triangles do
+  /// no harm; false takes the mesh's own triangles.
+  bool intrinsic_delaunay = true;
+  /// Asked while the solver is set up, and in each query by the thread that makes it, which may
+  /// have to factor a matrix first.
+  CancelHook cancelled{};
+};
+
+/// Transported vectors, and how far they are to be trusted.
+template <std::floating_point T>
+struct TransportResult {
+  std::vector<Vec3<T>> vectors;  ///< Of each vertex, in the mesh's space.
+  /// Estimate of the mean of |vector - true vector| / |true vector| over the vertices reached, the
+  /// true one being parallel along the shortest path from the nearest source: from up to 256 of
+  /// them, paths along which the vector is carried exactly. TRANSDOC
+  double error = 0;
+  /// The error is at most 0.06; above, vectors may be off by more than a tenth on average.
+  bool is_reliable = true;
+};
+
+/// A log map, and how far it is to be trusted.
+template <std::floating_point T>
+struct LogMapResult {
+  std::vector<Vec2<T>> coordinates;  ///< Of each vertex; infinite where no path leads.
+  /// Estimate of the mean of |coordinates - true coordinates| / distance over the vertices reached,
+  /// at most 2 each: from up to 256 of them, paths that fast marching leads along. LOGDOC
+  double error = 0;
+  /// The error is at most 0.06; above, coordinates may be off by more than a tenth on average.
+  bool is_reliable = true;
 };
 
 /// A vector to transport, and where it starts.
@@ -66,9 +98,9 @@ class VectorHeatSolver {
 
   /// Shares the matrices of a HeatSolver, and its time factor and triangulation. Throws
   /// InvalidInput as above for its surface.
-  explicit VectorHeatSolver(const HeatSolver<T>& heat)
+  explicit VectorHeatSolver(const HeatSolver<T>& heat, const CancelHook& cancelled = {})
       : VectorHeatSolver(heat.surface(), heat.system(),
-                         {heat.system()->time_factor, heat.system()->is_delaunay}) {}
+                         {heat.system()->time_factor, heat.system()->is_delaunay, cancelled}) {}
 
   /// The surface that the solver works on.
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
@@ -92,17 +124,18 @@ class VectorHeatSolver {
   /// Carries each vector over the region nearest to its source, blended between them.
   [[nodiscard]] std::vector<Vec3<T>> transport(std::span<const VectorSource<T>> sources) const {
     detail::require(!sources.empty(), "there is no source");
+    const CancelHook cancelled = asked_in_query();
     Field load(vertex_count(), 0);
     detail::Array<Real> length_load(vertex_count(), 0), share_load(vertex_count(), 0);
     for (std::size_t s = 0; s < sources.size(); ++s) {
       add_source(sources[s], s, load, length_load, share_load);
     }
-    auto carried = unit_directions(flow(load));
+    auto carried = unit_directions(flow(load, cancelled.part(0, 0.6)));
     if (sources.size() == 1) {
       const Real length = std::accumulate(length_load.begin(), length_load.end(), 0.0);
       for (auto& z : carried) z *= length;
     } else {
-      const auto lengths = ratio(length_load, share_load);
+      const auto lengths = ratio(length_load, share_load, cancelled.part(0.6, 1));
       for (Index v = 0; v < surface_.vertex_count(); ++v) {
         if (carried[v] != 0.0) carried[v] *= lengths[v];
       }
@@ -110,12 +143,28 @@ class VectorHeatSolver {
     return embedded(carried);
   }
 
+  /// The same vectors as `transport` gives, with an estimate of their error, which `transport`
+  /// alone does not tell. TRANSCOST Throws InvalidInput as `transport` does.
+  ///@{
+  [[nodiscard]] TransportResult<T> solve(Index vertex, const Vec3<T>& vector) const {
+    surface_.require_vertex(vertex);
+    const VectorSource<T> source{vertex_point<T>(vertex), vector};
+    return solve(std::span<const VectorSource<T>>(&source, 1));
+  }
+  [[nodiscard]] TransportResult<T> solve(std::span<const VectorSource<T>> sources) const {
+    TransportResult<T> result{transport(sources)};
+    result.error = transport_error(sources, result.vectors);
+    result.is_reliable = result.error <= largest_error;
+    return result;
+  }
+  ///@}
+
   /// Unit vectors that point away from a vertex, along the shortest paths from it; zero at itself
   /// and where no path leads. Along an edge from the vertex they are exact.
   [[nodiscard]] std::vector<Vec3<T>> radial(Index vertex) const {
     surface_.require_vertex(vertex);
     require_faces(vertex);
-    return embedded(radial_directions(vertex));
+    return embedded(radial_directions(vertex, asked_in_query()));
   }
 
   /// Coordinates of each vertex in the tangent plane of another, along its `tangent_basis`: as far
@@ -127,23 +176,16 @@ class VectorHeatSolver {
   /// is exact everywhere, in some thirty times the time. Against it the radius is 0.2 % off on
   /// average, 2 % at most, on a membrane of 14,000 vertices.
   [[nodiscard]] std::vector<Vec2<T>> log_map(Index vertex) const {
-    surface_.require_vertex(vertex);
-    require_faces(vertex);
-    Field load(vertex_count(), 0);
-    load[vertex] = 1;
-    const auto axis = unit_directions(flow(load));
-    const auto radial = radial_directions(vertex);
-    const auto distance = late_->heat.get([&] { return shared_heat(); }).distance(vertex);
-    std::vector<Vec2<T>> result(vertex_count());
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      const auto i = static_cast<std::size_t>(v);
-      const std::complex<Real> direction = radial[v] * std::conj(axis[v]);
-      const bool is_reached = distance[i] < unreachable<Real>;
-      result[i] = is_reached ? Vec2<T>(static_cast<T>(distance[i] * direction.real()),
-                                       static_cast<T>(distance[i] * direction.imag()))
-                             : Vec2<T>(unreachable<T>, unreachable<T>);
-    }
-    set_near(vertex, result);
+    return mapped(vertex).coordinates;
+  }
+
+  /// The same coordinates as `log_map` gives, with an estimate of their error, which `log_map`
+  /// alone does not tell. LOGCOST Throws InvalidInput as `log_map` does.
+  [[nodiscard]] LogMapResult<T> solve_log_map(Index vertex) const {
+    const Map map = mapped(vertex);
+    LogMapResult<T> result{map.coordinates};
+    result.error = log_map_error(vertex, map);
+    result.is_reliable = result.error <= largest_error;
     return result;
   }
 
@@ -163,7 +205,7 @@ class VectorHeatSolver {
       value_load[vertices[k]] += Real{values[k]};
       share_load[vertices[k]] += 1;
     }
-    const auto extended = ratio(value_load, share_load);
+    const auto extended = ratio(value_load, share_load, asked_in_query());
     std::vector<T> result(extended.size());
     for (std::size_t i = 0; i < result.size(); ++i) result[i] = static_cast<T>(extended.data()[i]);
     return result;
@@ -179,17 +221,26 @@ class VectorHeatSolver {
     detail::Late<detail::SparseFactor<std::complex<Real>>> factor;
     detail::Late<HeatSolver<Real>> heat;
     detail::Late<ExactSolver<Real>> exact;
+    detail::Late<DijkstraSolver<Real>> dijkstra;
+    detail::Late<FastMarchingSolver<Real>> marching;
+  };
+
+  struct Map {
+    std::vector<Vec2<T>> coordinates;
+    detail::Array<char> is_exact;  // of each vertex
   };
 
   VectorHeatSolver(Surface<Real> surface, std::shared_ptr<const detail::HeatSystemOf<Real>> system,
                    const VectorHeatOptions& options)
       : surface_(std::move(surface)),
+        cancelled_(options.cancelled),
         planes_(surface_, options.intrinsic_delaunay ? detail::mollified_triangulation(surface_, 1)
                                                      : intrinsic_triangulation(surface_)),
         system_(system ? std::move(system)
-                       : std::make_shared<detail::HeatSystemOf<Real>>(surface_, options.time_factor,
-                                                                      options.intrinsic_delaunay)),
-        signposts_(signposts()),
+                       : std::make_shared<detail::HeatSystemOf<Real>>(
+                             surface_, options.time_factor, options.intrinsic_delaunay, nullptr,
+                             asked_in_set_up().part(0, 0.5))),
+        signposts_(signposts(asked_in_set_up().part(0.5, 1))),
         connection_(connection_matrix()),
         late_(std::make_shared<Late>()) {}
 
@@ -202,11 +253,19 @@ class VectorHeatSolver {
                     " is in no face, it has no tangent plane");
   }
 
-  [[nodiscard]] Signposts signposts() const {
+  [[nodiscard]] CancelHook asked_in_set_up() const {
+    return detail::rising(cancelled_, "the vector heat solver's set-up");
+  }
+  [[nodiscard]] CancelHook asked_in_query() const {
+    return detail::rising(cancelled_, "a query of the vector heat solver");
+  }
+
+  [[nodiscard]] Signposts signposts(const CancelHook& cancelled) const {
     if (!system_->is_delaunay) return {system_->mesh, planes_.frames()};
     // The same flips as the system's, with the directions kept.
     Signposts posts(detail::mollified_triangulation(surface_, system_->unit), planes_.frames());
-    detail::flip_to_delaunay(posts.mesh, [&](Index h, Real length) { posts.flip_edge(h, length); });
+    detail::flip_to_delaunay(
+        posts.mesh, [&](Index h, Real length) { posts.flip_edge(h, length); }, cancelled);
     return posts;
   }
 
@@ -238,16 +297,155 @@ class VectorHeatSolver {
     return matrix;
   }
 
-  [[nodiscard]] const detail::SparseFactor<std::complex<Real>>& factor() const {
-    return late_->factor.get([&] { return detail::factored(system_->dissection(), connection_); });
+  [[nodiscard]] const detail::SparseFactor<std::complex<Real>>& factor(
+      const CancelHook& cancelled) const {
+    return late_->factor.get(
+        [&] { return detail::factored(system_->dissection(), connection_, cancelled); });
   }
 
-  [[nodiscard]] HeatSolver<Real> shared_heat() const {
-    return {surface_, HeatOptions{.time_factor = system_->time_factor}, system_};
+  [[nodiscard]] HeatSolver<Real> shared_heat(const CancelHook& cancelled) const {
+    return {surface_, HeatOptions{.time_factor = system_->time_factor, .cancelled = cancelled},
+            system_};
   }
 
-  [[nodiscard]] detail::ScaledField<std::complex<Real>> flow(const Field& load) const {
-    return detail::heat_flow(connection_, factor(), load, system_->reached_from(load));
+  [[nodiscard]] detail::ScaledField<std::complex<Real>> flow(const Field& load,
+                                                             const CancelHook& cancelled) const {
+    return detail::heat_flow(connection_, factor(cancelled.part(0, 0.5)), load,
+                             system_->reached_from(load), cancelled.part(0.5, 1));
+  }
+
+  // Coordinates, exact near the vertex.
+  [[nodiscard]] Map mapped(Index vertex) const {
+    surface_.require_vertex(vertex);
+    require_faces(vertex);
+    const CancelHook cancelled = asked_in_query();
+    Field load(vertex_count(), 0);
+    load[vertex] = 1;
+    const auto axis = unit_directions(flow(load, cancelled.part(0, 0.4)));
+    const auto radial = radial_directions(vertex, cancelled.part(0.4, 0.6));
+    const auto& heat = late_->heat.get([&] { return shared_heat(cancelled.part(0.6, 0.8)); });
+    const auto distance =
+        heat.solution({{vertex_point<Real>(vertex), 0}}, cancelled.part(0.8, 1)).distance;
+    Map map{std::vector<Vec2<T>>(vertex_count()), detail::Array<char>(vertex_count(), 0)};
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      const std::complex<Real> direction = radial[v] * std::conj(axis[v]);
+      const bool is_reached = distance[v] < unreachable<Real>;
+      map.coordinates[static_cast<std::size_t>(v)] =
+          is_reached ? Vec2<T>(static_cast<T>(distance[v] * direction.real()),
+                               static_cast<T>(distance[v] * direction.imag()))
+                     : Vec2<T>(unreachable<T>, unreachable<T>);
+    }
+    set_near(vertex, map);
+    return map;
+  }
+
+  // Above it, as estimated, a mean error of a tenth is possible: see TransportResult::error.
+  static constexpr double largest_error = 0.06;
+  static constexpr Index samples = 64;
+
+  using Path = std::vector<Point>;
+
+  // The vertices to be asked: those that are reached, but for some.
+  [[nodiscard]] detail::Array<Index> reached_but(const detail::Array<Real>& distance,
+                                                 auto&& is_left_out) const {
+    detail::Array<Index> targets;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (distance[v] > 0 && distance[v] < unreachable<Real> && !is_left_out(v)) {
+        targets.push_back(v);
+      }
+    }
+    return targets;
+  }
+
+  // The directions of paths that Dijkstra's distances lead along are as good as any where vectors
+  // turn little, and where they turn much, all paths but the shortest are off.
+  [[nodiscard]] double transport_error(std::span<const VectorSource<T>> sources,
+                                       const std::vector<Vec3<T>>& vectors) const {
+    detail::Sources points;
+    for (const auto& source : sources) {
+      points.push_back({detail::simplified(surface_, source.point.template cast<Real>()), Real(0)});
+    }
+    const auto& dijkstra = late_->dijkstra.get([&] { return DijkstraSolver<Real>(surface_); });
+    detail::Array<Real> distance(vertex_count());
+    dijkstra.distance_into(distance, std::span<const Source<Real>>(points));
+    const auto targets = reached_but(distance, [](Index) { return false; });
+    detail::WayBackOf<Real> way(surface_, points, distance, true);
+    return detail::sampled_mean(targets, samples, largest_error, [&](Index v) {
+      if (!way.walk(v).has_arrived) return 1.0;
+      Path path = simplified_path(way.path());
+      const std::size_t from = nearest_source(points, path);
+      Real turn = 0;
+      for (std::size_t i = path.size(); --i > 0;) {
+        const Index face = detail::shared_face(surface_, path[i], path[i - 1]);
+        if (face < 0) return 1.0;
+        turn += planes_.leg(path[i], path[i - 1], face).turn;
+      }
+      const auto given =
+          planes_.basis(path.back()).project(sources[from].vector.template cast<Real>());
+      const auto true_one = given * std::polar(1.0, turn);
+      const auto found = planes_.frames().basis(v).project(
+          vectors[static_cast<std::size_t>(v)].template cast<Real>());
+      return std::abs(found - true_one) / std::abs(true_one);
+    });
+  }
+
+  [[nodiscard]] Path simplified_path(const Path& path) const {
+    Path result;
+    for (const auto& p : path) {
+      const Point point = detail::simplified(surface_, p);
+      if (result.empty() || !(result.back() == point)) result.push_back(point);
+    }
+    return result;
+  }
+
+  // Which source the path ends at; added to a path that ends at a vertex of the source's face.
+  [[nodiscard]] std::size_t nearest_source(const detail::Sources& sources, Path& path) const {
+    std::size_t nearest = 0;
+    Real least = unreachable<Real>;
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+      const Point& point = sources[s].point;
+      if (detail::shared_face(surface_, path.back(), point) < 0) continue;
+      const Real d = (surface_.position(path.back()) - surface_.position(point)).norm();
+      if (!(d < least)) continue;
+      least = d;
+      nearest = s;
+    }
+    if (!(path.back() == sources[nearest].point)) path.push_back(sources[nearest].point);
+    return nearest;
+  }
+
+  [[nodiscard]] double log_map_error(Index vertex, const Map& map) const {
+    const auto& marching = late_->marching.get([&] { return FastMarchingSolver<Real>(surface_); });
+    detail::Array<Real> distance(vertex_count());
+    marching.distance_into(distance, vertex);
+    const auto targets = reached_but(distance, [&](Index v) { return map.is_exact[v] != 0; });
+    const auto reached = reached_but(distance, [](Index) { return false; });
+    if (targets.empty()) return 0;
+    const double share = static_cast<double>(targets.size()) / static_cast<double>(reached.size());
+    detail::WayBackOf<Real> way(surface_, {{vertex_point<Real>(vertex), 0}}, distance, true);
+    const auto at = [&](Index v) {
+      return std::complex<Real>(map.coordinates[static_cast<std::size_t>(v)][0],
+                                map.coordinates[static_cast<std::size_t>(v)][1]);
+    };
+    const auto error_at = [&](Index v) {
+      const auto walk = way.walk(v);
+      const auto entry = walk.has_arrived ? entry_of(way.path(), map, at) : 0.0;
+      if (entry == 0.0) return 1.0;
+      const auto true_one = walk.length.taut * entry / std::abs(entry);
+      return std::min(2.0, std::abs(at(v) - true_one) / std::abs(true_one));
+    };
+    return share * detail::sampled_mean(targets, samples, largest_error / share, error_at);
+  }
+
+  // Where a path from afar first meets what is exact, in the map; zero if only at its end.
+  [[nodiscard]] std::complex<Real> entry_of(const Path& path, const Map& map, auto&& at) const {
+    for (const Point& p : path) {
+      const auto& [a, b] = p.element;
+      const bool is_vertex = p.kind == Point::Kind::vertex;
+      if (!map.is_exact[a] || (!is_vertex && !map.is_exact[b])) continue;
+      return is_vertex ? at(a) : p.weights[0] * at(a) + p.weights[1] * at(b);
+    }
+    return 0;
   }
 
   [[nodiscard]] static Field unit_directions(detail::ScaledField<std::complex<Real>> heat) {
@@ -262,11 +460,15 @@ class VectorHeatSolver {
 
   // Quotient of two heat flows: a mean of value / share, weighted by nearness. NaN where no heat.
   [[nodiscard]] detail::Array<Real> ratio(const detail::Array<Real>& values,
-                                          const detail::Array<Real>& shares) const {
+                                          const detail::Array<Real>& shares,
+                                          const CancelHook& cancelled) const {
     const auto& system = *system_;
     const auto reached = system.reached_from(shares);
-    const auto above = detail::heat_flow(system.heat, system.heat_factor(), values, reached);
-    const auto below = detail::heat_flow(system.heat, system.heat_factor(), shares, reached);
+    const auto& factor = system.heat_factor(cancelled.part(0, 0.5));
+    const auto above =
+        detail::heat_flow(system.heat, factor, values, reached, cancelled.part(0.5, 0.75));
+    const auto below =
+        detail::heat_flow(system.heat, factor, shares, reached, cancelled.part(0.75, 1));
     detail::Array<Real> result(values.size(), std::numeric_limits<Real>::quiet_NaN());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (below.value[v] == 0) continue;
@@ -286,19 +488,22 @@ class VectorHeatSolver {
   }
 
   // As far as HeatSolver's distances are exact, the map is so too.
-  void set_near(Index source, std::vector<Vec2<T>>& map) const {
+  void set_near(Index source, Map& map) const {
     const Real radius = HeatOptions{}.exact_radius * system_->mean_edge;
     const auto& exact = late_->exact.get([&] { return ExactSolver<Real>(surface_); });
     const auto field = exact.solve(source, {.max_distance = radius});
     const auto distances = field.distances();
-    for (std::size_t v = 0; v < map.size(); ++v) {
+    for (std::size_t v = 0; v < vertex_count(); ++v) {
       const Real d = distances[v];
-      if (!(d > 0 && d < unreachable<Real>)) continue;
+      if (!(d < unreachable<Real>)) continue;
+      map.is_exact[static_cast<Index>(v)] = 1;
+      if (!(d > 0)) continue;
       const auto way = field.departure(static_cast<Index>(v));
       const Real angle =
           planes_.angle_at(vertex_point<Real>(source), Surface<Real>::face_of(way.halfedge),
                            planes_.side_angle(way.halfedge) + way.angle);
-      map[v] = {static_cast<T>(d * std::cos(angle)), static_cast<T>(d * std::sin(angle))};
+      map.coordinates[v] = {static_cast<T>(d * std::cos(angle)),
+                            static_cast<T>(d * std::sin(angle))};
     }
   }
 
@@ -346,12 +551,12 @@ class VectorHeatSolver {
     }
   }
 
-  [[nodiscard]] Field radial_directions(Index vertex) const {
+  [[nodiscard]] Field radial_directions(Index vertex, const CancelHook& cancelled) const {
     Field load(vertex_count(), 0);
     for (Index h = 0; h < static_cast<Index>(system_->mesh.origins.size()); ++h) {
       if (system_->mesh.origins[h] == vertex) add_radial_load(h, load);
     }
-    auto field = unit_directions(flow(load));
+    auto field = unit_directions(flow(load, cancelled));
     field[vertex] = 0;
     const auto& frames = planes_.frames();
     for (const Index h : surface_.corners(vertex)) {
@@ -387,6 +592,7 @@ class VectorHeatSolver {
   static constexpr Real normal_share = 16.0 * Real{std::numeric_limits<T>::epsilon()};
 
   Surface<Real> surface_;
+  CancelHook cancelled_;
   detail::TangentPlanesOf<Real> planes_;
   std::shared_ptr<const detail::HeatSystemOf<Real>> system_;
   Signposts signposts_;

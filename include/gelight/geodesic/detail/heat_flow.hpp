@@ -5,6 +5,7 @@
 #include <complex>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/detail/sparse.hpp"
 #include "gelight/mesh/linear_factor.hpp"
@@ -31,11 +32,12 @@ inline std::complex<double> scaled(std::complex<double> x, Index exponent) {
 /// Solves A u = load to full relative accuracy however far u decays, at every vertex that is
 /// `reached`. Heat falls by a factor of about e per edge and underflows some 1300 edges from its
 /// source; beyond, it is started anew: with w equal to u outside an isoline and 0 inside, A w
-/// differs from 0 at the isoline only and can be scaled up before w is solved for.
+/// differs from 0 at the isoline only and can be scaled up before w is solved for. The hook is told
+/// what share of the vertices has a value.
 template <class Scalar>
 ScaledField<Scalar> heat_flow(const SymmetricMatrix<Scalar>& matrix,
                               const LinearFactor<Scalar>& factor, Array<Scalar> load,
-                              const Array<char>& reached) {
+                              const Array<char>& reached, const CancelHook& cancelled = {}) {
   constexpr Index top = 900;                          // start from 2^top, to decay the further
   const double least = std::ldexp(1.0, -900);         // below, accuracy fades into underflow
   const double isoline = std::ldexp(1.0, -900 + 64);  // some edges before, as an overlap
@@ -44,9 +46,10 @@ ScaledField<Scalar> heat_flow(const SymmetricMatrix<Scalar>& matrix,
   Array<char> open = reached;
   Array<char> inside(load.size(), 0);
   Index exponent = -top;
+  double done = 0;  // of all vertices
   for (Scalar& x : load) x = scaled(x, top);
   while (true) {
-    Array<Scalar> u = factor.solve(load);
+    Array<Scalar> u = factor.solve(load, cancelled.part(done, 1));
     Index settled = 0, left = 0;
     for (Index v = 0; v < size; ++v) {
       if (!open[v]) continue;
@@ -60,6 +63,7 @@ ScaledField<Scalar> heat_flow(const SymmetricMatrix<Scalar>& matrix,
       ++settled;
     }
     result.unknown = left;
+    done = 1 - static_cast<double>(left) / size;
     if (left == 0 || settled == 0) return result;
 
     for (Index v = 0; v < size; ++v) {

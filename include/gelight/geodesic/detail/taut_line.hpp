@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 
@@ -30,16 +31,28 @@ class TautLine {
   [[nodiscard]] Real length_to(const Vec2<Real>& place) {
     pass(place, place);
     Real sum = 0;
-    std::ptrdiff_t from = 0;
-    const Array<Vec2<Real>>* side = &left_;  // on which the line bent last, at `from`
-    while (from < std::ssize(left_) - 1) {
-      const Vec2<Real> apex = (*side)[from];
-      const auto [next, is_left] = next_bend(apex, from);
-      side = is_left ? &left_ : &right_;
-      sum += ((*side)[next] - apex).norm();
-      from = next;
+    bends_.assign(1, {0, true});
+    while (bends_.back().portal < std::ssize(left_) - 1) {
+      const Vec2<Real> apex = at(bends_.back());
+      bends_.push_back(next_bend(apex, bends_.back().portal));
+      sum += (at(bends_.back()) - apex).norm();
     }
     return sum;
+  }
+
+  /// Where the line of the last length_to crosses the portals, in their order: shares of the way
+  /// from their left ends to their right ends.
+  [[nodiscard]] Array<Real> crossings() const {
+    Array<Real> shares;
+    for (std::ptrdiff_t b = 1; b < std::ssize(bends_); ++b) {
+      const Vec2<Real> from = at(bends_[b - 1]), to = at(bends_[b]);
+      for (auto i = bends_[b - 1].portal + 1; i < bends_[b].portal; ++i) {
+        const Real left = turn(from, to, left_[i]), right = turn(from, to, right_[i]);
+        shares.push_back(left > right ? std::clamp(left / (left - right), Real(0), Real(1)) : 0);
+      }
+      if (b + 1 < std::ssize(bends_)) shares.push_back(bends_[b].is_left ? 0 : 1);
+    }
+    return shares;
   }
 
  private:
@@ -47,6 +60,10 @@ class TautLine {
     std::ptrdiff_t portal;
     bool is_left;  // at its left end
   };
+
+  [[nodiscard]] const Vec2<Real>& at(const Bend& bend) const {
+    return bend.is_left ? left_[bend.portal] : right_[bend.portal];
+  }
 
   // Where the line bends next, or ends, after the portal at which it bent last.
   [[nodiscard]] Bend next_bend(const Vec2<Real>& apex, std::ptrdiff_t from) const {
@@ -71,6 +88,7 @@ class TautLine {
   }
 
   Array<Vec2<Real>> left_, right_;
+  Array<Bend> bends_;  // of the last line, its ends among them
 };
 
 }  // namespace gelight::detail

@@ -26,9 +26,13 @@ class WayBackOf {
  public:
   using Mesh = Surface<double>;
 
-  /// Keeps a reference to the surface.
-  WayBackOf(const Mesh& surface, Sources sources, const std::vector<double>& distances)
-      : surface_(surface), sources_(std::move(sources)), is_near_(distances.size(), 0) {
+  /// Keeps a reference to the surface, and paths where that is asked.
+  WayBackOf(const Mesh& surface, Sources sources, const std::vector<double>& distances,
+            bool keeps_path = false)
+      : surface_(surface),
+        sources_(std::move(sources)),
+        is_near_(distances.size(), 0),
+        keeps_path_(keeps_path) {
     start_ = move_to_zero(sources_);
     distances_.reserve(distances.size());
     for (const double d : distances) distances_.push_back(std::max(0.0, d - start_));
@@ -36,6 +40,10 @@ class WayBackOf {
       source.point = simplified(surface_, source.point);
       for_each_vertex_near(surface_, source.point, [&](Index v, double) { is_near_[v] = 1; });
     }
+    // Those at vertices are met there.
+    std::erase_if(sources_, [](const auto& source) {
+      return source.point.kind == SurfacePoint<double>::Kind::vertex;
+    });
   }
 
   /// A path's length and its source's start distance: as walked, and pulled taut between the
@@ -44,23 +52,41 @@ class WayBackOf {
     double walked = unreachable<double>, taut = unreachable<double>;
   };
   [[nodiscard]] Length from(Index vertex) {
+    const Way way = walk(vertex);
+    return way.has_arrived ? way.length : Length{};
+  }
+
+  /// A path as far as a way on was found, and what the distances say is left where it ended.
+  struct Way {
+    Length length;
+    double left = 0;
+    bool has_arrived = false;
+  };
+  [[nodiscard]] Way walk(Index vertex) {
+    path_.clear();
+    if (keeps_path_) path_.push_back(vertex_point<double>(vertex));
     Length sum{start_, start_};
     at_vertex_ = vertex;
     rest_ = distances_[vertex];
     Index ways_up = most_ways_up;
-    for (Index left = surface_.face_count(); left > 0 && !has_arrived(); --left) {
+    for (Index steps = surface_.face_count(); steps > 0 && !has_arrived(); --steps) {
       Step step = best_step();
+      const double left = rest_;
       if (!step.leads_on() && ways_up-- > 0) {
         rest_ = unreachable<double>;
         step = best_step();
       }
-      if (!step.leads_on()) return {};
+      if (!step.leads_on()) return {sum, left, false};
       sum.walked += step.piece;
       sum.taut += follow(step);
     }
-    if (!has_arrived()) return {};
-    return {sum.walked + rest_, sum.taut + rest_};
+    if (!has_arrived()) return {sum, rest_, false};
+    return {{sum.walked + rest_, sum.taut + rest_}, 0, true};
   }
+
+  /// The taut path of the last walk, from the vertex to where it arrived: at a source, or at a
+  /// vertex of a face that holds one.
+  [[nodiscard]] const std::vector<SurfacePoint<double>>& path() const { return path_; }
 
  private:
   // An edge on the way. In its frame its left end is at (0, 0), its right end at (length, 0), and
@@ -73,10 +99,11 @@ class WayBackOf {
   struct Step {
     double piece = unreachable<double>, rest = 0;
     Index vertex = at_portal;
-    Portal portal{};  // that it leads to
-    double x = 0;     // where on it
-    Vec2<Real> apex;  // what lies across the face, or the end of the way, in the last portal's
-                      // frame; from a vertex: the vertex, in the next one's
+    Portal portal{};    // that it leads to
+    Index source = -1;  // that it leads to
+    double x = 0;       // where on it
+    Vec2<Real> apex;    // what lies across the face, or the end of the way, in the last portal's
+                        // frame; from a vertex: the vertex, in the next one's
     [[nodiscard]] double total() const { return piece + rest; }
     [[nodiscard]] bool leads_on() const { return piece < unreachable<double>; }
   };
@@ -154,7 +181,7 @@ class WayBackOf {
     if (step.rest <= rest_ && step.total() < best.total()) best = step;
   }
   void consider_vertex(Index v, double piece, const Vec2<Real>& at, Step& best) const {
-    consider({piece, distances_[v], v, {}, 0, at}, best);
+    consider({piece, distances_[v], v, {}, -1, 0, at}, best);
   }
 
   void consider_portal(const Portal& portal, const Vec2<Real>& place, const Vec2<Real>& apex,
@@ -171,14 +198,14 @@ class WayBackOf {
     const double total = (place - middle).norm();
     if (!(total < best.total())) return;
     const double rest = total * (middle.y() / height);
-    consider({total - rest, rest, at_portal, portal, crossing / height, apex}, best);
+    consider({total - rest, rest, at_portal, portal, -1, crossing / height, apex}, best);
   }
 
-  // Those inside the face of g, or on its edges; the ones at vertices are met there.
+  // Those inside the face of g, or on its edges.
   void consider_sources(Index g, const Vec2<Real>& place, Step& best) const {
     if (!is_near_[portal_.left] || !is_near_[portal_.right] || !is_near_[surface_.apex(g)]) return;
-    for (const auto& source : sources_) {
-      if (source.point.kind == SurfacePoint<double>::Kind::vertex) continue;
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+      const auto& source = sources_[i];
       bool is_in_face = false;
       for_each_face_at(surface_, source.point,
                        [&](Index f) { is_in_face |= f == Mesh::face_of(g); });
@@ -186,7 +213,8 @@ class WayBackOf {
       const Vec2<Real> at = third_corner(surface_.length(portal_.halfedge),
                                          straight_distance(surface_, source.point, portal_.left),
                                          straight_distance(surface_, source.point, portal_.right));
-      consider({(at - place).norm(), source.distance, at_source, {}, 0, at}, best);
+      consider({(at - place).norm(), source.distance, at_source, {}, static_cast<Index>(i), 0, at},
+               best);
     }
   }
 
@@ -198,11 +226,14 @@ class WayBackOf {
     at_vertex_ = step.vertex;
     rest_ = step.rest;
     if (step.vertex != at_portal) {
-      return is_at_vertex ? step.piece : line_.length_to(laid_flat(step.apex));
+      const double length = is_at_vertex ? step.piece : line_.length_to(laid_flat(step.apex));
+      if (keeps_path_) keep(step, is_at_vertex);
+      return length;
     }
     const double length = surface_.length(step.portal.halfedge);
     if (is_at_vertex) {
       line_.begin(step.apex);
+      portals_.clear();
       left_place_ = {0, 0};
       right_place_ = {length, 0};
     } else {
@@ -210,9 +241,19 @@ class WayBackOf {
       (step.portal.left == portal_.left ? right_place_ : left_place_) = apex;
     }
     line_.pass(left_place_, right_place_);
+    portals_.push_back(step.portal);
     portal_ = step.portal;
     x_ = step.x;
     return 0;
+  }
+
+  void keep(const Step& step, bool is_along_edge) {
+    const Array<Real> shares = is_along_edge ? Array<Real>() : line_.crossings();
+    for (std::ptrdiff_t i = 0; i < std::ssize(shares); ++i) {
+      path_.push_back(edge_point<double>(portals_[i].left, portals_[i].right, shares[i]));
+    }
+    path_.push_back(step.source < 0 ? vertex_point<double>(step.vertex)
+                                    : sources_[static_cast<std::size_t>(step.source)].point);
   }
 
   // From the last portal's frame to the plane in which the faces since the last vertex lie.
@@ -232,7 +273,10 @@ class WayBackOf {
   double x_ = 0;                         // and where on it
   double rest_ = 0;                      // what the distances say is left
   TautLine<Real> line_;                  // since the last vertex
+  Array<Portal> portals_;                // likewise
   Vec2<Real> left_place_, right_place_;  // the portal's ends, laid flat
+  bool keeps_path_ = false;
+  std::vector<SurfacePoint<double>> path_;
 };
 
 }  // namespace gelight::detail

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/detail/dissection.hpp"
 #include "gelight/mesh/detail/front.hpp"
@@ -23,18 +24,25 @@ namespace gelight::detail {
 /// by the multifrontal method (Liu 1992, doi:10.1137/1034004): each node of a dissection is
 /// eliminated as a dense block, what it changes outside is handed to its parent.
 ///
-/// Throws std::runtime_error where a pivot is not positive. May be read by several threads.
+/// Throws std::runtime_error where a pivot is not positive. Asks the hook at each node. May be read
+/// by several threads.
 template <class Scalar>
 class SparseFactor : public LinearFactor<Scalar> {
  public:
   using Dissection = DissectionOf<typename Eigen::NumTraits<Scalar>::Real>;
 
-  SparseFactor(std::shared_ptr<const Dissection> dissection, const SymmetricMatrix<Scalar>& matrix)
+  SparseFactor(std::shared_ptr<const Dissection> dissection, const SymmetricMatrix<Scalar>& matrix,
+               const CancelHook& cancelled = {})
       : dissection_(std::move(dissection)) {
+    double work = 0;
+    for (const auto& node : dissection_->nodes()) work += node.work();
+    double done = 0;
     values_ = large_array<Scalar>(dissection_->value_count() + Front<Scalar>::overhang);
     // What children hand to parents waits here.
     const auto updates = large_array<Scalar>(dissection_->stack_size() + Front<Scalar>::overhang);
     for (const auto& node : dissection_->nodes()) {
+      cancelled.check(done / work, "factoring a matrix");
+      done += node.work();
       Scalar* const block = values_.get() + node.block;
       Scalar* const update = updates.get() + node.update;
       std::fill(block, block + std::ptrdiff_t{node.own()} * node.height(), Scalar(0));
@@ -52,12 +60,14 @@ class SparseFactor : public LinearFactor<Scalar> {
     }
   }
 
-  [[nodiscard]] Array<Scalar> solve(const Array<Scalar>& b) const override {
+  [[nodiscard]] Array<Scalar> solve(const Array<Scalar>& b) const override { return solve(b, {}); }
+  [[nodiscard]] Array<Scalar> solve(const Array<Scalar>& b,
+                                    const CancelHook& cancelled) const override {
     const auto& order = dissection_->order();
     Array<Scalar> x(b.size());
     for (Index p = 0; p < dissection_->size(); ++p) x[p] = b[order[p]];
-    solve_lower(x);
-    solve_upper(x);
+    solve_lower(x, cancelled.part(0, 0.5));
+    solve_upper(x, cancelled.part(0.5, 1));
     Array<Scalar> result(b.size());
     for (Index p = 0; p < dissection_->size(); ++p) result[order[p]] = x[p];
     return result;
@@ -87,12 +97,18 @@ class SparseFactor : public LinearFactor<Scalar> {
     }
   }
 
+  // How often the triangular solves ask: after so many nodes.
+  static constexpr std::ptrdiff_t nodes_between = 256;
+
   // Both gather a node's rows into one piece of memory, so that each column is one vector
   // operation.
-  void solve_lower(Array<Scalar>& x) const {
+  void solve_lower(Array<Scalar>& x, const CancelHook& cancelled) const {
     const auto& rows = dissection_->rows();
     Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
-    for (const Node& node : dissection_->nodes()) {
+    const auto& nodes = dissection_->nodes();
+    for (const Node& node : nodes) {
+      const auto number = &node - nodes.data();
+      if (number % nodes_between == 0) ask(cancelled, number);
       const Index own = node.own(), height = node.height();
       std::copy(x.data() + node.begin, x.data() + node.end, front.data());
       std::fill(front.data() + own, front.data() + height, Scalar(0));
@@ -108,11 +124,13 @@ class SparseFactor : public LinearFactor<Scalar> {
     }
   }
 
-  void solve_upper(Array<Scalar>& x) const {
+  void solve_upper(Array<Scalar>& x, const CancelHook& cancelled) const {
     const auto& rows = dissection_->rows();
     const auto& nodes = dissection_->nodes();
     Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
     for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) {
+      const auto number = node - nodes.rbegin();
+      if (number % nodes_between == 0) ask(cancelled, number);
       const Index own = node->own(), height = node->height();
       std::copy(x.data() + node->begin, x.data() + node->end, front.data());
       for (Index r = own; r < height; ++r) front[r] = x[rows[node->rows_begin + r - own]];
@@ -126,6 +144,12 @@ class SparseFactor : public LinearFactor<Scalar> {
       }
       std::copy(front.data(), front.data() + own, x.data() + node->begin);
     }
+  }
+
+  void ask(const CancelHook& cancelled, std::ptrdiff_t nodes_done) const {
+    cancelled.check(
+        static_cast<double>(nodes_done) / static_cast<double>(dissection_->nodes().size()),
+        "solving a linear system");
   }
 
   std::shared_ptr<const Dissection> dissection_;
@@ -162,6 +186,8 @@ template <class Scalar>
   for (const double share : {1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4}) {
     try {
       return factor(matrix);
+    } catch (const Cancelled&) {
+      throw;
     } catch (const std::runtime_error&) {
       // Once more, with a larger diagonal.
     }
@@ -176,9 +202,9 @@ template <class Scalar>
 template <class Scalar>
 [[nodiscard]] SparseFactor<Scalar> factored(
     const std::shared_ptr<const typename SparseFactor<Scalar>::Dissection>& dissection,
-    SymmetricMatrix<Scalar> matrix) {
+    SymmetricMatrix<Scalar> matrix, const CancelHook& cancelled = {}) {
   return factored(std::move(matrix), [&](const SymmetricMatrix<Scalar>& positive) {
-    return SparseFactor<Scalar>(dissection, positive);
+    return SparseFactor<Scalar>(dissection, positive, cancelled);
   });
 }
 

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/detail/sparse.hpp"
 
@@ -38,6 +39,8 @@ class DissectionOf {
     [[nodiscard]] Index own() const { return end - begin; }
     [[nodiscard]] Index border() const { return static_cast<Index>(rows_end - rows_begin); }
     [[nodiscard]] Index height() const { return own() + border(); }
+    /// About what its elimination costs.
+    [[nodiscard]] double work() const { return own() * (1.0 + height()) * height(); }
   };
 
   /// Where an entry of the matrix goes in its node's block.
@@ -47,8 +50,9 @@ class DissectionOf {
     std::ptrdiff_t slot;
   };
 
-  DissectionOf(const SymmetricPatternOf<Real>& pattern, std::span<const Vec3<Real>> points)
-      : points_(points) {
+  DissectionOf(const SymmetricPatternOf<Real>& pattern, std::span<const Vec3<Real>> points,
+               const CancelHook& cancelled = {})
+      : points_(points), cancelled_(cancelled) {
     find_neighbours(pattern);
     const auto count = static_cast<std::size_t>(pattern.size());
     order_.resize(count);
@@ -67,6 +71,7 @@ class DissectionOf {
     side_ = {};
     keys_ = {};
     points_ = {};
+    cancelled_ = {};
   }
 
   [[nodiscard]] Index size() const { return static_cast<Index>(order_.size()); }
@@ -115,6 +120,8 @@ class DissectionOf {
   // Orders the unknowns order_[begin, end) among themselves; returns the node of the last ones.
   Index split(Index begin, Index end, Index& stamp) {
     if (end - begin <= leaf_size) return add_node(begin, end, {-1, -1});
+    cancelled_.check(static_cast<double>(begin) / static_cast<double>(order_.size()),
+                     "ordering a matrix");
     const Index axis = widest_axis(begin, end);
     const Index middle = begin + (end - begin) / 2;
     halve(begin, middle, end, axis);
@@ -275,6 +282,7 @@ class DissectionOf {
   }
 
   std::span<const Vec3<Real>> points_;
+  CancelHook cancelled_;          // while the order is sought
   Array<Index> neighbour_begin_;  // of each unknown and one more, while the order is sought
   Array<Neighbour> neighbours_;
   struct Key {

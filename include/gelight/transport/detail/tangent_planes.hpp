@@ -44,6 +44,18 @@ template <std::floating_point Real>
   return shared;
 }
 
+/// The direction from one point of a face to another, as an angle from its first half-edge.
+template <std::floating_point Real>
+[[nodiscard]] Real direction_in_face(const Surface<Real>& surface, Index face,
+                                     const SurfacePoint<Real>& from, const SurfacePoint<Real>& to) {
+  const auto a = shares_in_face(surface, from, face);
+  const auto b = shares_in_face(surface, to, face);
+  const Index h = 3 * face;
+  const auto [x1, x2, y2] =
+      laid_out(mollified({surface.length(h), surface.length(h + 1), surface.length(h + 2)}, 1));
+  return std::atan2((b[2] - a[2]) * y2, (b[1] - a[1]) * x1 + (b[2] - a[2]) * x2);
+}
+
 /// The tangent planes of all points of a surface, in which directions are angles: at vertices those
 /// of TangentFrames; of a face and on an edge from the (first) half-edge's own direction. (A
 /// template only so that it costs nothing to include.)
@@ -94,6 +106,20 @@ class TangentPlanesOf {
     const Real from_middle = angle - side_angle(h) - corner / 2;
     return (frames_.angle(h) + far) / 2 +
            scale * std::remainder(from_middle, 2 * std::numbers::pi_v<Real>);
+  }
+
+  /// The direction in which one point of a face sees another, in the first one's tangent plane, and
+  /// by how much a vector turns, from basis to basis, that is carried there.
+  struct Leg {
+    Real direction, turn;
+  };
+  [[nodiscard]] Leg leg(const SurfacePoint<Real>& from, const SurfacePoint<Real>& to,
+                        Index face) const {
+    constexpr Real pi = std::numbers::pi_v<Real>;
+    const Real angle = direction_in_face(surface_, face, from, to);
+    const Real direction = angle_at(from, face, angle);
+    // At the far end seen from there: both ways lie in the face.
+    return {direction, angle_at(to, face, angle + pi) - pi - direction};
   }
 
   /// The half-edge from which angles on an edge or in a face are counted.
