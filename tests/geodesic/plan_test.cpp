@@ -4,14 +4,20 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
 #include "support/hard_meshes.hpp"
+#include "support/plan_requests.hpp"
 
 using namespace gelight;
 using test::Random;
@@ -112,7 +118,9 @@ void check_promise(const Mesh<double>& mesh, Index source, const std::vector<dou
   const double in_norm = request.norm == ErrorNorm::mean ? error.mean : error.max;
   CHECK(in_norm <= request.tolerance);
   CHECK(result.satisfies);
-  CHECK(result.error <= request.tolerance);
+  // Single targets may be beyond a mean.
+  const bool is_of_few = result.checked > 0 && request.norm == ErrorNorm::mean;
+  if (!is_of_few) CHECK(result.error <= request.tolerance);
   if (result.achieved == Assurance::certified) CHECK(in_norm <= result.error);
   if (result.achieved == Assurance::sampled) CHECK(result.checked > 0);
   if (request.assurance != Assurance::expected) CHECK(result.achieved != Assurance::expected);
@@ -136,6 +144,231 @@ TEST_CASE("what is promised holds, on every family and from 10 % to 1e-6") {
                           {.tolerance = tolerance, .norm = norm, .assurance = asked});
           }
         }
+      }
+    }
+  }
+}
+
+namespace {
+
+int from_environment(const char* name, int otherwise) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? otherwise : std::atoi(value);
+}
+
+struct Tally {
+  int answers = 0, satisfied = 0, approximate = 0, wrong = 0;
+};
+
+// Adds an answer to how many of its kind there are and what is wrong with them.
+template <class T>
+void judge(std::uint64_t number, std::array<Tally, 3>& tallies) {
+  const auto asked = test::random_request(number);
+  const auto [answer, error] = test::answered<T>(asked);
+  CAPTURE(number);
+  CAPTURE(asked.kind);
+  CAPTURE(asked.request.tolerance);
+  CAPTURE(answer.reason);
+  const bool is_right = error <= asked.request.tolerance;
+  Tally& tally = tallies[static_cast<std::size_t>(answer.achieved)];
+  ++tally.answers;
+  tally.satisfied += answer.satisfies;
+  tally.approximate += answer.satisfies && answer.method != "exact";
+  tally.wrong += answer.satisfies && !is_right;
+  if (answer.satisfies && !is_right) MESSAGE("not kept in truth: ", error);
+  if (answer.achieved == Assurance::certified) CHECK(error <= answer.error);
+  CHECK((answer.achieved == Assurance::sampled) == (answer.checked > 0));
+  if (answer.satisfies && asked.request.assurance != Assurance::expected) {
+    CHECK(answer.achieved != Assurance::expected);
+  }
+}
+
+}  // namespace
+
+// REQUESTS=10000 SEED=7 geodesic.plan -tc="*at random*" makes a long run.
+TEST_CASE("requests at random: what is said to be satisfied is") {
+  const int requests = from_environment("REQUESTS", 250), seed = from_environment("SEED", 1);
+  std::array<Tally, 3> tallies;
+  for (int i = 0; i < requests; ++i) {
+    const auto number = static_cast<std::uint64_t>(seed) * 1000003 + static_cast<std::uint64_t>(i);
+    if (i % 3 == 2) {
+      judge<float>(number, tallies);
+    } else {
+      judge<double>(number, tallies);
+    }
+  }
+  const auto& [expected, sampled, certified] = tallies;
+  const auto tell = [](const std::string& promise, const Tally& tally) {
+    MESSAGE(promise, ": ", tally.answers, " answers, ", tally.satisfied, " satisfy, ",
+            tally.approximate, " by an approximation, ", tally.wrong, " of these not in truth");
+  };
+  if (requests > 250) {
+    tell("expected", expected);
+    tell("sampled", sampled);
+    tell("certified", certified);
+  }
+  CHECK(certified.wrong == 0);
+  CHECK(sampled.wrong * 200 <= sampled.satisfied);
+  CHECK(expected.wrong * 50 <= expected.satisfied);
+  // A promise that is never given would be kept, too.
+  CHECK((expected.satisfied + sampled.satisfied + certified.satisfied) * 10 > requests * 8);
+}
+
+TEST_CASE("the error is that of the numbers that are returned, in their type") {
+  // Rounded to float these are off by up to 6e-8, and by more the larger the start distance is.
+  for (const float start : {0.0F, -3.0F, 1000.0F, -1e6F}) {
+    CAPTURE(start);
+    for (const double tolerance : {1e-2, 1e-5, 1e-7, 2e-8, 1e-9}) {
+      CAPTURE(tolerance);
+      for (const auto& mesh : {grid<float>(40, 40), icosphere<float>(3)}) {
+        for (const Assurance assurance : {Assurance::sampled, Assurance::certified}) {
+          const PlanRequest request{.tolerance = tolerance, .assurance = assurance};
+          const std::vector<Source<float>> sources{{vertex_point<float>(100), start}};
+          const auto answer =
+              DistancePlanner(mesh, request).distance(std::span<const Source<float>>(sources));
+          CAPTURE(answer.reason);
+          const auto ways = ExactSolver(Surface<double>(mesh)).distance(Index{100});
+          const double error = test::true_error(answer.distances, start, ways, request);
+          if (answer.satisfies) CHECK(error <= tolerance);
+          if (answer.achieved == Assurance::certified) CHECK(error <= answer.error);
+          if (tolerance < 1e-8) CHECK_FALSE(answer.satisfies);
+          if (tolerance > 1e-6 && start == 0) CHECK(answer.satisfies);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("nothing changes where all start distances grow by the same, of either sign") {
+  const auto mesh = rough_sphere(3, 0.2);
+  const std::vector<Source<double>> sources{{vertex_point<double>(7), 0},
+                                            {vertex_point<double>(300), 0.25},
+                                            {face_point<double>(900, {0.5, 0.25, 0.25}), 0.125}};
+  for (const Assurance assurance :
+       {Assurance::expected, Assurance::sampled, Assurance::certified}) {
+    for (const ErrorNorm norm : {ErrorNorm::mean, ErrorNorm::max}) {
+      for (const double tolerance : {0.1, 0.01, 1e-4}) {
+        const DistancePlanner planner(
+            mesh, {.tolerance = tolerance, .norm = norm, .assurance = assurance});
+        const auto answer = planner.distance(std::span<const Source<double>>(sources));
+        for (const double start : {-1024.0, -100.0, -0.5, 3.0, 65536.0}) {
+          auto later = sources;
+          for (auto& source : later) source.distance += start;
+          const auto other = planner.distance(std::span<const Source<double>>(later));
+          CAPTURE(other.reason);
+          CHECK(other.method == answer.method);
+          CHECK(other.achieved == answer.achieved);
+          CHECK(other.checked == answer.checked);
+          CHECK(other.satisfies == answer.satisfies);
+          CHECK(std::abs(other.error - answer.error) <= 1e-8);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("targets that cannot be checked are not said to be") {
+  // Two spheres: the second is out of reach of the first.
+  const std::vector<Mesh<double>> parts{icosphere<double>(2), icosphere<double>(2)};
+  const auto mesh = joined<double>(parts);
+  const auto checked = [&](std::vector<Index> targets, double start) {
+    const DistancePlanner planner(mesh, {.tolerance = 0.05,
+                                         .assurance = Assurance::sampled,
+                                         .samples = 3,
+                                         .targets = std::move(targets)});
+    const std::vector<Source<double>> sources{{vertex_point<double>(5), start}};
+    const auto answer = planner.distance(std::span<const Source<double>>(sources));
+    CAPTURE(answer.reason);
+    CHECK(answer.satisfies);
+    CHECK((answer.achieved == Assurance::sampled) == (answer.checked > 0));
+    return answer.checked;
+  };
+  for (const double start : {0.0, -100.0, 7.0}) {
+    CHECK(checked({}, start) == 3);
+    CHECK(checked({5}, start) == 0);
+    CHECK(checked({200, 300}, start) == 0);
+    CHECK(checked({5, 200, 17}, start) == 1);
+    CHECK(checked({5, 200, 17, 18, 19, 20}, start) == 3);
+  }
+}
+
+TEST_CASE("a mesh beyond experience is said to be, and no method is trusted unchecked there") {
+  for (const Family& family : families()) {
+    CAPTURE(family.name);
+    const std::string unfamiliar = DistancePlanner(family.mesh).plan().unfamiliar;
+    if (family.name != "needles" && family.name != "graded") CHECK(unfamiliar.empty());
+  }
+  Random random(11);
+  const std::vector<Family> strange{
+      {"rough", test::requests::rough_sheet(30, 0.5, random)},
+      {"less rough", test::requests::rough_sheet(40, 0.2, random)},
+      {"long triangles", test::requests::tube(40, 2, 1000, random)},
+      {"needles", test::scans::stretched(test::jittered_grid(30, 0.2, random), 300)},
+      {"few", icosphere<double>(1)}};
+  for (const auto& [name, mesh] : strange) {
+    CAPTURE(name);
+    const auto exact = ExactSolver(mesh).distance(11);
+    for (const double tolerance : {0.3, 0.1, 0.03, 0.01}) {
+      for (const ErrorNorm norm : {ErrorNorm::mean, ErrorNorm::max}) {
+        const PlanRequest request{
+            .tolerance = tolerance, .norm = norm, .assurance = Assurance::expected};
+        const DistancePlanner planner(mesh, request);
+        CHECK_FALSE(planner.plan().unfamiliar.empty());
+        const auto answer = planner.distance(11);
+        CAPTURE(answer.reason);
+        const bool is_trusted = answer.reason.find("not checked") != std::string::npos;
+        CHECK((answer.method == "exact" || !is_trusted));
+        CHECK(answer.satisfies);
+        CHECK(test::true_error(answer.distances, 0, exact, request) <= tolerance);
+      }
+    }
+  }
+}
+
+TEST_CASE("a largest error is never told from a few samples") {
+  Random random(12);
+  for (const auto& mesh : {test::requests::tube(30, 6, 300, random),
+                           test::scans::with_slivers(rough_sphere(3, 0.2), 3, random)}) {
+    for (double tolerance = 0.3; tolerance > 1e-5; tolerance /= 3) {
+      const auto answer = DistancePlanner(mesh, {.tolerance = tolerance,
+                                                 .norm = ErrorNorm::max,
+                                                 .assurance = Assurance::sampled})
+                              .distance(20);
+      CAPTURE(answer.reason);
+      CHECK(answer.satisfies);
+      CHECK((answer.achieved == Assurance::certified || answer.method == "exact"));
+    }
+  }
+}
+
+TEST_CASE("a query can be cancelled wherever it asks, tells how far it is, and can be repeated") {
+  const auto mesh = rough_sphere(4, 0.1);
+  for (const Assurance assurance :
+       {Assurance::expected, Assurance::sampled, Assurance::certified}) {
+    for (const double tolerance : {0.1, 0.003, 1e-5}) {
+      int asked = 0, last = -1;
+      double told = 0;
+      const CancelHook hook = [&](double done) {
+        CHECK(done >= told);
+        told = done;
+        return ++asked == last;
+      };
+      const DistancePlanner planner(
+          mesh, {.tolerance = tolerance, .assurance = assurance, .cancelled = hook});
+      const auto answer = planner.distance(130);
+      const DistancePlanner other(mesh, {.tolerance = tolerance, .assurance = assurance});
+      CHECK(answer.distances == other.distance(130).distances);
+      CHECK(told <= 1);
+      const int all = asked;
+      CHECK(all >= 2);
+      for (last = 1; last <= all; last = last * 2 + 1) {
+        asked = 0;
+        told = 0;
+        CHECK_THROWS_AS((void)planner.distance(130), Cancelled);
+        CHECK(asked == last);
+        asked = std::numeric_limits<int>::min();
+        told = 0;
+        CHECK(planner.distance(130).distances == answer.distances);
       }
     }
   }

@@ -54,10 +54,26 @@ class Part {
 };
 
 // Compiled once, out of the way of whatever asks: a message costs a caller no stream.
-[[noreturn]] inline void refuse(std::initializer_list<Part> parts) {
+[[nodiscard]] inline std::string joined_text(std::initializer_list<Part> parts) {
   std::string text;
   for (const Part& part : parts) part.append_to(text);
-  throw InvalidInput(text);
+  return text;
+}
+[[noreturn]] inline void refuse(std::initializer_list<Part> parts) {
+  throw InvalidInput(joined_text(parts));
+}
+
+/// Words and numbers, one after the other.
+template <class... Parts>
+[[nodiscard]] std::string joined(const Parts&... parts) {
+  return joined_text({Part(parts)...});
+}
+
+/// A number as people read it, in two digits.
+[[nodiscard]] inline std::string two_digits(double number) {
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.2g", number);
+  return digits;
 }
 
 /// Throws InvalidInput unless `valid`; the parts of the message are joined only on failure.

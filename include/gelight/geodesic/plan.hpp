@@ -4,10 +4,10 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
-#include <sstream>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -16,10 +16,12 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/late.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/certify.hpp"
 #include "gelight/geodesic/detail/mesh_statistics.hpp"
 #include "gelight/geodesic/detail/method_models.hpp"
+#include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/detail/target_search.hpp"
 #include "gelight/geodesic/detail/traced_error.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
@@ -31,7 +33,9 @@
 
 namespace gelight {
 
-/// Which error is meant: the mean or the largest over the vertices, as a share of the distance.
+/// Which error is meant: the mean or the largest over the vertices, as a share of the distance
+/// counted from the least start distance, where that is not zero. So nothing changes where all
+/// start distances grow by the same.
 enum class ErrorNorm {
   mean,  ///< The mean.
   max    ///< The largest.
@@ -43,12 +47,17 @@ enum class DistanceTruth {
   smooth       ///< The surface that it approximates.
 };
 
-/// How an error is known: from experience with such meshes, or the lengths of some paths; from
-/// targets whose exact distance was computed; by bounds that were proved at every vertex.
+/// How an error is known; each promises more than the one before.
 enum class Assurance {
-  expected,  ///< Experience; nothing was checked exactly.
-  sampled,   ///< Checked exactly at some targets.
-  certified  ///< Proved at every vertex, or target.
+  /// From experience with such meshes, or the lengths of some paths. Nothing was checked exactly.
+  expected,
+  /// So many targets' distances were computed exactly besides, all where there are fewer. Targets
+  /// that are sources or out of reach are none. That tells of a mean error; of the largest one only
+  /// where all targets were checked, or the distances are exact.
+  sampled,
+  /// Proved by bounds on the exact distance at every vertex, or target, for the very numbers that
+  /// are returned.
+  certified
 };
 
 /// What a caller wants of distances, and what they may cost.
@@ -58,22 +67,29 @@ struct PlanRequest {
   DistanceTruth truth = DistanceTruth::polyhedral;  ///< What the distances are compared with.
   Assurance assurance = Assurance::certified;       ///< How the error shall be known, at least.
   Index sources = 1;                                ///< How many queries will share the set-up.
-  Index samples = 4;  ///< Targets to check where the assurance is sampled.
+  Index samples = 4;  ///< Targets to check exactly where the assurance is sampled, or all.
   /// Where not empty, only these vertices' distances matter; others may be reported as +infinity.
   std::vector<Index> targets{};
   double time_limit = unreachable<double>;    ///< Seconds for all queries, as estimated.
   double memory_limit = unreachable<double>;  ///< Bytes beyond the mesh, as estimated.
   /// By how much the machine is slower than the one of the estimates (benchmarks/results).
   double slowness = 1;
+  /// Asked now and then during a query, by its thread; where it answers true, that ends with
+  /// Cancelled.
+  CancelHook cancelled{};
 };
 
 /// What was chosen, and why.
 struct DistancePlan {
   std::string method;  ///< The solver: dijkstra, fast_marching, virtual_source or exact.
   bool expected_to_satisfy = true;  ///< Whether tolerance, assurance and limits can all be met.
-  /// In the norm and against the truth asked for. Where it is more than the tolerance though that
-  /// is expected to be satisfied, experience says too little: the method is tried first.
+  /// In the norm and against the truth asked for, from one source; with what rounding to the
+  /// caller's type takes. Where it is more than the tolerance though that is expected to be
+  /// satisfied, experience says too little: the method is tried first. A guess where `unfamiliar`.
   double expected_error = 0;
+  /// What of the mesh is beyond the experience that `expected_error` is, in words; empty where the
+  /// mesh is familiar. Nothing rests on expectation alone then.
+  std::string unfamiliar;
   double seconds = 0;  ///< Estimate for all queries, with checks.
   double bytes = 0;    ///< Estimate beyond the mesh.
   /// Where the smooth surface is meant and the mesh is too coarse for the tolerance: the mean edge
@@ -88,10 +104,13 @@ struct PlannedDistances {
   std::vector<T> distances;  ///< Of each vertex, +infinity where no path leads.
   std::string method;        ///< The one whose distances these are, after any escalation.
   Assurance achieved = Assurance::expected;  ///< How the error is known.
-  double error = 0;   ///< In the norm asked for; certified: a bound; sampled: the largest seen.
+  /// Of `distances` as they are, rounding included. Certified: a bound, in the norm asked for.
+  /// Sampled: the largest of the targets that were checked, which may be beyond a tolerance of the
+  /// mean where their mean is not. Else what is expected, in that norm.
+  double error = 0;
   Index checked = 0;  ///< Targets whose exact distance was computed.
-  /// Whether the error meets the tolerance, with the assurance asked for; exact distances that were
-  /// sampled satisfy one who asked for a certificate, too.
+  /// Whether the error asked for keeps the tolerance, with the assurance asked for; exact distances
+  /// that were sampled satisfy one who asked for a certificate, too.
   bool satisfies = false;
   std::string reason;  ///< What was done and found, in words.
 };
@@ -107,8 +126,10 @@ class PlannedSolvers {
     for (const Index v : targets) options_.targets.push_back(vertex_point<Real>(v));
   }
 
-  [[nodiscard]] std::vector<Real> distance(Method method, const Sources& sources) const {
+  [[nodiscard]] std::vector<Real> distance(Method method, const Sources& sources,
+                                           const CancelHook& cancelled) const {
     const std::span<const Source<Real>> from(sources);
+    cancelled.check(0, "the planned query");
     switch (method) {
       case Method::dijkstra:
         return dijkstra_.get([&] { return DijkstraSolver<Real>(surface_); }).distance(from);
@@ -119,7 +140,7 @@ class PlannedSolvers {
         return fast_marching_.get([&] { return FastMarchingSolver<Real>(surface_); })
             .distance(from);
       default:
-        return exact_.get([&] { return ExactSolver<Real>(surface_, options_); }).distance(from);
+        return exact(from, cancelled);
     }
   }
 
@@ -128,6 +149,18 @@ class PlannedSolvers {
   }
 
  private:
+  [[nodiscard]] std::vector<Real> exact(std::span<const Source<Real>> from,
+                                        const CancelHook& cancelled) const {
+    const auto& solver = exact_.get([&] { return ExactSolver<Real>(surface_, options_); });
+    if (!cancelled) return solver.distance(from);
+    ExactOptions<Real> options = options_;
+    options.cancelled = [&] {
+      cancelled.check(0, "the exact solve");
+      return false;
+    };
+    return solver.solve(from, options).distances();
+  }
+
   Surface<Real> surface_;
   ExactOptions<Real> options_;
   Late<DijkstraSolver<Real>> dijkstra_;
@@ -141,28 +174,39 @@ class PlannedSolvers {
 
 /// Distances to a given error rather than by a given method: chooses the cheapest method expected
 /// to satisfy a request, runs it, checks what it was asked to check, and escalates to the exact
-/// solver where that fails. What it reports as certified was proved for every vertex (or target) of
-/// that very answer, as Certifier does; as sampled, computed exactly for so many targets; all else
-/// is expected, which is no more than experience. Exact distances are sampled, not certified.
+/// solver where that fails. Exact distances are sampled, not certified.
+///
+/// What each promise means, for mean errors:
+/// - expected: the error that is known from experience is at most a quarter of the tolerance, the
+///   mesh is like those that experience is of, and there is one source; or paths traced back
+///   through the distances tell that it is kept, two and a half standard errors sure; or, where
+///   these would not tell, a certificate.
+/// - sampled: the same, and `samples` targets besides that were computed exactly and keep the
+///   tolerance on average.
+/// - certified: a proof at every vertex.
+///
+/// A largest error is not to be known from samples nor paths, since a single vertex may have it:
+/// where that is asked for, distances are proved or exact, unless `samples` targets are all that
+/// matter, or no more than an expectation is asked for on a familiar mesh from one source.
 ///
 /// What a method is expected to be off is for the worst source of the mesh, since the planner
-/// chooses before it knows any, and meshes that look alike differ tenfold. So where fast marching
-/// may or may not keep a mean error it is tried: paths traced back through its distances tell how
-/// far these are off, for about a tenth of what they cost. A certificate that is in doubt is tried
-/// too, and given up as soon as its lower bounds show that it fails: that costs about a quarter of
-/// an exact solve.
+/// chooses before it knows any, and meshes that look alike differ tenfold. So where fast
+/// marching may or may not keep a mean error it is tried: paths tell how far it is off, for
+/// about a tenth of what it costs. A certificate that is in doubt is tried too, and given up as
+/// soon as its lower bounds show that it fails: that costs about a quarter of an exact solve.
 ///
-/// Against the smooth surface nothing can be checked: the error of the mesh itself is taken for 0.3
-/// times the mean squared angle between faces, which is 0.10 (kappa h)^2 on a sphere of curvature
-/// kappa and edges h, and the assurance is never more than expected. Where it exceeds the tolerance
-/// the plan says to what edge length to refine.
+/// Against the smooth surface nothing can be checked: the error of the mesh itself is taken for
+/// 0.3 times the mean squared angle between faces, which is 0.10 (kappa h)^2 on a sphere of
+/// curvature kappa and edges h, and the assurance is never more than expected. Where it exceeds
+/// the tolerance the plan says to what edge length to refine.
 ///
 /// HeatSolver is not among the methods: on every mesh of benchmarks/results, and on spheres of
-/// 163,842 vertices, fast marching takes about as long for a further source, a tenth to a fifth of
-/// the set-up, and is more accurate by a factor of two to a thousand than HeatSolver as it comes.
+/// 163,842 vertices, fast marching takes about as long for a further source, a tenth to a fifth
+/// of the set-up, and is more accurate by a factor of two to a thousand than HeatSolver as it
+/// comes.
 ///
-/// Construction is linear in the mesh; solvers are made when first needed. Queries are const and
-/// safe from several threads.
+/// Construction is linear in the mesh; solvers are made when first needed. Queries are const
+/// and safe from several threads.
 template <std::floating_point T>
 class DistancePlanner {
  public:
@@ -180,7 +224,7 @@ class DistancePlanner {
   [[nodiscard]] const DistancePlan& plan() const { return plan_; }
 
   /// Distances of all vertices from a vertex, several, or points with start distances. Throws
-  /// InvalidInput as a solver does.
+  /// InvalidInput as a solver does, Cancelled where the request's hook says so.
   ///@{
   [[nodiscard]] PlannedDistances<T> distance(Index vertex) const {
     return distance(std::span<const Index>(&vertex, 1));
@@ -197,17 +241,26 @@ class DistancePlanner {
   using Method = detail::Method;
   using Real = std::common_type_t<T, double>;  // double; by T, so that nothing is compiled unused
   using Solvers = detail::PlannedSolvers<Real>;
+  using Models = detail::MethodErrors<Real>;
+
+  /// How an answer's error is found.
+  enum class Check { none, paths, samples, paths_and_samples, certificate };
+
   // How far beyond the given distance a target is searched for: in tolerances, and as a share; and
   // beyond one that should be exact.
   static constexpr double search_width = 4, widest_search = 0.05, exact_search = 1e-9;
   // A certificate is tried where about so many tolerances should be provable.
   static constexpr double worth_trying = 1.5;
-  // Where fast marching is expected to be off by more than this share of the mean error allowed,
-  // paths tell: few at first, more until they are so many standard errors sure. Of 2,124 fields on
-  // 354 meshes one was off by more than four times what was expected; and about `failing` times
-  // what is expected over what is allowed were beyond that.
+  // Where a march is expected to be off by more than this share of the mean error allowed, paths
+  // tell: few at first, more until they are so many standard errors sure. About `failing` times
+  // what is expected over what is allowed are beyond that, on meshes that are unfamiliar all.
   static constexpr double doubtful = 0.25, failing = 0.1, sureness = 2.5;
   static constexpr Index few_paths = 64, many_paths = 256;
+  // What comparing numbers takes.
+  static constexpr double arithmetic = 8 * std::numeric_limits<double>::epsilon();
+  // The shares of a query after which a method and all of its checks are done, where exact
+  // distances may have to follow; and of one method that the solver takes.
+  static constexpr double first_method = 0.3, solving = 0.6;
 
   void require_request() const {
     const PlanRequest& r = request_;
@@ -240,50 +293,84 @@ class DistancePlanner {
     return request_.truth == DistanceTruth::smooth ? Assurance::expected : request_.assurance;
   }
 
+  // Of the method, and of what T cannot hold.
   [[nodiscard]] double expected_error(Method method) const {
-    return in_norm(detail::MethodErrors(statistics_).of(method));
+    constexpr double rounding = std::numeric_limits<T>::epsilon() / 2;
+    return in_norm(Models(statistics_).of(method)) + in_norm({rounding / 2, rounding});
   }
   [[nodiscard]] double provable(Method method) const {
-    return in_norm(detail::MethodErrors(statistics_).provable(method));
+    return in_norm(Models(statistics_).provable(method));
   }
-  // Exact distances need none: where one reaches the tolerance, it does so for others too.
-  [[nodiscard]] bool needs_certificate(Method method) const {
-    return asked() == Assurance::certified && method != Method::exact;
+  [[nodiscard]] bool is_familiar() const { return *Models(statistics_).unfamiliar() == 0; }
+
+  // Whether a method's error is known to be small enough without a look at its distances.
+  [[nodiscard]] bool is_sure(Method method, std::size_t sources) const {
+    if (!is_familiar()) return false;
+    if (method == Method::dijkstra) return expected_error(method) <= share_of_method();
+    const bool is_tried = method == Method::fast_marching && request_.norm == ErrorNorm::mean;
+    return sources == 1 && expected_error(method) <= (is_tried ? doubtful : 1) * share_of_method();
   }
-  [[nodiscard]] bool needs_samples(Method method) const {
-    return asked() != Assurance::expected && !needs_certificate(method);
+
+  [[nodiscard]] Check check_of(Method method, std::size_t sources) const {
+    const bool is_sampled = asked() != Assurance::expected;
+    // Exact distances need no certificate: where one reaches the tolerance, it does so for others.
+    if (method == Method::exact) return is_sampled ? Check::samples : Check::none;
+    if (asked() == Assurance::certified) return Check::certificate;
+    if (is_sampled && checks_all()) return Check::samples;
+    const bool is_mean = request_.norm == ErrorNorm::mean;
+    if (is_sampled && !is_mean) return Check::certificate;
+    const bool is_beyond = expected_error(method) > share_of_method() && !may_be_tried(method);
+    if (is_sure(method, sources) || is_beyond) return is_sampled ? Check::samples : Check::none;
+    if (!is_mean || !Models(statistics_).paths_tell(method, sources)) return Check::certificate;
+    return is_sampled ? Check::paths_and_samples : Check::paths;
   }
-  [[nodiscard]] bool needs_paths(Method method) const {
+  // Whether a method is worth a look though more is expected of it than is allowed.
+  [[nodiscard]] bool may_be_tried(Method method) const {
     return method == Method::fast_marching && request_.norm == ErrorNorm::mean &&
-           !needs_certificate(method) && expected_error(method) > doubtful * share_of_method();
+           floor() < request_.tolerance && within_limits(Method::exact);
   }
+  // Whether all that matters is checked exactly.
+  [[nodiscard]] bool checks_all() const {
+    return !request_.targets.empty() && std::ssize(request_.targets) <= request_.samples;
+  }
+  static bool has_paths(Check check) {
+    return check == Check::paths || check == Check::paths_and_samples;
+  }
+  static bool has_samples(Check check) {
+    return check == Check::samples || check == Check::paths_and_samples;
+  }
+
   [[nodiscard]] double seconds(const detail::MethodCost& cost) const {
     return request_.slowness * cost.seconds(surface_.vertex_count(), request_.sources);
   }
   // With what it costs on average that the exact solver has to be called where paths tell so.
   [[nodiscard]] double seconds_with_checks(Method method) const {
+    const Check check = check_of(method, 1);
     double sum = seconds(detail::cost_of(method));
-    if (needs_certificate(method)) sum += seconds(detail::certificate_cost);
-    if (needs_paths(method)) {
-      const double share = failing * expected_error(method) / share_of_method();
+    if (check == Check::certificate) sum += seconds(detail::certificate_cost);
+    if (has_paths(check)) {
+      const double share = expected_error(method) / share_of_method();
       sum += seconds(detail::paths_cost);
-      sum += std::min(1.0, share) * seconds(detail::cost_of(Method::exact));
+      sum += std::min(1.0, (is_familiar() ? failing : 1) * share) *
+             seconds(detail::cost_of(Method::exact));
     }
-    if (needs_samples(method)) {
+    if (has_samples(check)) {
       sum += request_.samples * detail::sample_share * seconds(detail::cost_of(Method::exact));
     }
     return sum;
   }
   [[nodiscard]] double bytes(Method method) const {
-    const double checks = needs_certificate(method) ? detail::certificate_cost.bytes : 0;
+    const bool is_proved = check_of(method, 1) == Check::certificate;
+    const double checks = is_proved ? detail::certificate_cost.bytes : 0;
     return surface_.vertex_count() * std::max(detail::cost_of(method).bytes, checks);
   }
 
   [[nodiscard]] bool satisfies(Method method) const {
+    const Check check = check_of(method, 1);
     if (expected_error(method) > share_of_method()) {
-      return needs_paths(method) && floor() < request_.tolerance && within_limits(Method::exact);
+      return has_paths(check) && may_be_tried(method);
     }
-    return !needs_certificate(method) || provable(method) <= worth_trying * share_of_method();
+    return check != Check::certificate || provable(method) <= worth_trying * share_of_method();
   }
   [[nodiscard]] bool within_limits(Method method) const {
     return seconds_with_checks(method) <= request_.time_limit &&
@@ -308,50 +395,94 @@ class DistancePlanner {
     plan_.method = detail::cost_of(chosen_).name;
     plan_.expected_to_satisfy = cheapest.has_value() && floor() < request_.tolerance;
     plan_.expected_error = expected_error(chosen_) + floor();
+    plan_.unfamiliar = Models(statistics_).unfamiliar();
     plan_.seconds = seconds_with_checks(chosen_);
     plan_.bytes = bytes(chosen_);
     if (floor() >= request_.tolerance) {
       plan_.refine_to = statistics_.mean_edge * std::sqrt(request_.tolerance / (2 * floor()));
     }
-    plan_.reason = reason(cheapest.has_value(), best.has_value());
+    plan_.reason = refining() + plan_.method + ": " +
+                   reason(cheapest.has_value(), best.has_value()) + how_checked();
   }
 
+  [[nodiscard]] std::string refining() const {
+    if (plan_.refine_to == 0) return "";
+    return detail::joined("refine to edges of ", detail::two_digits(plan_.refine_to),
+                          ": the mesh itself is off the smooth surface by about ",
+                          detail::two_digits(floor()), ", more than the tolerance ",
+                          detail::two_digits(request_.tolerance),
+                          "; until then finer methods are false precision. ");
+  }
   [[nodiscard]] std::string reason(bool has_satisfying, bool within_limits) const {
-    std::ostringstream text;
-    text.precision(2);
-    if (plan_.refine_to > 0) {
-      text << "refine to edges of " << plan_.refine_to << ": the mesh itself is off the smooth "
-           << "surface by about " << floor() << ", more than the tolerance " << request_.tolerance
-           << "; until then finer methods are false precision. ";
-    }
-    text << plan_.method << ": ";
+    const std::string error = detail::two_digits(plan_.expected_error);
+    const std::string tolerance = detail::two_digits(request_.tolerance);
     if (has_satisfying && expected_error(chosen_) > share_of_method()) {
-      text << "tried first, since it is cheap; its expected " << norm() << " error, "
-           << plan_.expected_error << ", is beyond " << request_.tolerance
-           << ", but paths will tell what it is";
-    } else if (has_satisfying) {
-      text << "the cheapest whose expected " << norm() << " error, " << plan_.expected_error
-           << ", is within " << request_.tolerance;
-    } else if (within_limits) {
-      text << "the most accurate within the limits; its expected " << norm() << " error is "
-           << plan_.expected_error;
-    } else {
-      text << "no method keeps the limits; this one needs the least memory";
+      return detail::joined("tried first, since it is cheap; its expected ", norm(), " error, ",
+                            error, ", does not show that ", tolerance,
+                            " is kept, but paths will tell what it is");
     }
-    if (needs_certificate(chosen_)) {
-      text << "; of that " << provable(chosen_) << " should be provable";
+    if (has_satisfying) {
+      return detail::joined("the cheapest whose expected ", norm(), " error, ", error,
+                            ", is within ", tolerance);
+    }
+    if (within_limits) {
+      return detail::joined("the most accurate within the limits; its expected ", norm(),
+                            " error is ", error);
+    }
+    return "no method keeps the limits; this one needs the least memory";
+  }
+  [[nodiscard]] std::string how_checked() const {
+    std::string text;
+    const Check check = check_of(chosen_, 1);
+    if (check == Check::certificate) {
+      text = "; of that " + detail::two_digits(provable(chosen_)) + " should be provable";
     } else if (asked() == Assurance::certified) {
-      text << "; bounds as close cannot be expected, so targets are checked exactly instead";
+      text = "; bounds as close cannot be expected, so targets are checked exactly instead";
     }
-    return text.str();
+    if (!is_familiar() && chosen_ != Method::exact) {
+      text += detail::joined("; the mesh is beyond experience, since ", plan_.unfamiliar,
+                             ", so nothing is trusted unchecked");
+    }
+    return text;
   }
 
   // --- running -----------------------------------------------------------------------------------
 
-  [[nodiscard]] PlannedDistances<T> run(const detail::Sources& sources) const {
-    PlannedDistances<T> result = attempt(chosen_, sources);
-    if (result.satisfies || !may_escalate()) return result;
-    PlannedDistances<T> exact = attempt(Method::exact, sources);
+  /// Sources whose start distances count from the least of them, and what that is.
+  struct Query {
+    detail::Sources sources;
+    double start;
+  };
+  /// What a method says: ways from the least start distance, and the distances that are returned.
+  struct Answer {
+    std::vector<double> ways;
+    std::vector<T> distances;
+    double start;
+
+    // As the distances have it, which were rounded.
+    [[nodiscard]] double way(Index v) const {
+      return double{distances[static_cast<std::size_t>(v)]} - start;
+    }
+  };
+  /// How an answer's error against the mesh is known, what it is in the norm asked for, how many
+  /// targets were checked for it and by how much the worst of them is off, in words.
+  struct Finding {
+    Assurance achieved;
+    double error;
+    std::string words;
+    Index checked = 0;
+    double worst_checked = 0;
+  };
+
+  [[nodiscard]] PlannedDistances<T> run(detail::Sources sources) const {
+    const double start = detail::move_to_zero(sources);
+    const Query query{std::move(sources), start};
+    const bool is_last = !may_escalate();
+    const CancelHook& hook = request_.cancelled;
+    PlannedDistances<T> result =
+        attempt(chosen_, query, is_last ? hook : hook.part(0, first_method));
+    if (result.satisfies || is_last) return result;
+    PlannedDistances<T> exact = attempt(Method::exact, query, hook.part(first_method, 1));
     exact.reason = result.reason + "; escalated: " + exact.reason;
     return exact;
   }
@@ -359,25 +490,29 @@ class DistancePlanner {
     return chosen_ != Method::exact && plan_.expected_to_satisfy && within_limits(Method::exact);
   }
 
-  /// How an answer's error is known, what it is, how many targets were checked for it, in words.
-  struct Finding {
-    Assurance achieved;
-    double error;
-    Index checked;
-    std::string words;
-  };
-
-  [[nodiscard]] PlannedDistances<T> attempt(Method method, const detail::Sources& sources) const {
-    const std::vector<double> distances = solvers_->distance(method, sources);
-    const Finding found = find_error(method, sources, distances);
+  [[nodiscard]] PlannedDistances<T> attempt(Method method, const Query& query,
+                                            const CancelHook& hook) const {
+    Answer answer{
+        solvers_->distance(method, query.sources, hook.part(0, solving)), {}, query.start};
+    answer.distances.reserve(answer.ways.size());
+    for (const double way : answer.ways) {
+      answer.distances.push_back(static_cast<T>(query.start + way));
+    }
+    const Finding found = find_error(method, query, answer, hook.part(solving, 1));
     PlannedDistances<T> result;
     result.method = detail::cost_of(method).name;
-    result.distances.assign(distances.begin(), distances.end());
-    result.achieved = found.achieved;
-    result.error = found.error;
+    result.distances = std::move(answer.distances);
+    result.achieved =
+        request_.truth == DistanceTruth::smooth ? Assurance::expected : found.achieved;
+    result.error = found.checked > 0 ? found.worst_checked : found.error + floor();
     result.checked = found.checked;
-    result.satisfies = result.error <= request_.tolerance && result.achieved >= least(method);
+    result.satisfies =
+        found.error + floor() <= request_.tolerance && result.achieved >= least(method);
     result.reason = result.method + ": " + found.words;
+    if (method == Method::exact && expected_error(method) > share_of_method()) {
+      result.satisfies = false;
+      result.reason += "; rounding may leave " + in_words(expected_error(method));
+    }
     return result;
   }
 
@@ -386,116 +521,186 @@ class DistancePlanner {
     return method == Method::exact ? std::min(asked(), Assurance::sampled) : asked();
   }
 
-  [[nodiscard]] Finding find_error(Method method, const detail::Sources& sources,
-                                   const std::vector<double>& distances) const {
-    if (needs_certificate(method)) return certify(sources, distances);
-    if (needs_paths(method)) {
-      Finding traced = trace(sources, distances);
-      const bool is_beyond = traced.error > request_.tolerance;
-      if (!needs_samples(method) || (is_beyond && may_escalate())) return traced;
+  [[nodiscard]] Finding find_error(Method method, const Query& query, const Answer& answer,
+                                   const CancelHook& hook) const {
+    hook.check(0, "the planned query");
+    const Check check = check_of(method, query.sources.size());
+    if (check == Check::certificate) return certify(query, answer, hook);
+    const double rounding = rounding_of(answer);
+    if (misses_any(query, answer)) {
+      return {Assurance::expected, unreachable<double>, "a target to which a path leads is missed"};
     }
-    if (needs_samples(method)) {
-      const double width = std::min(widest_search, search_width * request_.tolerance);
-      return sample(sources, distances, method == Method::exact ? exact_search : width);
+    if (check == Check::none) {
+      const double error = std::max(expected_error(method), rounding);
+      return {Assurance::expected, error,
+              "expected to be within " + in_words(error + floor()) + ", not checked"};
     }
-    const double error = expected_error(method) + floor();
-    return {Assurance::expected, error, 0,
-            "expected to be within " + in_words(error) + ", not checked"};
+    const std::vector<Index> targets = reached_targets(answer.ways);
+    if (targets.empty()) {
+      return {Assurance::certified, 0,
+              "no target but the sources can be reached, so that there is nothing to be off"};
+    }
+    Finding traced{Assurance::expected, 0, ""};
+    if (has_paths(check)) {
+      traced = trace(query, answer, targets, hook.part(0, 0.5));
+      traced.error += rounding;
+      const bool is_beyond = traced.error > share_of_method();
+      if (check == Check::paths || (is_beyond && may_escalate())) return traced;
+      traced.words += ", ";
+    }
+    const double width = std::min(widest_search, search_width * request_.tolerance);
+    Finding sampled = sample(query, answer, targets, method == Method::exact ? exact_search : width,
+                             hook.part(0.5, 1));
+    sampled.error = std::max({sampled.error, traced.error, rounding});
+    sampled.words = traced.words + sampled.words;
+    return sampled;
   }
 
   // As Certifier, but lower bounds first: upper ones are needed only where those are enough.
-  [[nodiscard]] Finding certify(detail::Sources sources, const std::vector<double>& given) const {
-    const double start = detail::move_to_zero(sources);
+  [[nodiscard]] Finding certify(const Query& query, const Answer& answer,
+                                const CancelHook& hook) const {
     const detail::BoundFinder<Real> finder(surface_, solvers_->faces());
-    detail::Array<double> distances;
-    distances.reserve(given.size());
-    for (const double d : given) distances.push_back(std::max(0.0, d - start));
-    const auto lower = finder.lower(sources, distances);
-    const double least_error = error_between(lower, distances, given, start);
-    if (least_error > request_.tolerance && may_escalate()) {
-      return {Assurance::expected, least_error, 0,
+    detail::Array<double> ways(answer.ways.size());
+    std::copy(answer.ways.begin(), answer.ways.end(), ways.begin());
+    const auto lower = finder.lower(query.sources, ways);
+    hook.check(0.5, "the certificate");
+    const double least_error = error_between(lower, ways, answer);
+    if (least_error > share_of_method() && may_escalate()) {
+      return {Assurance::expected, least_error,
               "no more can be proved than to be within " + in_words(least_error)};
     }
-    const double error = error_between(lower, finder.upper(sources), given, start);
-    return {Assurance::certified, error, 0, "proved to be within " + in_words(error)};
+    const double error = error_between(lower, finder.upper(query.sources), answer);
+    return {Assurance::certified, error, "proved to be within " + in_words(error)};
   }
 
+  // Of the distances as they are returned.
   [[nodiscard]] double error_between(const detail::Array<double>& lower,
                                      const detail::Array<double>& upper,
-                                     const std::vector<double>& distances, double start) const {
-    const auto bounds = detail::moved<Real>(lower, upper, start);
-    if (request_.targets.empty()) return in_norm(bounds.error_of(distances));
+                                     const Answer& answer) const {
+    const auto bounds = detail::moved<Real>(lower, upper, 0);
     DistanceBounds<Real> at_targets;
     std::vector<double> there;
-    for (const Index target : request_.targets) {
+    for_each_target([&](Index target) {
       const auto v = static_cast<std::size_t>(target);
       at_targets.lower.push_back(bounds.lower[v]);
       at_targets.upper.push_back(bounds.upper[v]);
-      there.push_back(distances[v]);
-    }
-    return in_norm(at_targets.error_of(there));
+      there.push_back(answer.way(target));
+    });
+    const double error = in_norm(at_targets.error_of(there));
+    return error == 0 ? 0 : error + arithmetic;
   }
 
-  // All vertices that matter, where a relative error means something.
-  [[nodiscard]] std::vector<Index> reached_targets(const std::vector<double>& distances) const {
+  // All vertices that matter.
+  void for_each_target(auto&& visit) const {
+    for (const Index v : request_.targets) visit(v);
+    if (!request_.targets.empty()) return;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) visit(v);
+  }
+
+  // Those that are reached and no sources: where a relative error means something.
+  [[nodiscard]] std::vector<Index> reached_targets(const std::vector<double>& ways) const {
     std::vector<Index> targets;
-    targets.reserve(distances.size());
-    const auto add = [&](Index v) {
-      const double d = distances[static_cast<std::size_t>(v)];
-      if (d > 0 && std::isfinite(d)) targets.push_back(v);
-    };
-    for (const Index v : request_.targets) add(v);
-    for (Index v = 0; request_.targets.empty() && v < surface_.vertex_count(); ++v) add(v);
+    targets.reserve(ways.size());
+    for_each_target([&](Index v) {
+      const double way = ways[static_cast<std::size_t>(v)];
+      if (way > 0 && std::isfinite(way)) targets.push_back(v);
+    });
     return targets;
+  }
+
+  // Whether targets are said to be out of reach that are not.
+  [[nodiscard]] bool misses_any(const Query& query, const Answer& answer) const {
+    std::vector<Index> missed;
+    for_each_target([&](Index v) {
+      if (!(answer.ways[static_cast<std::size_t>(v)] < unreachable<double>)) missed.push_back(v);
+    });
+    if (missed.empty()) return false;
+    std::vector<char> is_reached(answer.ways.size(), 0);
+    std::vector<Index> front;
+    const auto reach = [&](Index v) {
+      if (std::exchange(is_reached[static_cast<std::size_t>(v)], char{1}) == 0) front.push_back(v);
+    };
+    for (const auto& source : query.sources) {
+      detail::for_each_vertex_near(surface_, source.point, [&](Index v, double) { reach(v); });
+    }
+    while (!front.empty()) {
+      const Index v = front.back();
+      front.pop_back();
+      for (const Index h : surface_.corners(v)) {
+        reach(surface_.tip(h));
+        reach(surface_.apex(h));
+      }
+    }
+    return std::any_of(missed.begin(), missed.end(),
+                       [&](Index v) { return is_reached[static_cast<std::size_t>(v)] != 0; });
+  }
+
+  // What of the ways is lost in distances of type T, which count from the start.
+  [[nodiscard]] double rounding_of(const Answer& answer) const {
+    if (std::is_same_v<T, double> && answer.start == 0) return 0;
+    RelativeError error;
+    double count = 0;
+    for_each_target([&](Index v) {
+      const double way = answer.ways[static_cast<std::size_t>(v)];
+      if (!(way > 0 && std::isfinite(way))) return;
+      const double off = std::abs(answer.way(v) - way) / way;
+      error.mean += off;
+      error.max = std::max(error.max, off);
+      ++count;
+    });
+    error.mean /= std::max(1.0, count);
+    return in_norm(error);
   }
 
   // Follows paths back through the distances: more where few do not tell on which side of what is
   // allowed these are.
-  [[nodiscard]] Finding trace(const detail::Sources& sources,
-                              const std::vector<double>& distances) const {
-    const std::vector<Index> targets = reached_targets(distances);
-    if (targets.empty()) return {Assurance::expected, floor(), 0, "there are no targets"};
-    detail::TracedErrorOf<Real> traced(surface_, sources, distances, targets);
+  [[nodiscard]] Finding trace(const Query& query, const Answer& answer,
+                              const std::vector<Index>& targets, const CancelHook& hook) const {
+    detail::TracedErrorOf<Real> traced(surface_, query.sources, answer.ways, targets);
     const double share = share_of_method();
     double error = unreachable<double>;
     for (Index count = few_paths; count <= many_paths; count += few_paths) {
-      traced.trace(count);
+      const double done = double(count - few_paths) / many_paths;
+      traced.trace(count, hook.part(done, double(count) / many_paths));
       error = traced.at_most(sureness);
       if (error <= share || traced.at_least(sureness) > share) break;
     }
-    error += floor();
-    return {Assurance::expected, error, 0,
-            std::to_string(traced.count()) + " paths tell that they are within " + in_words(error)};
+    return {Assurance::expected, error,
+            detail::joined(traced.count(), " paths tell that they are within ",
+                           in_words(error + floor()))};
   }
 
   // Computes some targets' distances exactly, spread over all that there are.
-  [[nodiscard]] Finding sample(const detail::Sources& sources, const std::vector<double>& distances,
-                               double width) const {
-    const std::vector<Index> targets = reached_targets(distances);
-    const detail::TargetSearch<Real> search(surface_, solvers_->faces(), sources, distances);
-    double sum = 0, largest = 0;
+  [[nodiscard]] Finding sample(const Query& query, const Answer& answer,
+                               const std::vector<Index>& targets, double width,
+                               const CancelHook& hook) const {
+    const detail::TargetSearch<Real> search(surface_, solvers_->faces(), query.sources, answer.ways,
+                                            hook);
     const auto count = std::min(static_cast<std::size_t>(request_.samples), targets.size());
+    double sum = 0, worst = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const Index v = targets[(2 * i + 1) * targets.size() / (2 * count)];
-      const double d = distances[static_cast<std::size_t>(v)];
-      const double error = std::abs(d / search.exact(v, d, width) - 1);
-      sum += error;
-      largest = std::max(largest, error);
+      const double given = answer.ways[static_cast<std::size_t>(v)];
+      const double way = search.exact(v, given, width);
+      // Farther than was searched for: so much too small that no more than all of it can be off.
+      const bool is_found = way < unreachable<double>;
+      const double off = is_found ? std::abs(answer.way(v) - way) / way : 1;
+      sum += off;
+      worst = std::max(worst, off);
     }
-    const double mean = sum / static_cast<double>(std::max<std::size_t>(1, count));
-    const double error = request_.norm == ErrorNorm::max ? largest : mean;
-    return {Assurance::sampled, error, static_cast<Index>(count),
-            std::to_string(count) + " targets were checked exactly, error " + in_words(error)};
+    const double mean = sum / static_cast<double>(count);
+    const char* const which = count == targets.size() ? " targets, all there are," : " targets";
+    return {Assurance::sampled, request_.norm == ErrorNorm::mean ? mean : worst,
+            detail::joined(count, which, " were checked exactly, error ", detail::two_digits(mean),
+                           " on average, ", detail::two_digits(worst), " at most"),
+            static_cast<Index>(count), worst};
   }
 
   [[nodiscard]] const char* norm() const {
     return request_.norm == ErrorNorm::mean ? "mean" : "largest";
   }
   [[nodiscard]] std::string in_words(double error) const {
-    std::ostringstream text;
-    text.precision(2);
-    text << error << " (" << norm() << ")";
-    return text.str();
+    return detail::two_digits(error) + " (" + norm() + ")";
   }
 
   Surface<double> surface_;

@@ -17,6 +17,7 @@ namespace gelight::detail {
 /// that it costs nothing to include.)
 template <std::floating_point Real>
 struct MeshStatisticsOf {
+  Index vertices = 0;    ///< How many there are.
   double mean_edge = 0;  ///< Mean length of the faces' sides.
   double aspect = 1;     ///< Mean over faces of longest edge over height on it, capped.
   double obtuse = 0;     ///< Mean over faces of minus the cosine of an obtuse angle, if any.
@@ -28,7 +29,7 @@ struct MeshStatisticsOf {
   bool is_convex = false;  ///< Angle defects at inner vertices are positive.
   double corner = 0;  ///< Most by which the border bends inwards, where paths bend; at most pi/2.
 
-  explicit MeshStatisticsOf(const Surface<double>& surface) {
+  explicit MeshStatisticsOf(const Surface<double>& surface) : vertices(surface.vertex_count()) {
     look_at_faces(surface);
     look_at_vertices(surface);
     look_at_border(surface);

@@ -43,15 +43,18 @@ inline constexpr MethodCost paths_cost{"paths", 0, 50, -0.5, 10};
 /// What checking one target exactly costs, as a share of an exact query.
 inline constexpr double sample_share = 0.1;
 
-/// Errors of the methods as experience has them. (A template only so that it costs nothing to
-/// include.)
+/// Errors of the methods as experience has them: an error that 98 in 100 fields from one source
+/// keep on meshes that are familiar, and a guess on others. (A template only so that it costs
+/// nothing to include.)
+///
+/// Fast marching, over 2,326 fields on random familiar meshes of 16 kinds, 100 to 2,600 vertices:
+/// the mean was beyond what is told in 0.8 %, never fourfold, the largest in 0.04 %.
 template <std::floating_point Real>
 class MethodErrors {
  public:
   explicit MethodErrors(const MeshStatisticsOf<Real>& mesh) : mesh_(mesh) {}
 
-  /// Against the mesh, from the worst of its vertices, as the meshes of benchmarks/pareto and of
-  /// the tests have it.
+  /// Against the mesh, from the worst of its vertices.
   [[nodiscard]] RelativeError of(Method method) const {
     switch (method) {
       case Method::dijkstra:
@@ -61,7 +64,7 @@ class MethodErrors {
       case Method::fast_marching:
         return of_fast_marching();
       default:
-        return {1e-14 * mesh_.aspect, 1e-14 * mesh_.aspect * mesh_.aspect};
+        return of_exact();
     }
   }
 
@@ -75,12 +78,35 @@ class MethodErrors {
     return {std::max(mean, own.mean), std::max(20 * mean, own.max)};
   }
 
+  /// What of the mesh is beyond those that experience is of, in words; nothing where it is
+  /// familiar.
+  [[nodiscard]] const char* unfamiliar() const {
+    if (mesh_.vertices < few_vertices) return "it has few vertices";
+    if (mesh_.aspect > thin) return "its triangles are long and thin";
+    if (mesh_.obtuse > most_obtuse) return "its triangles have angles near 180 degrees";
+    if (mesh_.bend > roughest || mesh_.turn > roughest) return "it is rough at every vertex";
+    return "";
+  }
+
+  /// Whether paths back through a method's distances tell their mean error: not where single
+  /// vertices have most of it, as in thin triangles and, of several sources, in less thin ones.
+  [[nodiscard]] bool paths_tell(Method method, std::size_t sources) const {
+    const bool is_march = method == Method::fast_marching || method == Method::virtual_source;
+    return is_march && mesh_.vertices >= few_vertices &&
+           mesh_.aspect <= (sources > 1 ? thin_for_several : thin);
+  }
+
  private:
+  static constexpr Index few_vertices = 100;
+  static constexpr double thin = 50, thin_for_several = 10, most_obtuse = 0.5;
+  static constexpr double roughest = 0.8;
+
+  // But for unfolded planes and what is convex no glance tells: 98 in 100 are within this.
   [[nodiscard]] RelativeError of_virtual_sources() const {
     const bool is_regular = mesh_.aspect < 3 && mesh_.obtuse < 0.02 && mesh_.corner < 0.01;
     if (is_regular && mesh_.is_flat) return {1e-9, 1e-8};
-    if (is_regular && mesh_.is_convex) return {0.2 * mesh_.turn * mesh_.turn, 0.1 * mesh_.turn};
-    return {0.02, 0.3};
+    if (is_regular && mesh_.is_convex) return {0.2 * mesh_.turn * mesh_.turn, 0.2 * mesh_.turn};
+    return {0.05, 0.6};
   }
 
   // On smooth surfaces it goes with the total curvature, a thirtieth of it at the scale of an edge;
@@ -91,8 +117,12 @@ class MethodErrors {
     const double noisy = 0.08 * bend * (0.45 + std::sqrt(mesh_.aspect) / 2);
     const double mean = 9e-6 * mesh_.aspect + 6e-4 * mesh_.obtuse +
                         std::min(noisy, 0.03 * mesh_.curvature) + 0.0026 * mesh_.corner;
-    return {std::min(0.02, mean), std::min(0.1, 20 * mean)};
+    return {mean, 20 * mean};
   }
+
+  // Against straight lines on 60 flat sheets stretched up to 1e5 times, with slivers and 1e4 from
+  // the origin too: 8e-15 and 1e-12 at most, 4e-13 where stretched less than a thousand times.
+  [[nodiscard]] RelativeError of_exact() const { return {1e-14, 5e-13 + 1e-17 * mesh_.aspect}; }
 
   const MeshStatisticsOf<Real>& mesh_;
 };

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/lower_potential.hpp"
 #include "gelight/geodesic/detail/planar_faces.hpp"
@@ -22,8 +23,11 @@ template <std::floating_point Real>
 class TargetSearch {
  public:
   TargetSearch(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces, Sources sources,
-               const std::vector<Real>& distances)
-      : surface_(surface), faces_(faces), sources_(std::move(sources)) {
+               const std::vector<Real>& distances, CancelHook cancelled = {})
+      : surface_(surface),
+        faces_(faces),
+        sources_(std::move(sources)),
+        cancelled_(std::move(cancelled)) {
     start_ = move_to_zero(sources_);
     find_least_ways(distances);
   }
@@ -51,6 +55,7 @@ class TargetSearch {
     PropagationLimits limits;
     limits.distance = limit;
     limits.rest = least_ways_;
+    if (cancelled_) limits.cancelled = [this] { return is_cancelled(); };
     WindowPropagationOf<Real> propagation;
     if (!are_vertices()) {
       for (Index v = 0; v < surface_.vertex_count(); ++v) {
@@ -78,6 +83,11 @@ class TargetSearch {
     for (Real& way : least_ways_) way = std::max(Real{0}, way * (1 - rounding));
   }
 
+  [[nodiscard]] bool is_cancelled() const {
+    cancelled_.check(0, "the search for a target");
+    return false;
+  }
+
   [[nodiscard]] bool are_vertices() const {
     return std::all_of(sources_.begin(), sources_.end(), [](const Source<Real>& source) {
       return source.point.kind == SurfacePoint<Real>::Kind::vertex;
@@ -87,6 +97,7 @@ class TargetSearch {
   const Surface<Real>& surface_;
   const PlanarFacesOf<Real>& faces_;
   Sources sources_;
+  CancelHook cancelled_;
   Real start_ = 0;  // the least start distance
   Array<Real> least_ways_;
 };

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <numeric>
 #include <utility>
 #include <vector>
 
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/way_back.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
@@ -27,11 +29,20 @@ class TracedErrorOf {
   /// Targets are reached, and at distances that are not zero. Keeps references.
   TracedErrorOf(const Surface<double>& surface, Sources sources,
                 const std::vector<double>& distances, const std::vector<Index>& targets)
-      : distances_(distances), targets_(targets), way_(surface, std::move(sources), distances) {}
+      : distances_(distances), targets_(targets), way_(surface, std::move(sources), distances) {
+    const std::size_t count = targets_.size();
+    step_ = static_cast<std::size_t>(golden_share * static_cast<double>(count)) + 1;
+    while (std::gcd(step_, count) != 1) ++step_;
+  }
 
-  /// Follows paths until there are so many.
-  void trace(Index count) {
+  /// Follows paths until there are so many, or one from every target.
+  void trace(Index count, const CancelHook& cancelled = {}) {
+    count = std::min(count, static_cast<Index>(std::ssize(targets_)));
+    const Index first = count_;
     for (; count_ < count; ++count_) {
+      if (count_ % paths_between_polls == 0) {
+        cancelled.check(double(count_ - first) / (count - first), "following paths");
+      }
       const Index v = targets_[which(count_)];
       const double d = distances_[static_cast<std::size_t>(v)];
       const auto [walked, taut] = way_.from(v);
@@ -57,13 +68,11 @@ class TracedErrorOf {
   // Where no path was found.
   static constexpr double largest_error = 1;
   static constexpr double golden_share = 0.6180339887498949;
+  static constexpr Index paths_between_polls = 8;
 
-  // Of all targets, spread evenly however many there will be.
+  // Each target once, those before any spread evenly over all.
   [[nodiscard]] std::size_t which(Index i) const {
-    const double turns = (i + 0.5) * golden_share;
-    const auto count = static_cast<double>(targets_.size());
-    return std::min(targets_.size() - 1,
-                    static_cast<std::size_t>((turns - std::floor(turns)) * count));
+    return (static_cast<std::size_t>(i) * step_ + step_ / 2) % targets_.size();
   }
   [[nodiscard]] double mean() const { return sum_ / count_; }
   [[nodiscard]] double spread() const {
@@ -73,6 +82,7 @@ class TracedErrorOf {
   const std::vector<double>& distances_;
   const std::vector<Index>& targets_;
   WayBackOf<Real> way_;
+  std::size_t step_ = 1;  // from one target to the next: no divisor of how many there are
   Index count_ = 0;
   double sum_ = 0, squares_ = 0, pulled_ = 0;
 };
