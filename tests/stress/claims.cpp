@@ -5,9 +5,9 @@
 
 namespace gelight::stress {
 
-// Of each row, in the order of methods(): Dijkstra, fast marching, virtual source, exact, heat,
-// heat with the intrinsic Delaunay triangulation. `stress --bounds` prints them anew; what has
-// become larger wants a reason.
+// Of each row, in the order of methods(): Dijkstra, fast marching, virtual source, exact,
+// heat, heat on the mesh as it is. `stress --bounds` prints them anew; what has become larger wants
+// a reason.
 const Claims& claims_of(const std::string& name) {
   static const std::map<std::string, Claims> all{
       // clang-format off

@@ -11,11 +11,13 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "gelight/geodesic/certify.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/shapes.hpp"
@@ -426,6 +428,25 @@ std::string is_the_same_in_float(const Situation& situation) {
   return "";
 }
 
+// Between a certificate's bounds lies the exact distance, but for the exact solver's own rounding.
+std::string is_within_bounds(const Situation& situation) {
+  const Sources sources = sources_of(situation);
+  const std::span<const Source<double>> span(sources);
+  const auto exact = ExactSolver(situation.mesh).distance(span);
+  const auto bounds = Certifier(situation.mesh).bounds(span, exact);
+  for (std::size_t v = 0; v < exact.size(); ++v) {
+    const double d = exact[v], room = rounding(situation);
+    if (d == inf && bounds.lower[v] == inf && bounds.upper[v] == inf) continue;
+    if (bounds.lower[v] <= d + room && bounds.upper[v] >= d - room) continue;
+    std::ostringstream out;
+    out.precision(17);
+    out << "vertex " << v << " at " << d << " is not between " << bounds.lower[v] << " and "
+        << bounds.upper[v];
+    return out.str();
+  }
+  return "";
+}
+
 struct Named {
   std::string name;
   Property property;
@@ -448,7 +469,8 @@ const std::vector<Named>& properties() {
                                       {"continuity", guarded(is_continuous)},
                                       {"metric", guarded(is_a_metric)},
                                       {"place and size", guarded(is_intrinsic)},
-                                      {"float", guarded(is_the_same_in_float)}};
+                                      {"float", guarded(is_the_same_in_float)},
+                                      {"bounds", guarded(is_within_bounds)}};
   return all;
 }
 
