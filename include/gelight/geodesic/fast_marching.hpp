@@ -5,6 +5,8 @@
 #include <concepts>
 #include <cstddef>
 #include <memory>
+#include <tuple>
+#include <utility>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
@@ -26,7 +28,10 @@ namespace gelight {
 ///
 /// A vertex that was passed too early, as happens in obtuse triangles, is reached again when a
 /// shorter way to it shows, so no triangle needs splitting. Where two fronts of one source meet, a
-/// distance can be too small; where those of two sources meet, it is at most that along an edge.
+/// distance can be too small. Fronts of different sources pass through each other for two mean
+/// edges: the answer to many sources is that of the nearest alone, within a twentieth of the mean
+/// edge on 182 of 186 trials (2, 5 and 50 random points, with start distances and without, on
+/// grids, icospheres, scan-like meshes and needles; 0.31 edges where it was most).
 ///
 /// Error, mean and largest: icospheres of 642 to 655,362 vertices 0.62 % and 2.4 % to 0.015 % and
 /// 0.12 %, falling with order 1.1; against exact distances on the GelTip membrane 0.011 % and 1.8
@@ -44,6 +49,9 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   template <TriangleMesh M>
   explicit FastMarchingSolver(const M& mesh) : surface_(mesh) {
     step_ = detail::short_edge_length(surface_);
+    double sum = 0;
+    for (Index h = 0; h < surface_.halfedge_count(); ++h) sum += surface_.length(h);
+    late_ = lateness * sum / surface_.halfedge_count();
     const auto corners = measured_corners(surface_);
     detail::Spokes spokes(surface_);
     begin_.reserve(static_cast<std::size_t>(surface_.vertex_count()) + 1);
@@ -65,31 +73,57 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
  private:
   friend class detail::DistanceQueries<FastMarchingSolver<T>, T>;
 
+  struct Front;
+
   [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
     const double earliest = detail::move_to_zero(sources);
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
-    front.vertices.assign(static_cast<std::size_t>(surface_.vertex_count()), {});
-    front.queue.reset(step_);
-    front.starts.clear();
+    front.reset(surface_.vertex_count(), step_);
+    if (sources.size() > 1) keep_different(sources);
+    const bool several = sources.size() > 1;
     for (const auto& source : sources) {
       const auto wave = static_cast<Index>(front.starts.size());
       front.starts.push_back(source.distance);
       detail::for_each_vertex_near(
           surface_, detail::simplified(surface_, source.point),
-          [&](Index v, double d) { front.reach(v, source.distance + d, wave); });
+          [&](Index v, double d) { front.template reach<true>(v, source.distance + d, wave, true); });
     }
-    while (!front.queue.empty()) {
-      const Index v = detail::pop_and_fetch(front.queue, begin_, spokes_, front.vertices);
-      if (front.vertices[v].settled) continue;  // waited in two places
-      front.settle(v);
-      advance(v, front);
+    if (several) {
+      march<true>(front);
+    } else {
+      march<false>(front);
     }
-    detail::Array<double> distance(front.vertices.size());
+    detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()));
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      distance[v] = earliest + front.vertices[v].distance;
+      distance[v] = earliest + front.best(v);
     }
     return distance;
+  }
+
+  // A source that was named before starts no wave of its own, nor does one that starts later there.
+  void keep_different(detail::Sources& sources) const {
+    const auto less = [](const Source<double>& a, const Source<double>& b) {
+      return std::tie(a.point.kind, a.point.element, a.point.weights, a.distance) <
+             std::tie(b.point.kind, b.point.element, b.point.weights, b.distance);
+    };
+    for (auto& source : sources) source.point = detail::simplified(surface_, source.point);
+    std::sort(sources.begin(), sources.end(), less);
+    const auto same = [](const auto& a, const auto& b) { return a.point == b.point; };
+    sources.erase(std::unique(sources.begin(), sources.end(), same), sources.end());
+  }
+
+  // Whether there are several waves is known to the compiler: one wave pays nothing for others.
+  template <bool several>
+  void march(Front& front) const {
+    while (!front.queue.empty()) {
+      const Index node = detail::pop_and_fetch(front.queue, begin_, spokes_, front.nodes, [&](Index n) {
+        return several && n >= surface_.vertex_count() ? front.owner[n - surface_.vertex_count()] : n;
+      });
+      if (front.nodes[node].settled) continue;  // waited in two places
+      front.settle(node);
+      advance<several>(node, front);
+    }
   }
 
   /// A corner of a face.
@@ -114,71 +148,151 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // Right angles are not obtuse by rounding: the share by which a squared length may be less.
   static constexpr double right_angle = 1 + 1e-5;
 
+  // A wave is handed on where it is late by this many mean edges at most: a line that crosses an
+  // edge in front of the place where waves meet has ends behind it by up to two of their edges.
+  static constexpr double lateness = 2;
+
   // By how much, as a share of the edge's square, rounding may put a place on the edge before it.
   static constexpr double on_edge = 1e-14;
 
-  struct Vertex {
+  /// A wave at a vertex. The first `vertex_count` nodes are the vertices' first ones.
+  struct Node {
     double distance = unreachable<double>;
     double to_beat = unreachable<double>;  // what a distance must be less than to be taken
-    double gain = 0;                       // asked for when it left the queue
+    float gain = 0;                        // asked for when it left the queue
     Index wave = -1;                       // the source it was reached from
+    Index next = -1;                       // of the same vertex, of another wave
     bool settled = false;                  // not in the queue, having been there
   };
 
   struct Front {
-    detail::Array<Vertex> vertices;
+    detail::Array<Node> nodes;
+    detail::Array<Index> owner;    // vertex of each node after the first ones
     detail::Array<double> starts;  // of each wave
     detail::BucketQueue queue;
 
-    void reach(Index v, double d, Index wave) {
-      Vertex& vertex = vertices[v];
-      if (!(d < vertex.to_beat)) return;
-      const bool in_place = !vertex.settled && queue.are_together(vertex.distance, d);
-      vertex = {d, d, vertex.gain, wave, false};
-      if (!in_place) queue.push(v, d);
+    void reset(Index vertices, double step) {
+      nodes.assign(static_cast<std::size_t>(vertices), {});
+      owner.clear();
+      starts.clear();
+      queue.reset(step);
     }
-    void settle(Index v) {
-      Vertex& vertex = vertices[v];
-      vertex.settled = true;
-      vertex.gain = std::clamp(gain_growth * vertex.gain, least_gain, largest_gain);
-      vertex.to_beat = vertex.distance * (1 - vertex.gain);
+
+    /// Whichever wave it is of.
+    [[nodiscard]] double best(Index v) const {
+      double least = nodes[v].distance;
+      for (Index n = nodes[v].next; n >= 0; n = nodes[n].next) {
+        least = std::min(least, nodes[n].distance);
+      }
+      return least;
+    }
+
+    /// The node of a wave at a vertex, or -1.
+    [[nodiscard]] Index find(Index v, Index wave) const {
+      Index n = v;
+      while (n >= 0 && nodes[n].wave != wave) n = nodes[n].next;
+      return n;
+    }
+
+    /// Whether no other wave has been at a vertex.
+    [[nodiscard]] bool is_alone(Index v, Index wave) const {
+      return (nodes[v].next < 0) & ((nodes[v].wave == wave) | (nodes[v].wave < 0));
+    }
+
+    /// The node for a wave that comes to a vertex where others have been, or -1 where it need not
+    /// be kept.
+    [[gnu::noinline]] Index place_for(Index v, double d, Index wave, bool may_be_late) {
+      if (!(d < unreachable<double>) || (!may_be_late && !(d < best(v)))) return -1;
+      const Index known = find(v, wave);
+      if (known >= 0) return known;
+      const auto n = static_cast<Index>(nodes.size());
+      nodes.push_back({});
+      owner.push_back(v);
+      nodes[n].next = std::exchange(nodes[v].next, n);
+      return n;
+    }
+
+    template <bool several>
+    [[gnu::always_inline]] void reach(Index v, double d, Index wave, bool may_be_late) {
+      Index n = v;
+      if constexpr (several) {
+        if (!is_alone(v, wave)) {
+          n = place_for(v, d, wave, may_be_late);
+          if (n < 0) return;
+        }
+      }
+      Node& node = nodes[n];
+      if (!(d < node.to_beat)) return;
+      const bool in_place = !node.settled && queue.are_together(node.distance, d);
+      node.distance = node.to_beat = d;
+      node.wave = wave;
+      node.settled = false;
+      if (!in_place) queue.push(n, d);
+    }
+    void settle(Index n) {
+      Node& node = nodes[n];
+      node.settled = true;
+      node.gain = static_cast<float>(std::clamp(gain_growth * double{node.gain}, least_gain, largest_gain));
+      node.to_beat = node.distance * (1 - double{node.gain});
     }
   };
 
   // Reaches the neighbours of a vertex: along the edges, and across the edge to a neighbour that
-  // has left the queue too. Of waves from different sources no circle has both distances.
-  void advance(Index v, Front& front) const {
-    const double d = front.vertices[v].distance;
-    const Index wave = front.vertices[v].wave;
+  // has left the queue too. No circle has the distances of waves from different sources: an edge is
+  // crossed by a wave that both ends know. Where another came first a wave is kept for that, one
+  // vertex beyond those where it is not too late to be handed on.
+  template <bool several>
+  void advance(Index node, Front& front) const {
+    const Index first = surface_.vertex_count();
+    const Index v = several && node >= first ? front.owner[node - first] : node;
+    const double d = front.nodes[node].distance;
+    const Index wave = front.nodes[node].wave;
     const double start = front.starts[wave];
-    const auto crosses = [wave](const Vertex& end) { return end.settled && end.wave == wave; };
+    const bool leads = !several || d <= front.best(v) + late_;
+    static constexpr Node unknown{};
+    const auto at = [&](Index end) -> const Node& {
+      if constexpr (several) {
+        if (front.is_alone(end, wave)) return front.nodes[end];
+        const Index n = front.find(end, wave);
+        return n < 0 ? unknown : front.nodes[n];
+      } else {
+        return front.nodes[end];
+      }
+    };
+    const auto leads_at = [&](Index end, const Node& n) {
+      return leads || !several || n.distance <= front.best(end) + late_;
+    };
     // A way across an edge at this vertex comes to an end at an angle with the edge from here no
     // wider than the face's own. Where that is not obtuse, the squared distance found is less than
     // this vertex' by the squared edge at most, and many ends are nearer already. The bits are
     // joined by `&` and `|` for one branch in place of several that cannot be foreseen.
-    const auto may_gain = [&](const Vertex& end, const Spoke& spoke) {
+    const auto may_gain = [&](const Node& end, const Spoke& spoke) {
       const double less = (d - end.to_beat) * (d - start + end.to_beat - start);
       return spoke.is_obtuse | (less < right_angle * spoke.length * spoke.length);
     };
     for (Index s = begin_[v]; s < begin_[v + 1]; ++s) {
       const Spoke& spoke = spokes_[s];
-      const Vertex& end = front.vertices[spoke.end];
+      const Node& end = at(spoke.end);
       double nearest = d + spoke.length;
+      bool late = leads;
       if (spoke.between.dot != no_face) {
         const Spoke& before = spokes_[s - 1];
-        const Vertex& other = front.vertices[before.end];
-        const auto over = [&](double length, const Vertex& second, double known) {
+        const Node& other = at(before.end);
+        const auto over = [&](double length, const Node& second, double known) {
           return start +
                  across(length, spoke.between, d - start, second.distance - start, known - start);
         };
-        if (crosses(other) & may_gain(end, spoke)) {
+        if (other.settled & may_gain(end, spoke)) {
           nearest = std::min(nearest, over(before.length, other, std::min(nearest, end.to_beat)));
+          late = late || leads_at(before.end, other);
         }
-        if (crosses(end) & may_gain(other, before)) {
-          front.reach(before.end, over(spoke.length, end, other.to_beat), wave);
+        if (end.settled & may_gain(other, before)) {
+          const double reached = over(spoke.length, end, other.to_beat);
+          const bool may_be_late = leads_at(spoke.end, end);
+          front.template reach<several>(before.end, reached, wave, may_be_late);
         }
       }
-      front.reach(spoke.end, nearest, wave);
+      front.template reach<several>(spoke.end, nearest, wave, late);
     }
   }
 
@@ -232,6 +346,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
 
   Surface<double> surface_;
   double step_ = 0;
+  double late_ = 0;  // by which a wave may be late at a vertex and still be handed on
   detail::Array<Index> begin_;  // of each vertex, and one more: where its spokes begin
   detail::Array<Spoke> spokes_;
   std::shared_ptr<detail::Pool<Front>> pool_ = std::make_shared<detail::Pool<Front>>();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/prefetch.hpp"
@@ -12,21 +13,24 @@ namespace gelight::detail {
 /// enough for the next (measured): where a vertex' spokes begin, these, and what they end at.
 /// Waiting for it would take a third of the time on large meshes. (Not a solver's member: GCC 12
 /// leaves out calls of a member function that does nothing but fetch.)
-template <class Queue, class Spoke, class Vertex>
+/// `vertex_of` tells the vertex of what is in the queue.
+template <class Queue, class Spoke, class Vertex, class VertexOf = std::identity>
 [[nodiscard]] Index pop_and_fetch(Queue& queue, const Array<Index>& begin,
-                                  const Array<Spoke>& spokes, const Array<Vertex>& vertices) {
+                                  const Array<Spoke>& spokes, const Array<Vertex>& vertices,
+                                  VertexOf vertex_of = {}) {
   constexpr std::ptrdiff_t long_before = 8, before = 4, just_before = 1;
   constexpr std::size_t typical_spokes = 7;
   const Index v = queue.pop().first;
   if (const Index w = queue.next_or(-1, long_before); w >= 0) {
-    prefetch(begin.data() + w, sizeof(Index));
+    prefetch(begin.data() + vertex_of(w), sizeof(Index));
     prefetch(vertices.data() + w, sizeof(Vertex));
   }
   if (const Index w = queue.next_or(-1, before); w >= 0) {
-    prefetch(spokes.data() + begin[w], typical_spokes * sizeof(Spoke));
+    prefetch(spokes.data() + begin[vertex_of(w)], typical_spokes * sizeof(Spoke));
   }
   if (const Index w = queue.next_or(-1, just_before); w >= 0) {
-    for (Index s = begin[w]; s < begin[w + 1]; ++s) {
+    const Index owner = vertex_of(w);
+    for (Index s = begin[owner]; s < begin[owner + 1]; ++s) {
       prefetch(vertices.data() + spokes[s].end, sizeof(Vertex));
     }
   }
