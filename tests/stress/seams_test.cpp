@@ -213,13 +213,6 @@ double rounding(const Situation& situation) {
   return 1e-12 * size;
 }
 
-/// How far it is from the earliest of the sources' start distances to a distance.
-double spread(double distance, const Sources& sources) {
-  double earliest = inf;
-  for (const auto& source : sources) earliest = std::min(earliest, source.distance);
-  return distance - earliest;
-}
-
 // I2 to I5 of every solver, and in its own face a source is no farther than the straight line (I1).
 std::string keeps_invariants(const Situation& situation) {
   const stress::Problem problem{"", situation.mesh, sources_of(situation)};
@@ -256,8 +249,8 @@ std::string takes_the_nearest(const Situation& situation) {
       const auto alone = ask(method, situation.mesh, {source});
       for (std::size_t v = 0; v < nearest.size(); ++v) nearest[v] = std::min(nearest[v], alone[v]);
     }
-    const auto fault = first_difference(together, nearest, [&](std::size_t v) {
-      return rounding(situation) + method.jump * spread(nearest[v], sources);
+    const auto fault = first_difference(together, nearest, [&](std::size_t) {
+      return rounding(situation) + method.jump * mean_edge(situation.mesh);
     });
     if (!fault.empty()) return method.name + ", all sources and the nearest alone, " + fault;
   }

@@ -36,8 +36,8 @@ struct Method {
   bool keeps_edges;      ///< |d(i) - d(j)| <= length(ij), and never longer than along edges
   bool keeps_space;      ///< never shorter than through space
   double slack = 1e-12;  ///< by what share it may miss them
-  /// By what share distances may change where the source does not, or moves by next to nothing:
-  /// with another one beside it, or off a vertex. Claimed of methods that keep edges.
+  /// By how many mean edges distances may change where the source does not, or moves by next to
+  /// nothing: with another one beside it, or off a vertex. Claimed of methods that keep edges.
   double jump = 0;
 };
 
