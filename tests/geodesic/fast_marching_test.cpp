@@ -93,3 +93,15 @@ TEST_CASE("several sources: waves of two never make one, so only edges lead wher
 TEST_CASE("repeated sources, and start distances that are all less by a number") {
   test::check_equal_sources<Solver>();
 }
+
+TEST_CASE("many sources: as near as the nearest alone") {
+  const auto excess = test::excess_of_several<Solver>();
+  MESSAGE(excess.beyond_a_twentieth << " of " << excess.trials << " trials beyond a twentieth of "
+                                    << "the mean edge, " << excess.largest << " at most");
+  CHECK(excess.beyond_a_twentieth <= excess.trials / 20);
+  CHECK(excess.largest < 0.5);
+}
+
+TEST_CASE("a hook cancels and follows queries") {
+  test::check_cancelling<Solver, FastMarchingOptions>();
+}

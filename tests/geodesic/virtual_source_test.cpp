@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "gelight/geodesic/fast_marching.hpp"
 #include "support/marching_cases.hpp"
 
 using namespace gelight;
@@ -145,4 +146,68 @@ TEST_CASE("several sources") {
 
 TEST_CASE("repeated sources, and start distances that are all less by a number") {
   test::check_equal_sources<Solver>();
+}
+
+// The exact solver is the truth.
+TEST_CASE("rough, creased and bordered meshes: nearer the truth than fast marching on each") {
+  double mean = 0;
+  const auto meshes = test::scan_meshes(3);
+  for (const auto& [name, mesh] : meshes) {
+    const auto middle = static_cast<Index>(mesh.positions.size() / 2);
+    const std::vector<Source<double>> sources{{vertex_point<double>(middle), 0}};
+    const auto error = test::polyhedral_error<Solver>(mesh, sources);
+    CAPTURE(name);
+    CHECK(error.mean <
+          test::polyhedral_error<FastMarchingSolver<double>>(mesh, sources).mean * 1.25);
+    CHECK(error.max < 0.1);
+    mean += error.mean / static_cast<double>(meshes.size());
+  }
+  MESSAGE("mean " << mean);
+  CHECK(mean < 2.5e-3);
+}
+
+TEST_CASE("never below the straight line through space") {
+  for (const auto& [name, mesh] : test::many_meshes()) {
+    const Solver solver(mesh);
+    const auto count = static_cast<Index>(mesh.positions.size());
+    for (const Index v : {Index{0}, count / 3, count - 1}) {
+      const auto d = solver.distance(v);
+      for (std::size_t w = 0; w < d.size(); ++w) {
+        const double straight =
+            (test::at(mesh, w) - test::at(mesh, static_cast<std::size_t>(v))).norm();
+        CHECK(d[w] >= straight * (1 - 1e-14));
+      }
+    }
+  }
+}
+
+TEST_CASE("a source next to a vertex: distances from the vertex") {
+  test::Random random(7);
+  for (const auto& [name, mesh] : test::many_meshes()) {
+    const Solver solver(mesh);
+    const double edge = test::scans::mean_edge(mesh);
+    const Index face = test::uniform_index(random, static_cast<Index>(mesh.faces.size()));
+    const auto d = solver.distance(mesh.faces[static_cast<std::size_t>(face)][0]);
+    for (const double share : {1e-6, 1e-9, 1e-13, 1e-17, 1e-20}) {
+      const std::vector<Source<double>> near{
+          {face_point<double>(face, {1 - 2 * share, share, share}), 0}};
+      const auto moved = solver.distance(near);
+      CAPTURE(name);
+      CAPTURE(share);
+      for (std::size_t v = 0; v < d.size(); ++v) {
+        if (std::isfinite(d[v])) CHECK(std::abs(moved[v] - d[v]) < 0.08 * edge);
+      }
+    }
+  }
+}
+
+TEST_CASE("several sources: about as near as the nearest alone") {
+  const auto excess = test::excess_of_several<Solver>();
+  MESSAGE(excess.beyond_a_twentieth << " of " << excess.trials << " trials beyond a twentieth of "
+                                    << "the mean edge, " << excess.largest << " at most");
+  CHECK(excess.beyond_a_twentieth < excess.trials / 2);
+}
+
+TEST_CASE("a hook cancels and follows queries") {
+  test::check_cancelling<Solver, VirtualSourceOptions>();
 }

@@ -19,6 +19,7 @@
 #include "gelight/views/mesh_view.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/relative_error.hpp"
+#include "support/scan_meshes.hpp"
 
 // What fast marching and virtual sources must both hold.
 
@@ -234,6 +235,88 @@ void check_fan() {
   const auto d = Solver(fan).distance(0);
   for (std::size_t v = 1; v < d.size(); ++v) CHECK(d[v] == doctest::Approx(1));
   CHECK(Solver(fan).distance(1)[1 + spokes / 2] == doctest::Approx(2));
+}
+
+/// Sheets, needles, balls and scan-like meshes.
+inline std::vector<NamedMesh> many_meshes() {
+  Random random(5);
+  auto meshes = scan_meshes(3);
+  meshes.push_back({"regular grid", grid<double>(40, 40, 40.0, 40.0)});
+  meshes.push_back({"jittered grid", jittered_grid(40, 0.2, random)});
+  meshes.push_back({"needles", scans::stretched(jittered_grid(30, 0.2, random), 100)});
+  meshes.push_back({"icosphere", icosphere<double>(3)});
+  auto sheared = jittered_grid(30, 0.2, random);
+  for (auto& p : sheared.positions) p[0] += 8 * p[1];
+  meshes.push_back({"sheared sheet", sheared});
+  return meshes;
+}
+
+struct Excess {
+  double largest = 0;
+  int trials = 0, beyond_a_twentieth = 0;
+};
+
+/// By how many mean edges the answer to several random sources, of start distances of either sign,
+/// is beyond the least of the answers to each alone.
+template <class Solver>
+Excess excess_of_several() {
+  Excess all;
+  Random random(8);
+  for (const auto& [name, mesh] : many_meshes()) {
+    const Solver solver(mesh);
+    const double edge = scans::mean_edge(mesh);
+    for (const int count : {2, 5, 50}) {
+      for (const double most : {0.0, 10 * edge}) {
+        std::vector<Source<double>> sources;
+        for (int i = 0; i < count; ++i) {
+          sources.push_back({random_point(mesh, random), uniform(random, -most, most)});
+        }
+        std::vector<double> least(mesh.positions.size(), unreachable<double>);
+        for (const auto& source : sources) {
+          const auto alone = solver.distance(std::span<const Source<double>>(&source, 1));
+          for (std::size_t v = 0; v < alone.size(); ++v) least[v] = std::min(least[v], alone[v]);
+        }
+        const auto d = solver.distance(std::span<const Source<double>>(sources));
+        double excess = 0;
+        for (std::size_t v = 0; v < d.size(); ++v) {
+          CHECK(std::isfinite(d[v]) == std::isfinite(least[v]));
+          if (std::isfinite(least[v])) excess = std::max(excess, (d[v] - least[v]) / edge);
+        }
+        ++all.trials;
+        all.beyond_a_twentieth += excess > 0.05;
+        all.largest = std::max(all.largest, excess);
+      }
+    }
+  }
+  return all;
+}
+
+/// A hook ends a query, which leaves the output and the solver as they were; told how much is done,
+/// that never decreases.
+template <class Solver, class Options>
+void check_cancelling() {
+  const auto mesh = icosphere<double>(5);
+  bool ends = false;
+  double last = 0;
+  int asked = 0;
+  Options options;
+  options.cancelled = [&](double done) {
+    ++asked;
+    if (!ends) CHECK(done >= last);
+    last = done;
+    return ends;
+  };
+  const Solver solver(mesh, options);
+  last = 0, asked = 0;
+  const auto d = solver.distance(3);
+  CHECK(asked > 0);
+  CHECK(last <= 1);
+  ends = true;
+  std::vector<double> out(d.size(), -1);
+  CHECK_THROWS_AS(solver.distance_into(out, 3), Cancelled);
+  CHECK(out == std::vector<double>(d.size(), -1));
+  ends = false, last = 0;
+  CHECK(solver.distance(3) == d);
 }
 
 }  // namespace gelight::test

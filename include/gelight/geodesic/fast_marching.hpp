@@ -10,17 +10,25 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/bucket_queue.hpp"
 #include "gelight/geodesic/detail/fetch_ahead.hpp"
 #include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/detail/spokes.hpp"
+#include "gelight/geodesic/detail/watch.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
+
+struct FastMarchingOptions {
+  /// Asked in set-up and in every query, by the thread that called; not by two at once if the
+  /// callable is not made for it.
+  CancelHook cancelled = {};
+};
 
 /// Distance by a front that marches over the vertices (Kimmel and Sethian 1998,
 /// doi:10.1073/pnas.95.15.8431), its wave in each face a circle about the point that has the right
@@ -47,7 +55,8 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
  public:
   /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
-  explicit FastMarchingSolver(const M& mesh) : surface_(mesh) {
+  explicit FastMarchingSolver(const M& mesh, const FastMarchingOptions& options = {})
+      : surface_(mesh), cancelled_(options.cancelled) {
     step_ = detail::short_edge_length(surface_);
     double sum = 0;
     for (Index h = 0; h < surface_.halfedge_count(); ++h) sum += surface_.length(h);
@@ -57,7 +66,9 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     begin_.reserve(static_cast<std::size_t>(surface_.vertex_count()) + 1);
     spokes_.reserve(static_cast<std::size_t>(surface_.halfedge_count()) +
                     static_cast<std::size_t>(surface_.vertex_count()));
+    detail::Watch watch(cancelled_, surface_.vertex_count(), "the set-up of fast marching");
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      watch.step();
       begin_.push_back(static_cast<Index>(spokes_.size()));
       spokes.visit(v, [&](Index edge, Index corner) {
         const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
@@ -116,11 +127,13 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // Whether there are several waves is known to the compiler: one wave pays nothing for others.
   template <bool several>
   void march(Front& front) const {
+    detail::Watch watch(cancelled_, surface_.vertex_count(), "a query of fast marching");
     while (!front.queue.empty()) {
       const Index node = detail::pop_and_fetch(front.queue, begin_, spokes_, front.nodes, [&](Index n) {
         return several && n >= surface_.vertex_count() ? front.owner[n - surface_.vertex_count()] : n;
       });
       if (front.nodes[node].settled) continue;  // waited in two places
+      watch.step();
       front.settle(node);
       advance<several>(node, front);
     }
@@ -345,6 +358,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   }
 
   Surface<double> surface_;
+  CancelHook cancelled_;
   double step_ = 0;
   double late_ = 0;  // by which a wave may be late at a vertex and still be handed on
   detail::Array<Index> begin_;  // of each vertex, and one more: where its spokes begin
@@ -354,5 +368,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
 
 template <TriangleMesh M>
 explicit FastMarchingSolver(const M&) -> FastMarchingSolver<MeshScalar<M>>;
+template <TriangleMesh M>
+FastMarchingSolver(const M&, const FastMarchingOptions&) -> FastMarchingSolver<MeshScalar<M>>;
 
 }  // namespace gelight

@@ -6,9 +6,11 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
+#include <vector>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/bucket_queue.hpp"
 #include "gelight/geodesic/detail/fetch_ahead.hpp"
@@ -16,10 +18,17 @@
 #include "gelight/geodesic/detail/planar_faces.hpp"
 #include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/detail/spokes.hpp"
+#include "gelight/geodesic/detail/watch.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
+
+struct VirtualSourceOptions {
+  /// Asked in set-up and in every query, by the thread that called; not by two at once if the
+  /// callable is not made for it.
+  CancelHook cancelled = {};
+};
 
 /// Distance by virtual sources (after Trettner, Bommes, Kobbelt 2021, doi:10.1111/cgf.14371): each
 /// vertex keeps one image of the source, unfolded into the plane of the face it was reached
@@ -43,7 +52,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
  public:
   /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
-  explicit VirtualSourceSolver(const M& mesh) : surface_(mesh) {
+  explicit VirtualSourceSolver(const M& mesh, const VirtualSourceOptions& options = {})
+      : surface_(mesh), cancelled_(options.cancelled) {
     step_ = detail::short_edge_length(surface_);
     lay_out_fans();
     link_fans();
@@ -56,6 +66,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   friend class detail::DistanceQueries<VirtualSourceSolver<T>, T>;
   using Mesh = Surface<double>;
 
+  struct Front;
+
   [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
     // Shares are of distances from 0 on, so that is where the earliest source starts.
     const double earliest = detail::move_to_zero(sources);
@@ -63,17 +75,34 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     Front& front = *borrowed;
     front.vertices.assign(static_cast<std::size_t>(surface_.vertex_count()), {});
     front.queue.reset(step_);
-    for (const auto& source : sources) start(source, front);
+    Index wave = 0;
+    for (const auto& source : sources) start(source, wave++, front);
+    detail::Watch watch(cancelled_, surface_.vertex_count(), "a query of virtual sources");
     while (!front.queue.empty()) {
       const Index v = detail::pop_and_fetch(front.queue, begin_, spokes_, front.vertices);
-      if (front.vertices[v].settled) continue;  // it is in the queue for every time that it came nearer
+      if (front.vertices[v].settled) continue;  // as often there as it came nearer
+      watch.step();
       refine(v, front);
       front.settle(v);
       advance(v, front);
     }
+    return distances(sources, earliest, front);
+  }
+
+  // No way is shorter than the straight line through space.
+  [[nodiscard]] detail::Array<double> distances(const detail::Sources& sources, double earliest,
+                                                const Front& front) const {
+    std::vector<Vec3<double>> at;
+    at.reserve(sources.size());
+    for (const auto& source : sources) at.push_back(surface_.position(source.point));
     detail::Array<double> distance(front.vertices.size());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      distance[v] = earliest + front.vertices[v].distance;
+      const Vertex& vertex = front.vertices[v];
+      distance[v] = unreachable<double>;
+      if (vertex.wave < 0) continue;
+      const auto wave = static_cast<std::size_t>(vertex.wave);
+      const double through_space = detail::stable_norm(surface_.position(v) - at[wave]);
+      distance[v] = earliest + std::max(vertex.distance, sources[wave].distance + through_space);
     }
     return distance;
   }
@@ -115,6 +144,9 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     Index place = 0;  // of `back` in the fan: 2 s on spoke s, 2 s - 1 in the face before
     float gain = 0;
     bool settled = false;  // not in the queue, having been there
+    Index wave = -1;  // of which source
+    // The least distance by an image that is hidden in part, tried when the vertex' turn comes; over
+    // which place, negative where the owner is the end after it.
     Index promised = 0;
     double promise = unreachable<double>;
 
@@ -134,10 +166,12 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     detail::Array<Vertex> vertices;
     detail::BucketQueue queue;
 
-    void reach(Index v, double offset, double distance, const Turn& back, float angle, Index place) {
+    void reach(Index v, Index wave, double offset, double distance, const Turn& back, float angle,
+               Index place) {
       Vertex& vertex = vertices[v];
       const bool in_place = !vertex.settled && queue.are_together(vertex.distance, distance);
       vertex.distance = distance;
+      vertex.wave = wave;
       vertex.offset = offset;
       vertex.back = back;
       vertex.angle = angle;
@@ -154,14 +188,14 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   };
 
   static constexpr float least_gain = 1e-10F, largest_gain = 3e-4F;
-  static constexpr double tie = 1e-12, straight = 1e-9;
+  static constexpr double tie = 1e-12, straight = 1e-9, next_to_vertex = 1e-9;
 
-  void start(const Source<double>& source, Front& front) const {
+  void start(const Source<double>& source, Index wave, Front& front) const {
     const auto point = detail::simplified(surface_, source.point);
     if (point.kind == SurfacePoint<double>::Kind::vertex) {
       const Index v = point.element[0];
       if (source.distance < front.vertices[v].distance) {
-        front.reach(v, source.distance, source.distance, Turn::Zero(), 0, 0);
+        front.reach(v, wave, source.distance, source.distance, Turn::Zero(), 0, 0);
       }
       return;
     }
@@ -176,7 +210,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
         Turn opening(first.dot(to), cross<double>(first, to).norm());
         const double norm = detail::stable_norm(opening);
         if (norm > 0) opening /= norm;
-        front.reach(v, source.distance, source.distance + r,
+        front.reach(v, wave, source.distance, source.distance + r,
                     norm > 0 ? turned(spokes_[s - 1].turn, opening) : Turn::Zero(),
                     (spokes_[s - 1].angle + spokes_[s].angle) / 2, 2 * s - 1);
       }
@@ -207,11 +241,12 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     const double distance = from.distance + spoke.length;
     double offset = from.distance;
     const Turn u = turned_back(spoke.turn, from.back);
-    if (std::fabs(u.y()) < straight && u.x() < 0) offset = from.offset;
+    const bool is_next = from.distance - from.offset <= next_to_vertex * spoke.length;
+    if (is_next || (std::fabs(u.y()) < straight && u.x() < 0)) offset = from.offset;
     if (!target.is_bettered(offset, distance)) return;
     const Index back = decoded(spoke.slack != no_face ? spoke.here : spokes_[s + 1].before);
     const Spoke& sight = spokes_[back];
-    front.reach(spoke.end, offset, distance, sight.turn, sight.angle, 2 * back);
+    front.reach(spoke.end, from.wave, offset, distance, sight.turn, sight.angle, 2 * back);
   }
   static Index decoded(Index i) { return i < 0 ? ~i : i; }
 
@@ -284,7 +319,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     Vertex& target = front.vertices[t];
     Turn u;
     const double r = owner.distance - owner.offset;
-    if (!(r > 0) || length == 0) return;
+    if (!(r > next_to_vertex * length)) return;
     if (!sees(v, s, side, owner, u)) return;
     const double x = r * u.x(), y = r * std::max(0.0, u.y());
     Image image{x, y};
@@ -314,7 +349,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     if (!target.is_bettered(owner.offset, distance)) return;
     const Turn back = back_to(image, at, straight_line, to_owner, after);
     const Index other_spoke = after ? to_owner + 1 : to_owner - 1;
-    front.reach(t, owner.offset, distance, back, (spokes_[to_owner].angle + spokes_[other_spoke].angle) / 2, place);
+    front.reach(t, owner.wave, owner.offset, distance, back, (spokes_[to_owner].angle + spokes_[other_spoke].angle) / 2, place);
   }
 
   // the direction back, from the spoke to the owner towards the other
@@ -357,6 +392,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     if (!(owner.offset + d < vertex.distance)) return;
     vertex.distance = owner.offset + d;
     vertex.offset = owner.offset;
+    vertex.wave = owner.wave;
     vertex.place = place;
     vertex.angle = (here.angle + before.angle) / 2;
     vertex.back = back_to(image, at, d, by_before ? corner - 1 : corner, by_before);
@@ -370,7 +406,9 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     begin_.push_back(0);
     fans_.reserve(count);
     corner_spoke_.resize(static_cast<std::size_t>(surface_.halfedge_count()));
+    detail::Watch watch(cancelled_, surface_.vertex_count(), "the set-up of virtual sources");
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      watch.step();
       int fans = 0;
       spokes.visit(v, [&](Index edge, Index corner) {
         const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
@@ -425,6 +463,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
 
   Surface<double> surface_;
+  CancelHook cancelled_;
   double step_ = 0;
   detail::Array<Index> begin_;  // of each vertex, and one more: where its spokes begin
   detail::Array<Spoke> spokes_;
@@ -435,5 +474,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
 template <TriangleMesh M>
 explicit VirtualSourceSolver(const M&) -> VirtualSourceSolver<MeshScalar<M>>;
+template <TriangleMesh M>
+VirtualSourceSolver(const M&, const VirtualSourceOptions&) -> VirtualSourceSolver<MeshScalar<M>>;
 
 }  // namespace gelight

@@ -9,11 +9,13 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/detail/bucket_queue.hpp"
 #include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/detail/planar_faces.hpp"
 #include "gelight/geodesic/detail/pool.hpp"
+#include "gelight/geodesic/detail/watch.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/mesh/surface.hpp"
 
@@ -43,15 +45,18 @@ class SteinerGraphOf {
   }
 
   /// Distance along the graph of every vertex from the sources. Start distances are not negative.
-  [[nodiscard]] Array<Real> distance(const std::vector<Source<Real>>& sources) const {
+  [[nodiscard]] Array<Real> distance(const std::vector<Source<Real>>& sources,
+                                     const CancelHook& cancelled = {}) const {
     const typename Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.nodes.assign(static_cast<std::size_t>(node_count_), {});
     front.queue.reset(spacing_);
     for (const auto& source : sources) start(source, front);
+    Watch watch(cancelled, node_count_, "a query of the Steiner graph");
     while (!front.queue.empty()) {
       const auto [node, d] = front.queue.pop();
       if (d > front.nodes[node].distance) continue;  // reached on a shorter way since
+      watch.step();
       if (node < surface_.vertex_count()) {
         leave_vertex(node, front);
       } else {
