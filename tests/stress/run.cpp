@@ -200,7 +200,8 @@ std::vector<Error> measured(const Case& one) {
 // Half as much again, in two digits.
 double roomy(double measured) {
   if (measured <= 0) return rounding_floor;
-  const double more = (measured < all_rounding ? 5 : 1.5) * measured;
+  const double more =
+      std::max(1.5 * measured, std::min(5 * measured, all_rounding));  // rounding differs by more
   const double digit = std::pow(10, std::floor(std::log10(more)) - 1);
   return std::max(rounding_floor, std::ceil(more / digit) * digit);
 }
