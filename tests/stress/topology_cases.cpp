@@ -490,12 +490,11 @@ std::vector<Case> topology_cases() {
   std::vector<Case> cases;
   cases.push_back({"17", "a vertex in no face", "+infinity there", strays});
   cases.push_back({"18", "disconnected parts, in one of them a start distance",
-                   "+infinity where no source is; fast marching takes all waves to start at once",
-                   parts});
+                   "+infinity where no source is", parts});
   cases.push_back({"19", "duplicate vertices along a seam", "+infinity beyond, until welded", seams,
                    "check names the seam, repair welds it", seam_is_named});
-  cases.push_back({"20", "three and five sheets on one edge",
-                   "heat crosses the spine smoothly; virtual sources enter each sheet", books});
+  cases.push_back(
+      {"20", "three and five sheets on one edge", "heat crosses the spine smoothly", books});
   cases.push_back(
       {"21", "bow-tie: two sheets share a corner", "fast marching rounds the corner", bow_ties});
   cases.push_back({"22", "half the faces flipped", "lengths know no orientation", turned,
@@ -529,17 +528,16 @@ std::vector<Case> topology_cases() {
                    nothing,
                    "refuses"});
   cases.push_back({"27", "flat torus, genus 2",
-                   "virtual sources: ties (row 4), two cone points of 4 pi", tori});
+                   "fast marching where fronts of one source meet; two cone points of 4 pi", tori});
   cases.push_back({"28", "annulus", "heat bends at the border", annuli,
                    "Neumann, Dirichlet, averaged heat: mean error by ring", border_rings});
   cases.push_back({"29", "source on an edge, in a face, on the border",
                    "virtual sources take a shorter way only if it gains 1e-10", points,
                    "exact: symmetric between any two points, also of one edge", symmetric});
   cases.push_back({"30", "several sources; a whole border",
-                   "fast marching takes waves of several sources for one where they meet",
-                   several});
+                   "heat and virtual sources where waves of several sources meet", several});
   cases.push_back({"31", "repeated sources, start distances",
-                   "fast marching takes all waves to start at once", starts,
+                   "heat where waves of several sources meet", starts,
                    "repeated sources change no bit", repeated_change_nothing});
   cases.push_back({"32",
                    "the solver used again, also after a refusal",
