@@ -1,4 +1,5 @@
-// Your own mesh type: six lines tell gelight how to read it; nothing is converted.
+// Your own mesh type: one type and four functions tell gelight how to read it; no copy in another
+// format is needed.
 //
 //      Terrain                      MeshTraits<Terrain>              any solver
 //      .-------------------.        vertex_count, position           ExactSolver solver(terrain);

@@ -9,8 +9,8 @@ namespace gelight::stress {
 // the shares of one step; over a path they add up).
 std::vector<Method> graph_methods() {
   return {{"Dijkstra", maker<DijkstraSolver>(), true, true},
-          {"fast marching", maker<FastMarchingSolver>(), true, false, 1e-3},
-          {"virtual source", maker<VirtualSourceSolver>(), true, false, 1e-8}};
+          {"fast marching", maker<FastMarchingSolver>(), true, false, 1e-3, 0.5},
+          {"virtual source", maker<VirtualSourceSolver>(), true, false, 1e-8, 0.5}};
 }
 
 }  // namespace gelight::stress

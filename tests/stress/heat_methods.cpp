@@ -4,8 +4,9 @@
 namespace gelight::stress {
 
 std::vector<Method> heat_methods() {
-  return {{"heat", maker<HeatSolver>(HeatOptions{.intrinsic_delaunay = false}), false, false},
-          {"heat, intrinsic Delaunay", maker<HeatSolver>(), false, false}};
+  return {{"heat", maker<HeatSolver>(), false, false},
+          {"heat, the mesh as it is", maker<HeatSolver>(HeatOptions{.intrinsic_delaunay = false}),
+           false, false}};
 }
 
 }  // namespace gelight::stress

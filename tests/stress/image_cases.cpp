@@ -338,7 +338,7 @@ constexpr auto overlap = []<class T>(Findings& findings, T) {
 
 std::vector<Case> image_cases() {
   const auto one = [](std::string name, std::string input, std::string others, auto check) {
-    return Case{std::move(name), std::move(input), "", {}, {}, std::move(others), both(check)};
+    return Case{std::move(name), std::move(input), "", {}, std::move(others), both(check)};
   };
   return {one("image 1", "NaN, infinite, zero and negative depth",
               "an unknown pixel stays so and never spreads", unknown_depths),

@@ -7,14 +7,12 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <limits>
 #include <numbers>
 #include <numeric>
 #include <span>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -25,6 +23,7 @@
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/tangent.hpp"
 #include "stress/kept_meshes.hpp"
+#include "stress/shrinking.hpp"
 #include "stress/stress.hpp"
 #include "support/hard_meshes.hpp"
 
@@ -291,70 +290,18 @@ Mesh<double> random_mesh(Random& random) {
   return mesh;
 }
 
-// --- shrinking -----------------------------------------------------------------------------------
-
-Mesh<double> without_unused(const Mesh<double>& mesh) {
-  return repair(mesh, {.drop_unused_vertices = true}).mesh;
-}
-
-// Drops faces while what is left still fails, larger shares first; then rounds coordinates.
-Mesh<double> shrunk(Mesh<double> mesh, const Property& property) {
-  const auto fails = [&](const Mesh<double>& candidate) {
-    if (candidate.faces.empty() || !check(candidate).is_accepted()) return false;
-    return !property(candidate).empty();
-  };
-  for (std::size_t share = std::max<std::size_t>(1, mesh.faces.size() / 2); share > 0; share /= 2) {
-    for (std::size_t first = 0; first < mesh.faces.size();) {
-      auto candidate = mesh;
-      const auto begin = candidate.faces.begin() + static_cast<std::ptrdiff_t>(first);
-      const auto count = std::min(share, mesh.faces.size() - first);
-      candidate.faces.erase(begin, begin + static_cast<std::ptrdiff_t>(count));
-      if (fails(candidate)) {
-        mesh = candidate;
-      } else {
-        first += share;
-      }
-    }
-  }
-  if (const auto tidy = without_unused(mesh); fails(tidy)) mesh = tidy;
-  for (const double step : {1.0, 0.1, 0.01, 1e-4}) {
-    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-      auto candidate = mesh;
-      for (double& x : candidate.positions[v]) x = std::round(x / step) * step;
-      if (fails(candidate)) mesh = candidate;
-    }
-  }
-  return mesh;
-}
-
-std::string literal(const Mesh<double>& mesh) {
-  std::ostringstream out;
-  out.precision(17);
-  const auto list = [&](const auto& rows) {
-    out << '{';
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      out << (i > 0 ? ", " : "") << '{' << rows[i][0] << ", " << rows[i][1] << ", " << rows[i][2]
-          << '}';
-    }
-    out << '}';
-  };
-  out << '{';
-  list(mesh.positions);
-  out << ",\n ";
-  list(mesh.faces);
-  out << '}';
-  return out.str();
-}
-
-int from_environment(const char* name, int otherwise) {
-  const char* const value = std::getenv(name);
-  return value == nullptr ? otherwise : std::atoi(value);
+Mesh<double> shrunk(const Mesh<double>& mesh, const Property& property) {
+  const auto fails = [&](const Mesh<double>& candidate) { return !property(candidate).empty(); };
+  const auto small = stress::shrunk(mesh, fails);
+  const auto tidy = repair(small, {.drop_unused_vertices = true}).mesh;
+  return fails(tidy) ? tidy : small;
 }
 
 }  // namespace
 
 TEST_CASE("every property holds on random meshes") {
-  const int meshes = from_environment("MESHES", 400), seed = from_environment("SEED", 1);
+  const int meshes = stress::from_environment("MESHES", 400),
+            seed = stress::from_environment("SEED", 1);
   for (int i = 0; i < meshes; ++i) {
     Random random(static_cast<std::uint64_t>(seed) * 1000003 + static_cast<std::uint64_t>(i));
     const Mesh<double> mesh = random_mesh(random);
@@ -365,7 +312,7 @@ TEST_CASE("every property holds on random meshes") {
       const auto small = shrunk(mesh, property);
       FAIL_CHECK("seed " << seed << ", mesh " << i << ", " << name << ": " << fault
                          << "\nsmall: " << property(small) << "\n"
-                         << literal(small));
+                         << stress::literal(small));
     }
   }
 }

@@ -233,13 +233,11 @@ std::vector<Case> vector_cases() {
                    "transport round a cone's apex, and round an octant",
                    "",
                    {},
-                   {},
                    "holonomy = angle defect to rounding; pi / 2 within an edge",
                    holonomy});
   cases.push_back({"37",
                    "log map of a flat sheet",
                    "",
-                   {},
                    {},
                    "within 2.5 cells of 16 of x - s; radius = distance; zero at the source",
                    log_maps});
@@ -247,20 +245,17 @@ std::vector<Case> vector_cases() {
                    "behind a cylinder, antipode of a sphere",
                    "",
                    {},
-                   {},
                    "exact tells every arrival and averages none; radial fields stay unit",
                    cut_locus});
   cases.push_back({"39",
                    "source vectors of all quadrants and along both axes",
                    "",
                    {},
-                   {},
                    "equivariant, length kept",
                    quadrants});
   cases.push_back({"vectors 22",
                    "flipped faces, three faces on an edge, vectors without tangent",
                    "",
-                   {},
                    {},
                    "VectorHeatSolver refuses by name",
                    says_no});

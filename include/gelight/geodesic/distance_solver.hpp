@@ -94,7 +94,8 @@ class DistanceQueries {
     return to_vector(solver().solve_vertices(checked_sources(surface(), sources)));
   }
 
-  /// The same, into the caller's memory: `out` has an element per vertex.
+  /// The same, copied into the caller's memory: `out` has an element per vertex. What the solver
+  /// works with is allocated as for `distance`; only the result is not.
   void distance_into(std::span<T> out, Index vertex) const {
     distance_into(out, std::span<const Index>(&vertex, 1));
   }

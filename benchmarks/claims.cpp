@@ -1,0 +1,340 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <cstdio>
+#include <functional>
+#include <numbers>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gelight/geodesic/dijkstra.hpp"
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/fast_marching.hpp"
+#include "gelight/geodesic/heat.hpp"
+#include "gelight/geodesic/virtual_source.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/transport/log_map.hpp"
+#include "gelight/transport/parallel.hpp"
+#include "gelight/transport/vector_heat.hpp"
+#include "support/scan_meshes.hpp"
+
+// claims           prints how far every method is off, as the tables of
+// benchmarks/results/claims.md claims --quick   on scan-like meshes of a quarter of the vertices
+//
+// What docstrings say of errors is what this prints.
+
+namespace {
+
+using namespace gelight;
+
+/// Mean, 99th percentile and largest.
+struct Spread {
+  double mean = 0, p99 = 0, most = 0;
+};
+
+Spread spread_of(std::vector<double> values) {
+  if (values.empty()) return {};
+  Spread spread;
+  for (const double x : values) spread.mean += x / static_cast<double>(values.size());
+  const auto at = values.begin() + std::ssize(values) * 99 / 100;
+  std::nth_element(values.begin(), at, values.end());
+  spread.p99 = *at;
+  spread.most = *std::max_element(at, values.end());
+  return spread;
+}
+
+std::string text(const Spread& spread) {
+  std::string out;
+  for (const double x : {spread.mean, spread.p99, spread.most}) {
+    std::array<char, 32> number{};
+    if (x >= 100) {
+      std::snprintf(number.data(), number.size(), "%.0f", x);
+    } else {
+      std::snprintf(number.data(), number.size(), "%.2g", x < 1e-7 ? 0 : x);
+    }
+    out += (out.empty() ? "" : ", ") + std::string(number.data());
+  }
+  return out;
+}
+
+/// The figures of one number over meshes: each of them the median's, or the worst mesh's.
+Spread median_of(const std::vector<Spread>& meshes) {
+  const auto median = [&](auto member) {
+    std::vector<double> values;
+    for (const Spread& spread : meshes) values.push_back(spread.*member);
+    std::nth_element(values.begin(), values.begin() + std::ssize(values) / 2, values.end());
+    return values[values.size() / 2];
+  };
+  return {median(&Spread::mean), median(&Spread::p99), median(&Spread::most)};
+}
+Spread worst_of(const std::vector<Spread>& meshes) {
+  Spread worst;
+  for (const Spread& spread : meshes) {
+    worst = {std::max(worst.mean, spread.mean), std::max(worst.p99, spread.p99),
+             std::max(worst.most, spread.most)};
+  }
+  return worst;
+}
+
+/// Four vertices, far apart by number.
+std::vector<Index> sources_of(const Mesh<double>& mesh) {
+  const auto count = static_cast<Index>(mesh.positions.size());
+  return {count / 7, 3 * count / 7, count / 2, 6 * count / 7};
+}
+
+// --- distances -----------------------------------------------------------------------------------
+
+using Answers = std::vector<std::vector<double>>;  // of each source
+
+/// A mesh on which methods are judged, with true distances.
+struct Judged {
+  std::string name;
+  Mesh<double> mesh;
+  Answers truth{};
+};
+
+template <class Solver>
+Answers answers_of(const Solver& solver, const Mesh<double>& mesh) {
+  Answers answers;
+  for (const Index source : sources_of(mesh)) answers.push_back(solver.distance(source));
+  return answers;
+}
+
+Judged against_exact(std::string name, Mesh<double> mesh) {
+  Judged judged{std::move(name), std::move(mesh)};
+  judged.truth = answers_of(ExactSolver(judged.mesh), judged.mesh);
+  return judged;
+}
+
+Judged against_great_circles(int level) {
+  Judged judged{"icosphere " + std::to_string(level), icosphere<double>(level)};
+  for (const Index source : sources_of(judged.mesh)) {
+    const Vec3<double> s(judged.mesh.position(source).data());
+    std::vector<double> distance;
+    for (const auto& p : judged.mesh.positions) {
+      const Vec3<double> q(p.data());
+      distance.push_back(std::atan2(s.cross(q).norm(), s.dot(q)));
+    }
+    judged.truth.push_back(std::move(distance));
+  }
+  return judged;
+}
+
+struct Method {
+  std::string name;
+  std::function<Answers(const Mesh<double>&)> answers;
+};
+
+template <template <class> class Solver, class... Options>
+Method method(std::string name, const Options&... options) {
+  return {std::move(name), [=](const Mesh<double>& mesh) {
+            return answers_of(Solver<double>(mesh, options...), mesh);
+          }};
+}
+
+std::vector<Method> methods() {
+  std::vector<Method> all{method<DijkstraSolver>("Dijkstra")};
+  for (const Index points : {1, 2, 3, 5, 8}) {
+    all.push_back(method<DijkstraSolver>("Dijkstra, Steiner points " + std::to_string(points),
+                                         DijkstraOptions{.steiner_points = points}));
+  }
+  all.push_back(method<FastMarchingSolver>("fast marching"));
+  all.push_back(method<VirtualSourceSolver>("virtual source"));
+  for (const int radius : {1, 2, 4, 8, 16, 32}) {
+    ExactOptions<double> options;
+    options.reset_radius = radius;
+    all.push_back(method<ExactSolver>("exact, reset radius " + std::to_string(radius), options));
+  }
+  all.push_back(method<ExactSolver>("exact"));
+  for (const bool delaunay : {false, true}) {
+    const std::string heat = delaunay ? "heat, intrinsic Delaunay" : "heat, the mesh as it is";
+    all.push_back(method<HeatSolver>(heat, HeatOptions{.intrinsic_delaunay = delaunay}));
+    all.push_back(
+        method<HeatSolver>(heat + ", not exact beside the source",
+                           HeatOptions{.exact_radius = 0, .intrinsic_delaunay = delaunay}));
+    for (const Index times : {1, 2, 4}) {
+      all.push_back(
+          method<HeatSolver>(heat + ", refined " + std::to_string(times),
+                             HeatOptions{.refinements = times, .intrinsic_delaunay = delaunay}));
+    }
+  }
+  return all;
+}
+
+/// Relative errors in per cent.
+Spread error_of(const Answers& answers, const Answers& truth) {
+  std::vector<double> errors;
+  for (std::size_t s = 0; s < truth.size(); ++s) {
+    for (std::size_t v = 0; v < truth[s].size(); ++v) {
+      if (!(truth[s][v] > 0) || std::isinf(truth[s][v])) continue;
+      errors.push_back(100 * std::abs(answers[s][v] / truth[s][v] - 1));
+    }
+  }
+  return spread_of(std::move(errors));
+}
+
+// --- vectors -------------------------------------------------------------------------------------
+
+double degrees_between(const Vec3<double>& a, const Vec3<double>& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi;
+}
+
+struct VectorErrors {
+  Spread transport, radial, log_direction, log_radius;
+};
+
+/// Of the vector heat method against parallel transport along exact paths, their directions and the
+/// exact log map.
+VectorErrors vector_errors(const Mesh<double>& mesh, bool delaunay) {
+  const VectorHeatSolver<double> heat(mesh, {.intrinsic_delaunay = delaunay});
+  const ExactLogMapSolver<double> exact(mesh);
+  const ParallelTransport<double> parallel(mesh);
+  std::vector<double> transport, radial, log_direction, log_radius;
+  for (const Index source : sources_of(mesh)) {
+    const auto truth = exact.solve(source);
+    const Vec3<double> start = truth.tangent_basis()[0];
+    const auto carried = heat.transport(source, start);
+    const auto outward = heat.radial(source);
+    const auto map = heat.log_map(source);
+    for (Index v = 0; v < static_cast<Index>(mesh.positions.size()); ++v) {
+      const auto i = static_cast<std::size_t>(v);
+      const Vec2<double> wanted = truth(v);
+      if (v == source || std::isinf(wanted[0]) || !(wanted.norm() > 0)) continue;
+      transport.push_back(
+          degrees_between(carried[i], parallel.along(truth.field().path(v), start)));
+      const auto [x, y] = heat.tangent_basis(v);
+      const Vec3<double> arrival = truth.field().direction(v);
+      radial.push_back(degrees_between(outward[i], x * x.dot(arrival) + y * y.dot(arrival)));
+      const std::complex<double> turn =
+          std::complex<double>(map[i][0], map[i][1]) / std::complex<double>(wanted[0], wanted[1]);
+      log_direction.push_back(std::abs(std::arg(turn)) * 180 / std::numbers::pi);
+      log_radius.push_back(100 * std::abs(std::abs(turn) - 1));
+    }
+  }
+  return {spread_of(transport), spread_of(radial), spread_of(log_direction), spread_of(log_radius)};
+}
+
+// --- tables --------------------------------------------------------------------------------------
+
+struct Subjects {
+  std::vector<Judged> singles;  // a column each
+  std::vector<Judged> scans;    // of which the median and the worst are shown
+};
+
+void print_row(const std::vector<std::string>& cells) {
+  for (const auto& cell : cells) std::printf("| %s ", cell.c_str());
+  std::printf("|\n");
+}
+
+void print_head(const std::string& first, const Subjects& on) {
+  std::vector<std::string> head{first}, rule{"---"};
+  for (const Judged& judged : on.singles) head.push_back(judged.name);
+  head.insert(head.end(), {"scans, median", "scans, worst", "worst in the mean on"});
+  rule.resize(head.size(), "---");
+  print_row(head);
+  print_row(rule);
+}
+
+/// A row: what `error` finds on each mesh.
+void print_errors(const std::string& name, const Subjects& on, const auto& error) {
+  std::vector<std::string> cells{name};
+  for (const Judged& judged : on.singles) cells.push_back(text(error(judged)));
+  std::vector<Spread> scans;
+  for (const Judged& judged : on.scans) scans.push_back(error(judged));
+  const auto worst = std::max_element(
+      scans.begin(), scans.end(), [](const Spread& a, const Spread& b) { return a.mean < b.mean; });
+  cells.push_back(text(median_of(scans)));
+  cells.push_back(text(worst_of(scans)));
+  cells.push_back(worst->mean < 1e-7 ? "" : on.scans[std::size_t(worst - scans.begin())].name);
+  print_row(cells);
+}
+
+void print_distances(const Subjects& on) {
+  print_head("distance", on);
+  for (const Method& one : methods()) {
+    print_errors(one.name, on, [&](const Judged& judged) {
+      return error_of(one.answers(judged.mesh), judged.truth);
+    });
+  }
+}
+
+void print_refinements(const Subjects& on) {
+  for (const bool delaunay : {false, true}) {
+    std::printf("\nOf these %zu meshes, heat on ", on.scans.size());
+    std::printf(delaunay ? "intrinsic Delaunay triangles" : "the mesh's own triangles");
+    std::printf(" has a larger mean error after refining");
+    const auto mean = [&](const Judged& judged, Index times) {
+      const HeatSolver<double> solver(judged.mesh,
+                                      {.refinements = times, .intrinsic_delaunay = delaunay});
+      return error_of(answers_of(solver, judged.mesh), judged.truth).mean;
+    };
+    for (const Index times : {1, 2, 4}) {
+      const auto worse = std::count_if(on.scans.begin(), on.scans.end(), [&](const Judged& judged) {
+        return mean(judged, times) > mean(judged, 0);
+      });
+      std::printf("%s %d: on %d", times > 1 ? "," : "", times, static_cast<int>(worse));
+    }
+    std::printf(".\n");
+  }
+}
+
+void print_vectors(const Subjects& on) {
+  for (const bool delaunay : {false, true}) {
+    std::vector<std::pair<const Judged*, VectorErrors>> found;
+    for (const auto* list : {&on.singles, &on.scans}) {
+      for (const Judged& judged : *list)
+        found.emplace_back(&judged, vector_errors(judged.mesh, delaunay));
+    }
+    const auto row = [&](const std::string& name, Spread VectorErrors::*member) {
+      print_errors(name + (delaunay ? ", intrinsic Delaunay" : ", the mesh as it is"), on,
+                   [&](const Judged& judged) {
+                     return std::find_if(found.begin(), found.end(),
+                                         [&](const auto& entry) { return entry.first == &judged; })
+                                ->second.*
+                            member;
+                   });
+    };
+    row("transport, degrees", &VectorErrors::transport);
+    row("radial field, degrees", &VectorErrors::radial);
+    row("log map's direction, degrees", &VectorErrors::log_direction);
+    row("log map's radius, per cent", &VectorErrors::log_radius);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const bool is_quick = argc > 1 && std::string(argv[1]) == "--quick";
+  Subjects on;
+  for (const int level : {4, 5}) on.singles.push_back(against_great_circles(level));
+  on.singles.push_back(
+      against_exact("GelTip membrane", membrane<double>(0.01146, 0.0455, 0.00052)));
+  for (auto& [name, mesh] : test::scan_meshes(is_quick ? 3 : 4)) {
+    on.scans.push_back(against_exact(name, std::move(mesh)));
+  }
+  std::printf(
+      "# What each method is off\n\n"
+      "Printed by `claims` (benchmarks/claims.cpp). Each cell: mean, 99th percentile and largest, "
+      "over all\nvertices from four sources. Icospheres (%zu and %zu vertices) against great "
+      "circles: the polyhedron's own\nerror is in it. The GelTip's membrane (%zu vertices) and %zu "
+      "scan-like meshes (of %zu vertices the first;\ntests/support/scan_meshes.hpp) against the "
+      "exact solver: the median of the meshes and the worst mesh,\neach figure by itself.\n\n"
+      "## Distances, relative errors in per cent\n\n",
+      on.singles[0].mesh.positions.size(), on.singles[1].mesh.positions.size(),
+      on.singles[2].mesh.positions.size(), on.scans.size(), on.scans[0].mesh.positions.size());
+  print_distances(on);
+  print_refinements(on);
+  std::printf(
+      "\n## Vectors by the heat method\n\n"
+      "Against parallel transport along the exact paths, their directions of arrival, and the "
+      "exact "
+      "log map:\non every mesh those of the polyhedron. Vertices at the cut locus count too, where "
+      "two answers are right.\n\n");
+  print_head("vectors", on);
+  print_vectors(on);
+}
