@@ -113,8 +113,8 @@ template <std::floating_point T, std::floating_point Real>
 
 }  // namespace detail
 
-/// Bounds, proved and true in floating point, on the exact polyhedral distance of every vertex,
-/// from approximate distances of any origin.
+/// Bounds on the exact polyhedral distance of every vertex, from approximate distances of any
+/// origin: proved, with allowance for rounding where they are formed.
 ///
 /// Upper bounds are lengths of real paths, found by a march of their own (detail::UpperMarch); they
 /// do not depend on what is given. Lower bounds take the given distances for a potential whose
