@@ -85,7 +85,7 @@ struct VectorSource {
 /// it. Within an edge or two of the antipode of a source without symmetry, the carried vector is up
 /// to 17 degrees off. Against parallel transport along exact paths it is 0.5 degrees off on average
 /// on the GelTip membrane, and more than 6 at a hundredth of the vertices, where paths fork; on
-/// rough meshes like a scanner's 12 degrees on average (the median of 24), up to 29. There
+/// rough meshes like a scanner's 9 degrees on average (the median of 24), up to 51. There
 /// ParallelTransport along ExactField::path is exact.
 template <std::floating_point T>
 class VectorHeatSolver {
@@ -179,7 +179,7 @@ class VectorHeatSolver {
   /// 20 % (16 x 16 jittered cells; 14 % by the intrinsic Delaunay triangulation). ExactLogMapSolver
   /// is exact everywhere, in some thirty times the time. Against it the radius is 0.35 % off on
   /// average and 4.1 % at most, the direction 1 degree on average, on a GelTip membrane of 14,085
-  /// vertices; on 24 meshes like a scanner's 2.4 % and 9 degrees (the median of their means).
+  /// vertices; on 24 meshes like a scanner's 1.3 % and 7 degrees (the median of their means).
   [[nodiscard]] std::vector<Vec2<T>> log_map(Index vertex) const {
     return mapped(vertex).coordinates;
   }
