@@ -24,7 +24,7 @@ struct DijkstraOptions {
   /// one face. With 0, 1, 2, 3, 5 and 8 of them distances are 7.1, 1.6, 1.3, 0.6, 0.23 and 0.17 %
   /// too long on average on icospheres, 21, 4.8, 2.7, 1.4, 0.6 and 0.4 % at most, at about 1, 20,
   /// 40, 70, 150 and 300 times the cost. On meshes like a scanner's (the median of 24) they are
-  /// 6.9, 2.1, 1.4, 0.9, 0.5 and 0.3 % too long on average.
+  /// 6.7, 2, 1.4, 0.9, 0.5 and 0.35 % too long on average.
   Index steiner_points = 0;
   /// Asked in every query, by the thread that called; not by two at once if the callable is not
   /// made for it.
@@ -37,8 +37,8 @@ struct DijkstraOptions {
 ///
 /// A source on an edge or in a face reaches the vertices of its faces by straight lines. Start
 /// distances may be negative. On icospheres of any level the mean error is 7 to 9 %, the largest 21
-/// to 24 %; on 24 meshes like a scanner's 7 to 11 % and up to 130 %, on needles more. Set-up and
-/// queries take about linear time.
+/// to 24 %; on 24 meshes like a scanner's 6.7 % (median) to 16 %, up to 150 % at a vertex; on
+/// needles more. Set-up and queries take about linear time.
 template <std::floating_point T>
 class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
  public:

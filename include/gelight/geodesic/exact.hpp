@@ -57,7 +57,7 @@ struct ExactOptions {
   /// windows begin anew. The distances are lengths of real paths still, so never less than the
   /// exact ones. With radii of 1, 2, 4, 8, 16 and 32 they are 1, 0.5, 0.12, 0.03, 0.01 and 0.003 %
   /// too long on average, 3.4, 4.3, 3.1, 1.6, 1.3 and 0.6 % at most, on icospheres and the GelTip
-  /// membrane; on 24 meshes like a scanner's 7.7, 6.5, 3.7, 2.2, 1.2 and 0.1 % at most; work is
+  /// membrane; on 24 meshes like a scanner's 9.6, 8.2, 4.2, 2, 1.1 and 0.4 % at most; work is
   /// linear in the vertices, about half of exact at 40,000 of a sphere and an eighth at 655,362.
   /// Windows are kept.
   T reset_radius = unreachable<T>;
