@@ -103,7 +103,7 @@ class ElasticLayer {
         gel_(gel),
         options_(options),
         mean_rest_(mean(rest_)),
-        layer_(grid(), gel.friction, options.tolerance, options.most_iterations,
+        layer_(grid(), gel.friction,
                options.fourier != nullptr ? options.fourier : detail::eigen_backend) {}
 
   /// The same for a gel that is flat, across the camera's axis.
@@ -142,7 +142,7 @@ class ElasticLayer {
                     load.shift.x(), ", ", load.shift.y(), ") turning by ", load.twist,
                     " is not finite");
     const auto [object, unknown_pixels] = see(depth, load);
-    detail::Effort effort{options_.cancelled};
+    detail::Effort effort{options_.cancelled, options_.tolerance, options_.most_iterations};
     detail::require(load.force || object.deepest * pixel().x() < gel_.thickness, "at pixel (",
                     object.x, ", ", object.y, ") the object stands ", object.deepest * pixel().x(),
                     " m in the gel, which is ", gel_.thickness, " m thick");

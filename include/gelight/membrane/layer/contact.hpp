@@ -11,9 +11,11 @@
 
 namespace gelight::detail {
 
-/// What a press has cost so far, and the caller's way to end it.
+/// How exact a press is to be, what it has cost so far, and the caller's way to end it.
 struct Effort {
   const CancelHook& cancelled;
+  double tolerance;     ///< see LayerOptions
+  int most_iterations;  ///< see LayerOptions
   int iterations = 0;
   int convolutions = 0;
 
@@ -76,8 +78,7 @@ struct Frictional {
 template <class Bounds, class Respond>
 [[nodiscard]] double solve_bounded(Array<double>& load, const Array<double>& wanted,
                                    const Bounds& bounds, const Respond& respond, double softness,
-                                   double gain, double accuracy, int most_iterations,
-                                   Effort& effort) {
+                                   double gain, double accuracy, Effort& effort) {
   constexpr int N = Bounds::components;
   const std::size_t pixels = load.size() / N;
   const auto get = [&](const Array<double>& of, std::size_t i) {
@@ -107,7 +108,7 @@ template <class Bounds, class Respond>
       const Load<N> better = bounds.nearest(i, here - slope / softness);
       left = std::max(left, softness * (here - better).norm());
     }
-    if (left <= accuracy || iteration == most_iterations) return left;
+    if (left <= accuracy || iteration == effort.most_iterations) return left;
     ++effort.iterations;
     const double keep = goes_on && squares > 0 ? sum / squares : 0;
     squares = sum;

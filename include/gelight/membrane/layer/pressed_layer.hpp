@@ -41,13 +41,8 @@ struct LayerState {
 /// The contact of a layer and a rigid object, in pixels' widths and shear moduli.
 class PressedLayer {
  public:
-  PressedLayer(const LayerGrid& grid, double friction, double tolerance, int most_iterations,
-               FourierBackend fourier)
-      : grid_(grid),
-        friction_(friction),
-        tolerance_(tolerance),
-        most_iterations_(most_iterations),
-        fourier_(fourier) {}
+  PressedLayer(const LayerGrid& grid, double friction, FourierBackend fourier)
+      : grid_(grid), friction_(friction), fourier_(fourier) {}
 
   /// The contact of the object moved by `travel`, from a state to start with.
   [[nodiscard]] LayerState settle(const RigidObject& object, double travel, const LayerState& start,
@@ -74,6 +69,9 @@ class PressedLayer {
   [[nodiscard]] std::optional<LayerState> balance(const RigidObject& object, double force,
                                                   const LayerState& start, Effort& effort) const {
     constexpr int most_tries = 60;
+    // Contacts so exact that what they leave does not hide the force.
+    const double tolerance = effort.tolerance;
+    effort.tolerance /= 5;
     const double deepest = object.deepest, most = grid_.thickness * (1 - 1e-9);
     double press = start.travel + deepest;
     if (!(press > 0)) press = deepest > 0 ? deepest : 1;
@@ -85,7 +83,7 @@ class PressedLayer {
       double borne = 0;
       for (const double p : state.pressure) borne += p;
       const double missing = std::abs(borne / force - 1);
-      if (missing <= tolerance_) break;
+      if (missing <= tolerance) break;
       if (borne < force && press >= most) return {};
       (borne < force ? below : above) = press;
       if (last_press > 0 && borne != last_force && press != last_press) {
@@ -233,7 +231,7 @@ class PressedLayer {
   [[nodiscard]] Box touched(const RigidObject& object, const LayerState& state,
                             Effort& effort) const {
     const Array<double> down = surface(state, false, effort);
-    const double accuracy = tolerance_ * (object.deepest + state.travel);
+    const double accuracy = effort.tolerance * (object.deepest + state.travel);
     LayerState through{whole(), Array<double>(whole().area()), {}};
     bool is_wider = false;
     for (Index y = 0; y < grid_.height; ++y) {
@@ -308,7 +306,7 @@ class PressedLayer {
     const auto respond = [&](const Array<double>& pressure) { return down(task, pressure); };
     return solve_bounded(state.pressure, wanted, Unilateral{wanted}, respond,
                          by_pressure().down(0, 0), task.kernels.convolution.gain(task.kernels.down),
-                         tolerance_ * task.press, most_iterations_, task.effort) /
+                         task.effort.tolerance * task.press, task.effort) /
            task.press;
   }
 
@@ -356,22 +354,26 @@ class PressedLayer {
       }
       const double slack =
           solve_bounded(state.traction, wanted, Frictional{most}, respond, softness, gain,
-                        tolerance_ * farthest, most_iterations_, task.effort) /
+                        task.effort.tolerance * farthest, task.effort) /
           farthest;
       Array<double> lifted(pixels);
       const Spectrum qx = k.convolution.transform(state.traction.data());
       const Spectrum qy = k.convolution.transform(state.traction.data() + pixels);
       sum_up(lifted.data(), k.convolution, {{k.x, qx}, {k.y, qy}}, task.effort);
       for (std::size_t i = 0; i < pixels; ++i) lifted.data()[i] += task.overlap.data()[i];
-      const Array<double> last = state.pressure;
-      state.residual = std::max(slack, press_down(state, task, lifted));
+      Array<double> last = state.pressure;
+      const double gap = press_down(state, task, lifted);
       double moved_by = 0;
       for (std::size_t i = 0; i < pixels; ++i) {
         moved_by = std::max(moved_by, std::abs(state.pressure.data()[i] - last.data()[i]));
       }
       moved_by *= by_pressure().down(0, 0) / task.press;
-      if (moved_by <= tolerance_) return;
-      if (round + 1 == most_rounds) state.residual = std::max(state.residual, moved_by);
+      const bool is_done = moved_by <= task.effort.tolerance;
+      if (!is_done && round + 1 < most_rounds) continue;
+      // The pressure that bounds the traction, so that the two keep to friction's law.
+      state.pressure = std::move(last);
+      state.residual = std::max(slack, is_done ? gap : std::max(gap, moved_by));
+      return;
     }
   }
 
@@ -391,8 +393,7 @@ class PressedLayer {
   }
 
   LayerGrid grid_;
-  double friction_, tolerance_;
-  int most_iterations_;
+  double friction_;
   FourierBackend fourier_;
   Late<std::optional<LayerCorrection>> correction_;
   Late<PressureGreen> by_pressure_;
