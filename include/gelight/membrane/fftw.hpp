@@ -44,21 +44,6 @@ class FftwTransform : public PaddedTransform {
                               static_cast<std::size_t>(std::max(size.height, 1)))),
         spectrum_(fftw_alloc_complex(this->FftwTransform::size())) {
     if (!rows_ || !spectrum_) throw std::bad_alloc();
-    const std::lock_guard lock(fftw_planner());
-    const int across[] = {size.period_x}, down[] = {size.period_y};
-    const unsigned flags = FFTW_ESTIMATE;
-    rows_forward_.reset(fftw_plan_many_dft_r2c(1, across, size.height, rows_.get(), nullptr, 1,
-                                               size.period_x, spectrum_.get(), nullptr, 1, columns_,
-                                               flags));
-    rows_inverse_.reset(fftw_plan_many_dft_c2r(1, across, size.height, spectrum_.get(), nullptr, 1,
-                                               columns_, rows_.get(), nullptr, 1, size.period_x,
-                                               flags));
-    const auto plan_columns = [&](int sign) {
-      return fftw_plan_many_dft(1, down, columns_, spectrum_.get(), nullptr, columns_, 1,
-                                spectrum_.get(), nullptr, columns_, 1, sign, flags);
-    };
-    columns_forward_.reset(plan_columns(FFTW_FORWARD));
-    columns_inverse_.reset(plan_columns(FFTW_BACKWARD));
   }
 
   [[nodiscard]] std::size_t size() const override {
@@ -71,6 +56,7 @@ class FftwTransform : public PaddedTransform {
       std::copy_n(image + y * size_.width, size_.width, row);
       std::fill(row + size_.width, row + size_.period_x, 0.0);
     }
+    if (!rows_forward_) plan_forward();
     fftw_execute(rows_forward_.get());
     auto* const coefficients = reinterpret_cast<std::complex<double>*>(spectrum_.get());
     std::fill(coefficients + std::ptrdiff_t{size_.height} * columns_, coefficients + size(), 0.0);
@@ -79,6 +65,7 @@ class FftwTransform : public PaddedTransform {
   }
 
   void inverse(double* image, std::complex<double>* spectrum) override {
+    if (!rows_inverse_) plan_inverse();
     std::copy_n(spectrum, size(), reinterpret_cast<std::complex<double>*>(spectrum_.get()));
     fftw_execute(columns_inverse_.get());
     fftw_execute(rows_inverse_.get());
@@ -88,6 +75,33 @@ class FftwTransform : public PaddedTransform {
   }
 
  private:
+  // FFTW_ESTIMATE leaves the arrays as they are.
+  static constexpr unsigned how = FFTW_ESTIMATE;
+
+  void plan_forward() {
+    const std::lock_guard lock(fftw_planner());
+    const int across[] = {size_.period_x};
+    rows_forward_.reset(fftw_plan_many_dft_r2c(1, across, size_.height, rows_.get(), nullptr, 1,
+                                               size_.period_x, spectrum_.get(), nullptr, 1,
+                                               columns_, how));
+    columns_forward_ = columns(FFTW_FORWARD);
+  }
+
+  void plan_inverse() {
+    const std::lock_guard lock(fftw_planner());
+    const int across[] = {size_.period_x};
+    rows_inverse_.reset(fftw_plan_many_dft_c2r(1, across, size_.height, spectrum_.get(), nullptr, 1,
+                                               columns_, rows_.get(), nullptr, 1, size_.period_x,
+                                               how));
+    columns_inverse_ = columns(FFTW_BACKWARD);
+  }
+
+  [[nodiscard]] FftwPlan columns(int sign) const {
+    const int down[] = {size_.period_y};
+    return FftwPlan(fftw_plan_many_dft(1, down, columns_, spectrum_.get(), nullptr, columns_, 1,
+                                       spectrum_.get(), nullptr, columns_, 1, sign, how));
+  }
+
   PaddedSize size_;
   Index columns_;
   std::unique_ptr<double[], FftwDeleter> rows_;

@@ -74,8 +74,6 @@ class LayerCorrection {
   /// Beyond this many thicknesses of the layer nothing moves: less than 1e-10 of what moves at one.
   static constexpr double reach = 20;
 
-  using Values = std::array<double, 4>;
-
   /// For distances over thickness up to the smaller of `reach` and what is asked for.
   LayerCorrection(double nu, double farthest) {
     const LayerResponse far = half_space_response(nu);
@@ -93,41 +91,37 @@ class LayerCorrection {
         const double c = middle + side * panel / 2 * points[i % points.size()];
         const LayerResponse here = layer_response(c, nu);
         const double weight = weights[i % points.size()] * panel / 2;
-        const Values rest{here.down_by_pressure - far.down_by_pressure,
-                          (here.along_by_traction + here.across_by_traction -
-                           far.along_by_traction - far.across_by_traction) /
-                              2,
-                          (here.along_by_traction - here.across_by_traction -
-                           far.along_by_traction + far.across_by_traction) /
-                              2,
-                          here.coupling - far.coupling};
+        const std::array<double, 4> rest{here.down_by_pressure - far.down_by_pressure,
+                                         (here.along_by_traction + here.across_by_traction -
+                                          far.along_by_traction - far.across_by_traction) /
+                                             2,
+                                         (here.along_by_traction - here.across_by_traction -
+                                          far.along_by_traction + far.across_by_traction) /
+                                             2,
+                                         here.coupling - far.coupling};
         add_wave(c, {weight * rest[0], weight * rest[1], weight * rest[2], weight * rest[3]});
       }
     }
   }
 
   /// At a distance over thickness.
-  [[nodiscard]] Values at(double r) const {
+  [[nodiscard]] double at(Part part, double r) const {
     const double place = r * per_thickness;
     const auto i = static_cast<std::ptrdiff_t>(place);
     const double t = place - static_cast<double>(i), s = 1 - t;
     const Node &a = nodes_[i], &b = nodes_[i + 1];
-    Values value;
-    for (std::size_t k = 0; k < 4; ++k) {
-      value[k] = s * s * ((1 + 2 * t) * a.value[k] + t / per_thickness * a.slope[k]) +
-                 t * t * ((1 + 2 * s) * b.value[k] - s / per_thickness * b.slope[k]);
-    }
-    return value;
+    return s * s * ((1 + 2 * t) * a.value[part] + t / per_thickness * a.slope[part]) +
+           t * t * ((1 + 2 * s) * b.value[part] - s / per_thickness * b.slope[part]);
   }
 
  private:
   static constexpr double per_thickness = 16;
 
   struct Node {
-    Values value{}, slope{};
+    std::array<double, 4> value{}, slope{};
   };
 
-  void add_wave(double c, const Values& height) {
+  void add_wave(double c, const std::array<double, 4>& height) {
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
       const double r = static_cast<double>(n) / per_thickness;
       const auto [j0, j1, j2] = bessel(c * r);
@@ -167,7 +161,8 @@ struct LayerGrid {
 /// over the pixel, by columns and rows from zero on.
 ///
 /// `corner(x, y)` gives the integrals, for a half-space, over the quadrant of which (x, y) is the
-/// corner, `rest(x, y, r, part)` what a layer's functions have beyond that at a distance.
+/// corner; `rest(cos, sin, r)` what a layer's functions have beyond that in a direction, at a
+/// distance over thickness.
 template <std::size_t N, class Corner, class Rest>
 [[nodiscard]] Array<std::array<double, N>> integrate_pixels(
     const LayerGrid& grid, const std::optional<LayerCorrection>& correction, const Corner& corner,
@@ -206,8 +201,8 @@ template <std::size_t N, class Corner, class Rest>
       }
       for (const double v : places) {
         for (const double u : places) {
-          const double x = column + u, y = grid.aspect * (row + v), r = std::hypot(x, y);
-          const auto value = rest(x / r, y / r, correction->at(r / thickness));
+          const double x = column + u, y = grid.aspect * (row + v), r = std::sqrt(x * x + y * y);
+          const auto value = rest(x / r, y / r, r / thickness);
           for (std::size_t k = 0; k < N; ++k) sum[k] += weight * value[k];
         }
       }
@@ -230,8 +225,8 @@ class PressureGreen {
           // Of 1 / r.
           return {near * (y * std::asinh(x / std::abs(y)) + x * std::asinh(y / std::abs(x)))};
         },
-        [&](double, double, const LayerCorrection::Values& rest) -> std::array<double, 1> {
-          return {scale * rest[LayerCorrection::pressure]};
+        [&](double, double, double r) -> std::array<double, 1> {
+          return {scale * correction->at(LayerCorrection::pressure, r)};
         });
   }
 
@@ -264,10 +259,10 @@ class SidewaysGreen {
                   pull * (x * log_r + y * std::atan(x / y)), scale * (xx + (1 - nu) * yy),
                   scale * (yy + (1 - nu) * xx), -scale * nu * r};
         },
-        [&](double cos, double sin, const LayerCorrection::Values& rest) -> std::array<double, 5> {
-          const double mean = scale * rest[LayerCorrection::mean];
-          const double difference = scale * rest[LayerCorrection::difference];
-          const double coupling = scale * rest[LayerCorrection::coupling];
+        [&](double cos, double sin, double r) -> std::array<double, 5> {
+          const double mean = scale * correction->at(LayerCorrection::mean, r);
+          const double difference = scale * correction->at(LayerCorrection::difference, r);
+          const double coupling = scale * correction->at(LayerCorrection::coupling, r);
           const double twice = cos * cos - sin * sin;
           return {-coupling * cos, -coupling * sin, mean - twice * difference,
                   mean + twice * difference, -2 * cos * sin * difference};
