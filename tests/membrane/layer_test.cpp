@@ -623,6 +623,19 @@ TEST_CASE("where nothing touches, nothing moves; what is not known stays so") {
   CHECK(warm.force.z() == doctest::Approx(some.force.z()).epsilon(1e-3));
 }
 
+TEST_CASE("a single pixel, and a copy") {
+  const Camera<double> eye{300, 300, 0, 0, 1, 1};
+  const ElasticLayer layer(eye, rest, {1e5, 0.3, inf, inf});
+  const Image<double> depth(1, 1, rest - pitch);
+  const auto copy = layer;
+  for (const LayerLoad& load : {LayerLoad{}, {.shift = {1e-5, 0}}, {.twist = 0.1}, {.force = 1e-3}}) {
+    const auto contact = copy.press(depth, load);
+    CHECK(contact.converged);
+    CHECK(contact.pressure(0, 0) > 0);
+    CHECK(contact.force == layer.press(depth, load).force);
+  }
+}
+
 TEST_CASE("a search that ends too soon says so") {
   const auto eye = camera(65, 65);
   const ElasticLayer layer(eye, rest, {1e5, 0.3, inf}, {.tolerance = 1e-6, .most_iterations = 3});

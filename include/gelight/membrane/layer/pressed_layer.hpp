@@ -36,6 +36,7 @@ struct LayerState {
   Array<double> traction;  ///< all along x, then all along y; empty: none
   double travel = 0;       ///< of the object towards the layer
   double residual = 0;     ///< see LayerContact
+  Array<double> down;      ///< by them, of the whole image's pixels; empty: not found yet
 };
 
 /// The contact of a layer and a rigid object, in pixels' widths and shear moduli.
@@ -51,13 +52,15 @@ class PressedLayer {
     state.travel = travel;
     const double press = object.deepest + travel;
     if (!(press > 0)) return state;
-    Box box = reach_of(object, travel, start);
+    Box box = reach_of(object, travel, start, false);
     state = moved(start, box);
     state.travel = travel;
     for (;;) {
       find_loads(state, object, effort);
       // Only a layer that bulges can touch where the object does not stand in it.
-      box = is_layer() ? touched(object, state, effort) : state.box;
+      if (!is_layer()) return state;
+      state.down = surface(state, false, effort);
+      box = touched(object, state, effort);
       if (box == state.box) return state;
       state = moved(state, box);
     }
@@ -107,22 +110,28 @@ class PressedLayer {
     const std::size_t pixels = whole().area();
     Array<double> result((sideways ? 3 : 1) * pixels);
     if (state.box.area() == 0) return result;
-    const bool is_held = !state.traction.empty();
-    const Kernels k = kernels(state.box, whole(), sideways || is_held);
+    const bool is_held = !state.traction.empty(), is_found = !state.down.empty();
+    if (is_found) std::copy(state.down.begin(), state.down.end(), result.begin());
+    if (is_found && !sideways) return result;
+    const Kernels k = kernels(state.box, whole(), !is_found, sideways || is_held);
     const Spectrum p = k.convolution.transform(state.pressure.data());
-    if (!is_held) {
-      sum_up(result.data(), k.convolution, {{k.down, p}}, effort);
-      if (!sideways) return result;
-      sum_up(result.data() + pixels, k.convolution, {{k.x, p}}, effort);
-      sum_up(result.data() + 2 * pixels, k.convolution, {{k.y, p}}, effort);
-      return result;
+    Spectrum qx = k.convolution.zero(), qy = qx;
+    if (is_held) {
+      qx = k.convolution.transform(state.traction.data());
+      qy = k.convolution.transform(state.traction.data() + state.box.area());
     }
-    const Spectrum qx = k.convolution.transform(state.traction.data());
-    const Spectrum qy = k.convolution.transform(state.traction.data() + state.box.area());
-    sum_up(result.data(), k.convolution, {{k.down, p}, {k.x, qx, -1}, {k.y, qy, -1}}, effort);
+    const auto add = [&](std::size_t component, const Term& pressed, const Term& x, const Term& y) {
+      double* const to = result.data() + component * pixels;
+      if (is_held) {
+        sum_up(to, k.convolution, {pressed, x, y}, effort);
+      } else {
+        sum_up(to, k.convolution, {pressed}, effort);
+      }
+    };
+    if (!is_found) add(0, {k.down, p}, {k.x, qx, -1}, {k.y, qy, -1});
     if (!sideways) return result;
-    sum_up(result.data() + pixels, k.convolution, {{k.x, p}, {k.xx, qx}, {k.xy, qy}}, effort);
-    sum_up(result.data() + 2 * pixels, k.convolution, {{k.y, p}, {k.xy, qx}, {k.yy, qy}}, effort);
+    add(1, {k.x, p}, {k.xx, qx}, {k.xy, qy});
+    add(2, {k.y, p}, {k.xy, qx}, {k.yy, qy});
     return result;
   }
 
@@ -152,10 +161,11 @@ class PressedLayer {
     return sideways_.get([&] { return SidewaysGreen(grid_, correction()); });
   }
 
-  [[nodiscard]] Kernels kernels(const Box& from, const Box& to, bool has_sideways) const {
+  [[nodiscard]] Kernels kernels(const Box& from, const Box& to, bool has_down,
+                                bool has_sideways) const {
     Kernels k{Convolution(fourier_, from, to), {}, {}, {}, {}, {}, {}};
     const PressureGreen& down = by_pressure();
-    k.down = k.convolution.kernel([&](Index x, Index y) { return down.down(x, y); });
+    if (has_down) k.down = k.convolution.kernel([&](Index x, Index y) { return down.down(x, y); });
     if (!has_sideways) return k;
     const SidewaysGreen& green = sideways();
     k.x = k.convolution.kernel([&](Index x, Index y) { return green.x(x, y); });
@@ -180,6 +190,7 @@ class PressedLayer {
     result.box = box;
     result.pressure = moved(state.pressure.data(), state.pressure.size(), state.box, box);
     result.traction.clear();
+    result.down.clear();
     const std::size_t area = state.box.area();
     if (state.traction.size() != 2 * area) return result;
     for (const std::size_t k : {0u, 1u}) {
@@ -203,9 +214,9 @@ class PressedLayer {
   }
 
   // The box of the pixels where the object, moved, stands in the layer, or that were loaded before.
-  // A layer that keeps its volume bulges, and is touched farther out: half as much again.
-  [[nodiscard]] Box reach_of(const RigidObject& object, double travel,
-                             const LayerState& before) const {
+  // Half as much again where asked for, and for a thin layer that keeps its volume: it bulges.
+  [[nodiscard]] Box reach_of(const RigidObject& object, double travel, const LayerState& before,
+                             bool is_wide) const {
     Index left = grid_.width, right = -1, top = grid_.height, bottom = -1;
     for (Index y = 0; y < grid_.height; ++y) {
       for (Index x = 0; x < grid_.width; ++x) {
@@ -218,8 +229,9 @@ class PressedLayer {
         bottom = std::max(bottom, y);
       }
     }
-    const Index more_x = is_layer() ? (right - left) / 4 + 1 : 0;
-    const Index more_y = is_layer() ? (bottom - top) / 4 + 1 : 0;
+    is_wide = is_wide || (grid_.poisson_ratio > 0.4 && grid_.thickness < (right - left) / 2.0);
+    const Index more_x = is_wide ? (right - left) / 4 + 1 : 0;
+    const Index more_y = is_wide ? (bottom - top) / 4 + 1 : 0;
     left = std::max(left - more_x, 0);
     top = std::max(top - more_y, 0);
     right = std::min(right + more_x, grid_.width - 1);
@@ -229,21 +241,22 @@ class PressedLayer {
 
   // The state's box, grown around what comes through the surface outside of it.
   [[nodiscard]] Box touched(const RigidObject& object, const LayerState& state,
-                            Effort& effort) const {
-    const Array<double> down = surface(state, false, effort);
+                            const Effort& effort) const {
     const double accuracy = effort.tolerance * (object.deepest + state.travel);
-    LayerState through{whole(), Array<double>(whole().area()), {}};
+    LayerState through;
+    through.box = whole();
+    through.pressure.resize(whole().area());
     bool is_wider = false;
     for (Index y = 0; y < grid_.height; ++y) {
       for (Index x = 0; x < grid_.width; ++x) {
         const std::ptrdiff_t i = whole().place(x, y);
         const bool is_inside = state.box.contains(x, y);
-        const bool is_through = object.overlap[i] + state.travel - down[i] > accuracy;
+        const bool is_through = object.overlap[i] + state.travel - state.down[i] > accuracy;
         is_wider = is_wider || (is_through && !is_inside);
         through.pressure[i] = is_inside || is_through ? 1 : 0;
       }
     }
-    return is_wider ? reach_of(object, state.travel, through) : state.box;
+    return is_wider ? reach_of(object, state.travel, through, true) : state.box;
   }
 
   // What of the contact's equations does not change while they are solved.
@@ -265,7 +278,7 @@ class PressedLayer {
   void find_loads(LayerState& state, const RigidObject& object, Effort& effort) const {
     const bool is_held =
         friction_ > 0 && (object.twist != 0 || object.shift != Vec2<double>::Zero());
-    Task task{kernels(state.box, state.box, is_held), Array<double>(state.box.area()),
+    Task task{kernels(state.box, state.box, true, is_held), Array<double>(state.box.area()),
               object.deepest + state.travel, effort};
     for (Index y = 0; y < state.box.height; ++y) {
       for (Index x = 0; x < state.box.width; ++x) {
@@ -323,6 +336,7 @@ class PressedLayer {
     const Array<double> dragged = motion(object, state.box), before = state.pressure;
     double farthest = 0;
     for (const double u : dragged) farthest = std::max(farthest, std::abs(u));
+    if (farthest == 0) return;  // one pixel that turns
     const double softness = std::max(sideways().xx(0, 0), sideways().yy(0, 0));
     const double gain =
         std::max(k.convolution.gain(k.xx), k.convolution.gain(k.yy)) + k.convolution.gain(k.xy);
