@@ -355,6 +355,27 @@ TEST_CASE("friction's law, in a layer that couples pressure and traction") {
   }
 }
 
+TEST_CASE("friction converges as the tolerance does") {
+  const auto eye = camera(65, 65);
+  const auto depth = object(eye, ball(20, 2, 0.2, 0.4));
+  for (const double nu : {0.3, 0.5}) {
+    for (const double h : {20.0, inf}) {
+      const auto press = [&](double tolerance) {
+        const ElasticLayer layer(eye, rest, {1e5, nu, h * pitch, 0.3}, {.tolerance = tolerance});
+        return layer.press(depth, {.shift = {0.5 * pitch, 0}});
+      };
+      const auto exact = press(1e-5);
+      CHECK(exact.converged);
+      CHECK(exact.convolutions < 800);
+      for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+        const auto contact = press(tolerance);
+        CHECK(contact.converged);
+        CHECK(contact.force.x() == doctest::Approx(exact.force.x()).epsilon(4 * tolerance));
+      }
+    }
+  }
+}
+
 TEST_CASE("a thin layer that keeps its volume: the radius is twice the root of press and radius") {
   // Bonded, frictionless, nu = 1/2: p = 3 mu (a^2 - r^2)^2 / (32 R h^3), a^2 = 4 R d, from
   // u = -h^3 / (3 mu) laplace(p); Johnson, Contact Mechanics, section 5.8.
@@ -628,7 +649,8 @@ TEST_CASE("a single pixel, and a copy") {
   const ElasticLayer layer(eye, rest, {1e5, 0.3, inf, inf});
   const Image<double> depth(1, 1, rest - pitch);
   const auto copy = layer;
-  for (const LayerLoad& load : {LayerLoad{}, {.shift = {1e-5, 0}}, {.twist = 0.1}, {.force = 1e-3}}) {
+  for (const LayerLoad& load :
+       {LayerLoad{}, {.shift = {1e-5, 0}}, {.twist = 0.1}, {.force = 1e-3}}) {
     const auto contact = copy.press(depth, load);
     CHECK(contact.converged);
     CHECK(contact.pressure(0, 0) > 0);

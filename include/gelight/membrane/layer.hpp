@@ -85,10 +85,12 @@ struct LayerContact {
 /// step. What lies outside of the image touches nothing. Works in double whatever T is.
 ///
 /// Against Hertz, at a contact radius of 40 pixels: radius 0.3 %, largest pressure 0.01 %, force
-/// 0.005 % off; of first, second and second order in the pixel's size. Cost: 19 convolutions for
-/// that sphere at the default tolerance, each two Fourier transforms of twice the object's box;
-/// some 150 to 300 with friction. A copy shares the layer's Green's functions, which are made when
-/// first used. May be used by several threads at once, if the options' hook may.
+/// 0.005 % off; of first, second and second order in the pixel's size. Cost: some 20 convolutions
+/// for that sphere at the default tolerance, each two Fourier transforms of twice the object's box;
+/// some 70 to 350 with friction. Where infinite friction meets a layer that couples pressure and
+/// traction, pixels at the rim may come and go: then `converged` says no. A copy shares the layer's
+/// Green's functions, which are made when first used. May be used by several threads at once, if
+/// the options' hook may.
 template <std::floating_point T>
 class ElasticLayer {
  public:

@@ -33,32 +33,46 @@ using Load = Eigen::Matrix<double, N, 1>;
 /// Where pressure may act: nowhere less than nothing.
 struct Unilateral {
   static constexpr int components = 1;
-  static constexpr bool turns = false;  // whether a load can go along its bound
-  const Array<double>& wanted;          ///< -infinity: nothing to touch
+  const Array<double>& wanted;  ///< -infinity: nothing to touch
 
   [[nodiscard]] Load<1> nearest(std::size_t i, const Load<1>& load) const {
-    return Load<1>(may_touch(i) ? std::max(load[0], 0.0) : 0.0);
+    return Load<1>(std::isfinite(wanted.data()[i]) ? std::max(load[0], 0.0) : 0.0);
   }
-  [[nodiscard]] bool is_inside(std::size_t i, const Load<1>& load) const {
-    return load[0] > 0 && may_touch(i);
+  /// The part of a change that the bound lets through, where the gap drives the load.
+  [[nodiscard]] Load<1> free_part(std::size_t i, const Load<1>& load, const Load<1>& gap,
+                                  const Load<1>& change) const {
+    const bool is_free = std::isfinite(wanted.data()[i]) && (load[0] > 0 || gap[0] < 0);
+    return is_free ? change : Load<1>::Zero();
   }
-  [[nodiscard]] bool may_touch(std::size_t i) const { return std::isfinite(wanted.data()[i]); }
+  /// How much steeper the gap gets along the bound, because that is bent.
+  [[nodiscard]] double bend(std::size_t, const Load<1>&, const Load<1>&) const { return 0; }
 };
 
 /// Coulomb's friction: no traction is longer than a share of the pressure.
 struct Frictional {
   static constexpr int components = 2;
-  static constexpr bool turns = true;
   const Array<double>& most;  ///< of a traction's length, at each pixel
 
   [[nodiscard]] Load<2> nearest(std::size_t i, const Load<2>& load) const {
     const double length = load.norm(), bound = most.data()[i];
     return length <= bound ? load : Load<2>(load * (bound / length));
   }
-  [[nodiscard]] bool is_inside(std::size_t i, const Load<2>& load) const {
-    // What was put on the bound stays there, whatever rounding does.
+  [[nodiscard]] Load<2> free_part(std::size_t i, const Load<2>& load, const Load<2>& gap,
+                                  const Load<2>& change) const {
+    if (most.data()[i] == 0) return Load<2>::Zero();
+    if (!is_held(i, load, gap)) return change;
+    return change - change.dot(load) / load.squaredNorm() * load;
+  }
+  [[nodiscard]] double bend(std::size_t i, const Load<2>& load, const Load<2>& gap) const {
+    return is_held(i, load, gap) ? -gap.dot(load) / load.squaredNorm() : 0;
+  }
+
+ private:
+  // Whether the gap drives the load against its bound. What was put there stays there, whatever
+  // rounding does.
+  [[nodiscard]] bool is_held(std::size_t i, const Load<2>& load, const Load<2>& gap) const {
     constexpr double on_it = 1 - 1e-12;
-    return load.norm() < on_it * most.data()[i];
+    return most.data()[i] > 0 && load.norm() >= on_it * most.data()[i] && gap.dot(load) < 0;
   }
 };
 
@@ -66,10 +80,10 @@ struct Frictional {
 /// bounds let it: pressure is positive where the gap is none and no gap is negative; or traction is
 /// below friction where nothing slips, and where it slips the two are opposed.
 ///
-/// By conjugate gradients on the loads that are free of their bounds, which are put back to them
-/// after each step; a load on its bound steps downhill (Polonsky and Keer, A numerical method for
-/// solving rough contact problems based on the multi-level multi-summation and conjugate gradient
-/// techniques, 1999, doi:10.1016/S0043-1648(99)00113-1, for pressure; the same for traction).
+/// By conjugate gradients (Polak and Ribiere's) on what of the loads the bounds leave free, also
+/// along a bound that is bent; after each step loads are put back to their bounds. (After Polonsky
+/// and Keer, A numerical method for solving rough contact problems based on the multi-level
+/// multi-summation and conjugate gradient techniques, 1999, doi:10.1016/S0043-1648(99)00113-1.)
 ///
 /// `respond(load)` gives the surface's displacement, `softness` is a pixel's by its own load,
 /// `gain` the most by which responding makes any load longer. Ends where each pixel's gap, or where
@@ -89,55 +103,56 @@ template <class Bounds, class Respond>
   const auto set = [&](Array<double>& of, std::size_t i, const Load<N>& value) {
     for (std::size_t k = 0; k < N; ++k) of.data()[k * pixels + i] = value[static_cast<int>(k)];
   };
-  Array<double> gap(load.size()), step(load.size());
-  Array<char> free(pixels);
+  Array<double> gap, step(load.size()), slope(load.size());
   const auto measure = [&] {
     gap = respond(load);
     for (std::size_t k = 0; k < gap.size(); ++k) gap.data()[k] -= wanted.data()[k];
   };
   measure();
-  double squares = 0, left = 0;
-  bool goes_on = false;  // the last step was one of the same conjugate gradients
+  double last_square = 0, last_energy = std::numeric_limits<double>::infinity();
   for (int iteration = 0;; ++iteration) {
-    double sum = 0;
-    left = 0;
+    double square = 0, change = 0, energy = 0, left = 0;
     for (std::size_t i = 0; i < pixels; ++i) {
-      const Load<N> here = get(load, i), slope = get(gap, i);
-      free.data()[i] = bounds.is_inside(i, here) ? 1 : 0;
-      if (free.data()[i] != 0) sum += slope.squaredNorm();
-      const Load<N> better = bounds.nearest(i, here - slope / softness);
+      const Load<N> here = get(load, i), open = get(gap, i);
+      const Load<N> better = bounds.nearest(i, here - open / softness);
       left = std::max(left, softness * (here - better).norm());
+      const Load<N> free = bounds.free_part(i, here, open, open);
+      const double stiff = 1 / (softness + bounds.bend(i, here, open));
+      square += stiff * free.squaredNorm();
+      change += stiff * free.dot(free - get(slope, i));
+      set(slope, i, free);
+      if (here != Load<N>::Zero()) energy += here.dot(open - get(wanted, i));
     }
     if (left <= accuracy || iteration == effort.most_iterations) return left;
     ++effort.iterations;
-    const double keep = goes_on && squares > 0 ? sum / squares : 0;
-    squares = sum;
+    // A step after which the energy did not fall is followed by one after which it must.
+    const bool is_careful = !(energy < last_energy);
+    const double keep = last_square > 0 && !is_careful ? std::max(0.0, change / last_square) : 0;
+    last_square = is_careful ? 0 : square;
+    last_energy = energy;
+    double along = 0;
     for (std::size_t i = 0; i < pixels; ++i) {
-      set(step, i,
-          free.data()[i] != 0 ? Load<N>(get(gap, i) + keep * get(step, i)) : Load<N>::Zero());
+      const Load<N> here = get(load, i), open = get(gap, i);
+      const double stiff = 1 / (softness + bounds.bend(i, here, open));
+      const Load<N> next =
+          stiff * get(slope, i) + keep * bounds.free_part(i, here, open, get(step, i));
+      set(step, i, next);
+      along += next.dot(get(slope, i));
     }
     const Array<double> yielding = respond(step);
-    double along = 0, bending = 0;
-    for (std::size_t k = 0; k < step.size(); ++k) {
-      along += step.data()[k] * (step.data()[k] != 0 ? gap.data()[k] : 0);
-      bending += step.data()[k] * yielding.data()[k];
+    double bending = 0;
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const Load<N> by = get(step, i);
+      bending +=
+          by.dot(get(yielding, i)) + bounds.bend(i, get(load, i), get(gap, i)) * by.squaredNorm();
     }
-    const double length = bending > 0 ? along / bending : 1 / gain;
-    const double downhill = Bounds::turns ? std::min(length, 1 / gain) : length;
-    goes_on = true;
+    double length = bending > 0 ? along / bending : softness / gain;
+    if (is_careful) length = std::min(length, softness / gain);
     bool is_straight = true;
     for (std::size_t i = 0; i < pixels; ++i) {
-      const Load<N> here = get(load, i);
-      const bool is_free = free.data()[i] != 0;
-      const Load<N> there =
-          is_free ? Load<N>(here - length * get(step, i)) : Load<N>(here - downhill * get(gap, i));
+      const Load<N> there = get(load, i) - length * get(step, i);
       const Load<N> next = bounds.nearest(i, there);
-      if (is_free) {
-        if (next != there) is_straight = false;
-      } else if (next != here) {
-        is_straight = false;
-        if (bounds.is_inside(i, next)) goes_on = false;
-      }
+      is_straight = is_straight && next == there;
       set(load, i, next);
     }
     if (is_straight) {

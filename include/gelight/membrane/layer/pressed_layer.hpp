@@ -329,7 +329,7 @@ class PressedLayer {
   // approach to the unilateral contact- and friction-boundary value problem in the theory of
   // elasticity, 1975, doi:10.1007/BF00534623).
   void hold(LayerState& state, const Task& task, const RigidObject& object) const {
-    constexpr int most_rounds = 50;
+    constexpr int most_rounds = 20;
     const Kernels& k = task.kernels;
     const std::size_t pixels = state.box.area();
     state.traction.resize(2 * pixels);
