@@ -1,7 +1,7 @@
 #pragma once
 
-// Everything but the opt-in headers, io/, mesh/cholmod and the views of CGAL, Eigen, OpenCV and
-// OpenMesh, which need libraries of their own.
+// Everything but the opt-in headers: io/, mesh/cholmod, membrane/layer, membrane/fftw and the views
+// of CGAL, Eigen, OpenCV and OpenMesh, which need libraries of their own.
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/concepts/mesh.hpp"
@@ -41,6 +41,9 @@
 #include "gelight/light/plane.hpp"
 #include "gelight/light/transport.hpp"
 #include "gelight/membrane/elastic.hpp"
+#include "gelight/membrane/fourier.hpp"
+#include "gelight/membrane/gel.hpp"
+#include "gelight/membrane/markers.hpp"
 #include "gelight/membrane/springs.hpp"
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/intrinsic.hpp"

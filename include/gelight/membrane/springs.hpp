@@ -14,6 +14,7 @@
 #include "gelight/image/camera.hpp"
 #include "gelight/membrane/detail/spring_sums.hpp"
 #include "gelight/membrane/detail/taut_membrane.hpp"
+#include "gelight/membrane/gel.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {
@@ -30,17 +31,6 @@ namespace detail {
 }
 
 }  // namespace detail
-
-/// What a sensor's gel is made of. Under every pixel stands a spring (a Winkler foundation); with
-/// `tension` the coating couples each to its neighbours, so that the gel bends around a contact.
-struct Gel {
-  double elastic_modulus = 1e5;  ///< Pa
-  double thickness = 0.005;      ///< m; further than this nothing is pressed in
-  double tension = 0;            ///< N/m
-
-  /// Pressure over indentation, in N/m^3.
-  [[nodiscard]] double stiffness() const { return elastic_modulus / thickness; }
-};
 
 /// How a search for the equilibrium of gel and object ended.
 enum class Equilibrium : std::uint8_t {

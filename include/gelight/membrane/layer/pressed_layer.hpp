@@ -1,0 +1,417 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/late.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/membrane/fourier.hpp"
+#include "gelight/membrane/layer/contact.hpp"
+#include "gelight/membrane/layer/convolution.hpp"
+#include "gelight/membrane/layer/green.hpp"
+
+namespace gelight::detail {
+
+/// A rigid object as it stands past the layer at rest. Lengths in pixels' widths.
+struct RigidObject {
+  static constexpr double nothing = -std::numeric_limits<double>::infinity();
+
+  Array<double> overlap;  ///< row after row; `nothing` where no object is known
+  double deepest = nothing;
+  Index x = 0, y = 0;  ///< where it is deepest
+  Vec2<double> shift;  ///< how far it has moved sideways
+  double twist = 0;    ///< and turned, about `axis`
+  Vec2<double> axis;   ///< column and row
+};
+
+/// Loads on a layer, in shear moduli, in a box of pixels, row after row; and how they came about.
+struct LayerState {
+  Box box;
+  Array<double> pressure;
+  Array<double> traction;  ///< all along x, then all along y; empty: none
+  double travel = 0;       ///< of the object towards the layer
+  double residual = 0;     ///< see LayerContact
+  Array<double> down;      ///< by them, of the whole image's pixels; empty: not found yet
+};
+
+/// The contact of a layer and a rigid object, in pixels' widths and shear moduli.
+class PressedLayer {
+ public:
+  PressedLayer(const LayerGrid& grid, double friction, FourierBackend fourier)
+      : grid_(grid), friction_(friction), fourier_(fourier) {}
+
+  /// The contact of the object moved by `travel`, from a state to start with.
+  [[nodiscard]] LayerState settle(const RigidObject& object, double travel, const LayerState& start,
+                                  Effort& effort) const {
+    LayerState state;
+    state.travel = travel;
+    const double press = object.deepest + travel;
+    if (!(press > 0)) return state;
+    Box box = reach_of(object, travel, start, false);
+    state = moved(start, box);
+    state.travel = travel;
+    for (;;) {
+      find_loads(state, object, effort);
+      // Only a layer that bulges can touch where the object does not stand in it.
+      if (!is_layer()) return state;
+      state.down = surface(state, false, effort);
+      box = touched(object, state, effort);
+      if (box == state.box) return state;
+      state = moved(state, box);
+    }
+  }
+
+  /// The contact at which the layer bears a force, the sum of all pressures, to within the
+  /// tolerance: a secant search on the logarithms of force and press, since the one goes with a
+  /// power of the other. None where the object would have to come through the layer.
+  [[nodiscard]] std::optional<LayerState> balance(const RigidObject& object, double force,
+                                                  const LayerState& start, Effort& effort) const {
+    constexpr int most_tries = 60;
+    // Contacts so exact that what they leave does not hide the force.
+    const double tolerance = effort.tolerance;
+    effort.tolerance /= 5;
+    const double deepest = object.deepest, most = grid_.thickness * (1 - 1e-9);
+    double press = start.travel + deepest;
+    if (!(press > 0)) press = deepest > 0 ? deepest : 1;
+    press = std::min(press, most / 2);
+    double below = 0, above = most, power = 1.5, last_press = 0, last_force = 0;
+    LayerState state = start;
+    for (int i = 0; i < most_tries; ++i) {
+      state = settle(object, press - deepest, state, effort);
+      double borne = 0;
+      for (const double p : state.pressure) borne += p;
+      const double missing = std::abs(borne / force - 1);
+      if (missing <= tolerance) break;
+      if (borne < force && press >= most) return {};
+      (borne < force ? below : above) = press;
+      if (last_press > 0 && borne != last_force && press != last_press) {
+        power = std::clamp(std::log(borne / last_force) / std::log(press / last_press), 0.5, 10.0);
+      }
+      last_press = press;
+      last_force = borne;
+      double next = press * std::clamp(std::pow(force / borne, 1 / power), 0.1, 10.0);
+      if (!(next > below)) next = (press + below) / 2;
+      if (!(next < above))
+        next = std::isfinite(above) && above < most ? (press + above) / 2 : above;
+      press = next;
+      if (i + 1 == most_tries) state.residual = std::max(state.residual, missing);
+    }
+    return state;
+  }
+
+  /// The whole image's displacement: down, and where it is asked for along x, then along y.
+  [[nodiscard]] Array<double> surface(const LayerState& state, bool sideways,
+                                      Effort& effort) const {
+    const std::size_t pixels = whole().area();
+    Array<double> result((sideways ? 3 : 1) * pixels);
+    if (state.box.area() == 0) return result;
+    const bool is_held = !state.traction.empty(), is_found = !state.down.empty();
+    if (is_found) std::copy(state.down.begin(), state.down.end(), result.begin());
+    if (is_found && !sideways) return result;
+    const Kernels k = kernels(state.box, whole(), !is_found, sideways || is_held);
+    const Spectrum p = k.convolution.transform(state.pressure.data());
+    Spectrum qx = k.convolution.zero(), qy = qx;
+    if (is_held) {
+      qx = k.convolution.transform(state.traction.data());
+      qy = k.convolution.transform(state.traction.data() + state.box.area());
+    }
+    const auto add = [&](std::size_t component, const Term& pressed, const Term& x, const Term& y) {
+      double* const to = result.data() + component * pixels;
+      if (is_held) {
+        sum_up(to, k.convolution, {pressed, x, y}, effort);
+      } else {
+        sum_up(to, k.convolution, {pressed}, effort);
+      }
+    };
+    if (!is_found) add(0, {k.down, p}, {k.x, qx, -1}, {k.y, qy, -1});
+    if (!sideways) return result;
+    add(1, {k.x, p}, {k.xx, qx}, {k.xy, qy});
+    add(2, {k.y, p}, {k.xy, qx}, {k.yy, qy});
+    return result;
+  }
+
+ private:
+  // The layer's Green's functions between the pixels of two boxes, transformed.
+  struct Kernels {
+    Convolution convolution;
+    Spectrum down, x, y, xx, yy, xy;
+  };
+
+  struct Term {
+    const Spectrum& kernel;
+    const Spectrum& load;
+    double sign = 1;
+  };
+
+  [[nodiscard]] bool is_layer() const { return std::isfinite(grid_.thickness); }
+  [[nodiscard]] Box whole() const { return {0, 0, grid_.width, grid_.height}; }
+
+  [[nodiscard]] const std::optional<LayerCorrection>& correction() const {
+    return correction_.get([&] { return layer_correction(grid_); });
+  }
+  [[nodiscard]] const PressureGreen& by_pressure() const {
+    return by_pressure_.get([&] { return PressureGreen(grid_, correction()); });
+  }
+  [[nodiscard]] const SidewaysGreen& sideways() const {
+    return sideways_.get([&] { return SidewaysGreen(grid_, correction()); });
+  }
+
+  [[nodiscard]] Kernels kernels(const Box& from, const Box& to, bool has_down,
+                                bool has_sideways) const {
+    Kernels k{Convolution(fourier_, from, to), {}, {}, {}, {}, {}, {}};
+    const PressureGreen& down = by_pressure();
+    if (has_down) k.down = k.convolution.kernel([&](Index x, Index y) { return down.down(x, y); });
+    if (!has_sideways) return k;
+    const SidewaysGreen& green = sideways();
+    k.x = k.convolution.kernel([&](Index x, Index y) { return green.x(x, y); });
+    k.y = k.convolution.kernel([&](Index x, Index y) { return green.y(x, y); });
+    k.xx = k.convolution.kernel([&](Index x, Index y) { return green.xx(x, y); });
+    k.yy = k.convolution.kernel([&](Index x, Index y) { return green.yy(x, y); });
+    k.xy = k.convolution.kernel([&](Index x, Index y) { return green.xy(x, y); });
+    return k;
+  }
+
+  static void sum_up(double* result, const Convolution& convolution,
+                     std::initializer_list<Term> terms, Effort& effort) {
+    Spectrum sum = convolution.zero();
+    for (const Term& term : terms) add_product(sum, term.kernel, term.load, term.sign);
+    convolution.restore(result, sum);
+    effort.convolve();
+  }
+
+  // The same loads in another box.
+  [[nodiscard]] static LayerState moved(const LayerState& state, const Box& box) {
+    LayerState result = state;
+    result.box = box;
+    result.pressure = moved(state.pressure.data(), state.pressure.size(), state.box, box);
+    result.traction.clear();
+    result.down.clear();
+    const std::size_t area = state.box.area();
+    if (state.traction.size() != 2 * area) return result;
+    for (const std::size_t k : {0u, 1u}) {
+      const Array<double> part = moved(state.traction.data() + k * area, area, state.box, box);
+      result.traction.insert(result.traction.end(), part.begin(), part.end());
+    }
+    return result;
+  }
+
+  [[nodiscard]] static Array<double> moved(const double* values, std::size_t count, const Box& from,
+                                           const Box& to) {
+    Array<double> result(to.area());
+    if (count == 0) return result;
+    const Index left = std::max(from.left, to.left);
+    const Index right = std::min(from.left + from.width, to.left + to.width);
+    for (Index y = to.top; y < to.top + to.height; ++y) {
+      if (left >= right || y < from.top || y >= from.top + from.height) continue;
+      std::copy_n(values + from.place(left, y), right - left, &result[to.place(left, y)]);
+    }
+    return result;
+  }
+
+  // The box of the pixels where the object, moved, stands in the layer, or that were loaded before.
+  // Half as much again where asked for, and for a thin layer that keeps its volume: it bulges.
+  [[nodiscard]] Box reach_of(const RigidObject& object, double travel, const LayerState& before,
+                             bool is_wide) const {
+    Index left = grid_.width, right = -1, top = grid_.height, bottom = -1;
+    for (Index y = 0; y < grid_.height; ++y) {
+      for (Index x = 0; x < grid_.width; ++x) {
+        const bool is_loaded = !before.pressure.empty() && before.box.contains(x, y) &&
+                               before.pressure[before.box.place(x, y)] > 0;
+        if (!is_loaded && !(object.overlap[whole().place(x, y)] + travel > 0)) continue;
+        left = std::min(left, x);
+        right = std::max(right, x);
+        top = std::min(top, y);
+        bottom = std::max(bottom, y);
+      }
+    }
+    is_wide = is_wide || (grid_.poisson_ratio > 0.4 && grid_.thickness < (right - left) / 2.0);
+    const Index more_x = is_wide ? (right - left) / 4 + 1 : 0;
+    const Index more_y = is_wide ? (bottom - top) / 4 + 1 : 0;
+    left = std::max(left - more_x, 0);
+    top = std::max(top - more_y, 0);
+    right = std::min(right + more_x, grid_.width - 1);
+    bottom = std::min(bottom + more_y, grid_.height - 1);
+    return {left, top, right - left + 1, bottom - top + 1};
+  }
+
+  // The state's box, grown around what comes through the surface outside of it.
+  [[nodiscard]] Box touched(const RigidObject& object, const LayerState& state,
+                            const Effort& effort) const {
+    const double accuracy = effort.tolerance * (object.deepest + state.travel);
+    LayerState through;
+    through.box = whole();
+    through.pressure.resize(whole().area());
+    bool is_wider = false;
+    for (Index y = 0; y < grid_.height; ++y) {
+      for (Index x = 0; x < grid_.width; ++x) {
+        const std::ptrdiff_t i = whole().place(x, y);
+        const bool is_inside = state.box.contains(x, y);
+        const bool is_through = object.overlap[i] + state.travel - state.down[i] > accuracy;
+        is_wider = is_wider || (is_through && !is_inside);
+        through.pressure[i] = is_inside || is_through ? 1 : 0;
+      }
+    }
+    return is_wider ? reach_of(object, state.travel, through, true) : state.box;
+  }
+
+  // What of the contact's equations does not change while they are solved.
+  struct Task {
+    Kernels kernels;
+    Array<double> overlap;  // pressure's own, without what traction moves
+    double press;
+    Effort& effort;
+  };
+
+  [[nodiscard]] static Array<double> down(const Task& task, const Array<double>& pressure) {
+    Array<double> result(pressure.size());
+    const Spectrum p = task.kernels.convolution.transform(pressure.data());
+    sum_up(result.data(), task.kernels.convolution, {{task.kernels.down, p}}, task.effort);
+    return result;
+  }
+
+  // Pressure, and traction where friction holds the object, in the state's box.
+  void find_loads(LayerState& state, const RigidObject& object, Effort& effort) const {
+    const bool is_held =
+        friction_ > 0 && (object.twist != 0 || object.shift != Vec2<double>::Zero());
+    Task task{kernels(state.box, state.box, true, is_held), Array<double>(state.box.area()),
+              object.deepest + state.travel, effort};
+    for (Index y = 0; y < state.box.height; ++y) {
+      for (Index x = 0; x < state.box.width; ++x) {
+        task.overlap[std::ptrdiff_t{y} * state.box.width + x] =
+            object.overlap[whole().place(state.box.left + x, state.box.top + y)] + state.travel;
+      }
+    }
+    if (*std::max_element(state.pressure.begin(), state.pressure.end()) == 0) {
+      state.pressure = first_guess(task);
+    }
+    state.residual = press_down(state, task, task.overlap);
+    if (is_held) {
+      hold(state, task, object);
+    } else {
+      state.traction.clear();
+    }
+  }
+
+  // In proportion to the overlap.
+  [[nodiscard]] static Array<double> first_guess(const Task& task) {
+    Array<double> pressure(task.overlap.size());
+    for (std::size_t i = 0; i < pressure.size(); ++i) {
+      pressure.data()[i] = std::max(task.overlap.data()[i], 0.0);
+    }
+    const Array<double> yielding = down(task, pressure);
+    double along = 0, bending = 0;
+    for (std::size_t i = 0; i < pressure.size(); ++i) {
+      along += pressure.data()[i] * pressure.data()[i];
+      bending += pressure.data()[i] * yielding.data()[i];
+    }
+    for (double& p : pressure) p *= along / bending;
+    return pressure;
+  }
+
+  // The pressure under which the surface is where the object wants it; returns what is left, as a
+  // share of the press.
+  double press_down(LayerState& state, const Task& task, const Array<double>& wanted) const {
+    const auto respond = [&](const Array<double>& pressure) { return down(task, pressure); };
+    return solve_bounded(state.pressure, wanted, Unilateral{wanted}, respond,
+                         by_pressure().down(0, 0), task.kernels.convolution.gain(task.kernels.down),
+                         task.effort.tolerance * task.press, task.effort) /
+           task.press;
+  }
+
+  // Traction under which what does not slip goes with the object, from where pressure without
+  // friction left it. Traction moves the surface down and pressure moves it sideways, both little:
+  // the two are found in turns until neither changes (Panagiotopoulos, A nonlinear programming
+  // approach to the unilateral contact- and friction-boundary value problem in the theory of
+  // elasticity, 1975, doi:10.1007/BF00534623).
+  void hold(LayerState& state, const Task& task, const RigidObject& object) const {
+    constexpr int most_rounds = 20;
+    const Kernels& k = task.kernels;
+    const std::size_t pixels = state.box.area();
+    state.traction.resize(2 * pixels);
+    const Array<double> dragged = motion(object, state.box), before = state.pressure;
+    double farthest = 0;
+    for (const double u : dragged) farthest = std::max(farthest, std::abs(u));
+    if (farthest == 0) return;  // one pixel that turns
+    const double softness = std::max(sideways().xx(0, 0), sideways().yy(0, 0));
+    const double gain =
+        std::max(k.convolution.gain(k.xx), k.convolution.gain(k.yy)) + k.convolution.gain(k.xy);
+    const auto respond = [&](const Array<double>& traction) {
+      Array<double> result(traction.size());
+      const Spectrum qx = k.convolution.transform(traction.data());
+      const Spectrum qy = k.convolution.transform(traction.data() + pixels);
+      sum_up(result.data(), k.convolution, {{k.xx, qx}, {k.xy, qy}}, task.effort);
+      sum_up(result.data() + pixels, k.convolution, {{k.xy, qx}, {k.yy, qy}}, task.effort);
+      return result;
+    };
+    Array<double> wanted = dragged, most(pixels);
+    for (int round = 0; round < most_rounds; ++round) {
+      Array<double> change(pixels);
+      double largest = 0;
+      for (std::size_t i = 0; i < pixels; ++i) {
+        const double p = state.pressure.data()[i];
+        most.data()[i] = p > 0 ? friction_ * p : 0;
+        change.data()[i] = p - before.data()[i];
+        largest = std::max(largest, std::abs(change.data()[i]));
+      }
+      if (largest > 0) {
+        const Spectrum p = k.convolution.transform(change.data());
+        sum_up(wanted.data(), k.convolution, {{k.x, p}}, task.effort);
+        sum_up(wanted.data() + pixels, k.convolution, {{k.y, p}}, task.effort);
+        for (std::size_t i = 0; i < wanted.size(); ++i) {
+          wanted.data()[i] = dragged.data()[i] - wanted.data()[i];
+        }
+      }
+      const double slack =
+          solve_bounded(state.traction, wanted, Frictional{most}, respond, softness, gain,
+                        task.effort.tolerance * farthest, task.effort) /
+          farthest;
+      Array<double> lifted(pixels);
+      const Spectrum qx = k.convolution.transform(state.traction.data());
+      const Spectrum qy = k.convolution.transform(state.traction.data() + pixels);
+      sum_up(lifted.data(), k.convolution, {{k.x, qx}, {k.y, qy}}, task.effort);
+      for (std::size_t i = 0; i < pixels; ++i) lifted.data()[i] += task.overlap.data()[i];
+      Array<double> last = state.pressure;
+      const double gap = press_down(state, task, lifted);
+      double moved_by = 0;
+      for (std::size_t i = 0; i < pixels; ++i) {
+        moved_by = std::max(moved_by, std::abs(state.pressure.data()[i] - last.data()[i]));
+      }
+      moved_by *= by_pressure().down(0, 0) / task.press;
+      const bool is_done = moved_by <= task.effort.tolerance;
+      if (!is_done && round + 1 < most_rounds) continue;
+      // The pressure that bounds the traction, so that the two keep to friction's law.
+      state.pressure = std::move(last);
+      state.residual = std::max(slack, is_done ? gap : std::max(gap, moved_by));
+      return;
+    }
+  }
+
+  // How far the object has moved each pixel of a box sideways: all along x, then all along y.
+  [[nodiscard]] Array<double> motion(const RigidObject& object, const Box& box) const {
+    Array<double> result(2 * box.area());
+    const double cos = std::cos(object.twist) - 1, sin = std::sin(object.twist);
+    std::size_t i = 0;
+    for (Index row = box.top; row < box.top + box.height; ++row) {
+      for (Index column = box.left; column < box.left + box.width; ++column, ++i) {
+        const double x = column - object.axis.x(), y = grid_.aspect * (row - object.axis.y());
+        result.data()[i] = object.shift.x() + cos * x - sin * y;
+        result.data()[box.area() + i] = object.shift.y() + sin * x + cos * y;
+      }
+    }
+    return result;
+  }
+
+  LayerGrid grid_;
+  double friction_;
+  FourierBackend fourier_;
+  Late<std::optional<LayerCorrection>> correction_;
+  Late<PressureGreen> by_pressure_;
+  Late<SidewaysGreen> sideways_;
+};
+
+}  // namespace gelight::detail

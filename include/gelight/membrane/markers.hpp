@@ -1,0 +1,148 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "gelight/concepts/image.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/image/camera.hpp"
+#include "gelight/views/image_view.hpp"
+
+// How far the dots that are printed on a gel move in the camera's image.
+
+namespace gelight {
+
+/// A dragged contact's markers in closed form: about a centre that moves by `shift` each dot r away
+/// moves by
+///     reach (shift / rho + stretch r (r . shift) / rho^3),   rho^2 = |r|^2 + reach^2,
+/// the far field of a sideways force on a half-space (Cerruti's; Johnson, Contact Mechanics, 1985,
+/// doi:10.1017/CBO9781139171731, section 3.6) made round at the centre. Everything in pixels.
+struct DraggedMarkers {
+  Vec2<double> centre = Vec2<double>::Zero();  ///< column and row
+  Vec2<double> shift = Vec2<double>::Zero();   ///< of what touches the gel
+  double reach = 1;                            ///< see `of_disc`
+  double stretch = 0;                          ///< see `of_disc`
+
+  /// Those of a disc that sticks to a half-space: far away the same as Mindlin's exact solution
+  /// (Compliance of elastic bodies in contact, 1949, doi:10.1115/1.4009973). Radius in pixels.
+  /// Throws InvalidInput for a radius that is not positive and a Poisson ratio outside of [0, 0.5].
+  [[nodiscard]] static DraggedMarkers of_disc(const Vec2<double>& centre, const Vec2<double>& shift,
+                                              double radius, double poisson_ratio) {
+    detail::require(radius > 0 && std::isfinite(radius), "radius ", radius,
+                    " is not positive and finite");
+    detail::require(poisson_ratio >= 0 && poisson_ratio <= 0.5, "Poisson ratio ", poisson_ratio,
+                    " is not between 0 and 0.5");
+    const double nu = poisson_ratio;
+    return {centre, shift, 4 * radius * (1 - nu) / (std::numbers::pi * (2 - nu)), nu / (1 - nu)};
+  }
+
+  /// How far a marker moves that was at a pixel.
+  [[nodiscard]] Vec2<double> operator()(const Vec2<double>& pixel) const {
+    const Vec2<double> r = pixel - centre;
+    const double square = r.squaredNorm() + reach * reach, rho = std::sqrt(square);
+    return reach / rho * (shift + stretch * r.dot(shift) / square * r);
+  }
+};
+
+/// Three Gaussians that are fitted to a sensor: dots that are touched push the others away, and
+/// drag and turn them along (Zhao, Qian, Duan, Luo, FOTS: A Fast Optical Tactile Simulator for
+/// Sim2Real Learning of Tactile-motor Robot Manipulation Skills, 2024,
+/// doi:10.48550/arXiv.2404.19217). For comparison. Everything in pixels.
+struct GaussianMarkers {
+  /// A dot that is touched.
+  struct Touched {
+    Vec2<double> pixel;
+    double
+        push;  ///< how far each pixel away from it is pushed, close by, in proportion to its depth
+  };
+  std::vector<Touched> touched;
+  Vec2<double> centre = Vec2<double>::Zero();  ///< of the object: column and row
+  Vec2<double> shift = Vec2<double>::Zero();   ///< of the object
+  double twist = 0;                            ///< of the object, in radians from x to y
+  double push_decay = 0, shift_decay = 0, twist_decay = 0;  ///< per square of pixels
+
+  /// How far a marker moves that was at a pixel.
+  [[nodiscard]] Vec2<double> operator()(const Vec2<double>& pixel) const {
+    Vec2<double> sum = Vec2<double>::Zero();
+    for (const Touched& dot : touched) {
+      const Vec2<double> away = pixel - dot.pixel;
+      sum += dot.push * std::exp(-push_decay * away.squaredNorm()) * away;
+    }
+    const Vec2<double> r = pixel - centre;
+    const double square = r.squaredNorm(), cos = std::cos(twist) - 1, sin = std::sin(twist);
+    sum += std::exp(-shift_decay * square) * shift;
+    return sum + std::exp(-twist_decay * square) *
+                     Vec2<double>(cos * r.x() - sin * r.y(), sin * r.x() + cos * r.y());
+  }
+};
+
+/// How far every pixel's marker moves, in pixels, by a closed form: a function of the pixel such as
+/// DraggedMarkers. Throws InvalidInput for a negative size.
+template <std::floating_point T, std::invocable<Vec2<double>> Field>
+[[nodiscard]] Image<Vec2<T>> marker_displacement(Index width, Index height, const Field& field) {
+  Image<Vec2<T>> moved(width, height);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      const Vec2<double> by = field(Vec2<double>(x, y));
+      moved(x, y) = by.cast<T>();
+    }
+  }
+  return moved;
+}
+
+/// How far every pixel's marker moves, in pixels, when the point of the gel that it marks moves:
+/// `rest_depth` in m, `displacement` of the gel's points in the camera's frame, m, as of an
+/// ElasticLayer's contact. NaN where either is not known. Throws InvalidInput for a camera that is
+/// not valid and images of other sizes.
+template <std::floating_point T, ImageOf<T> R, ImageLike D>
+[[nodiscard]] Image<Vec2<T>> marker_displacement(const Camera<T>& camera, const R& rest_depth,
+                                                 const D& displacement) {
+  camera.require_valid();
+  detail::require_camera_size(rest_depth, camera, "the rest depth");
+  detail::require_camera_size(displacement, camera, "the displacement");
+  constexpr T nan = std::numeric_limits<T>::quiet_NaN();
+  Image<Vec2<T>> moved(camera.width, camera.height, Vec2<T>(nan, nan));
+  for (Index y = 0; y < camera.height; ++y) {
+    for (Index x = 0; x < camera.width; ++x) {
+      const T u = static_cast<T>(x), v = static_cast<T>(y);
+      const T rest = static_cast<T>(ImageTraits<R>::pixel(rest_depth, x, y));
+      const Vec3<T> by = ImageTraits<D>::pixel(displacement, x, y);
+      const T depth = rest + by.z();
+      if (!(rest > 0 && depth > 0) || !std::isfinite(depth)) continue;
+      // The difference of the two projections, without the digits that it would lose.
+      const Vec3<T> ray = camera.ray(u, v);
+      moved(x, y) = {camera.fx * (by.x() - ray.x() * by.z()) / depth,
+                     camera.fy * (by.y() - ray.y() * by.z()) / depth};
+    }
+  }
+  return moved;
+}
+
+/// How far markers move that were at the given pixels (columns and rows between them, too): an
+/// image's values, interpolated bilinearly. Throws InvalidInput for a marker outside of the image.
+template <std::floating_point T>
+[[nodiscard]] std::vector<Vec2<T>> sample_markers(const Image<Vec2<T>>& displacement,
+                                                  std::span<const Vec2<T>> pixels) {
+  std::vector<Vec2<T>> moved;
+  for (const Vec2<T>& pixel : pixels) {
+    detail::require(
+        pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= static_cast<T>(displacement.width() - 1) &&
+            pixel.y() <= static_cast<T>(displacement.height() - 1),
+        "marker ", moved.size(), " at (", pixel.x(), ", ", pixel.y(), ") is outside of the image");
+    const auto left = static_cast<Index>(pixel.x()), top = static_cast<Index>(pixel.y());
+    const Index right = std::min(left + 1, displacement.width() - 1);
+    const Index bottom = std::min(top + 1, displacement.height() - 1);
+    const T s = pixel.x() - static_cast<T>(left), t = pixel.y() - static_cast<T>(top);
+    moved.push_back((1 - t) * ((1 - s) * displacement(left, top) + s * displacement(right, top)) +
+                    t * ((1 - s) * displacement(left, bottom) + s * displacement(right, bottom)));
+  }
+  return moved;
+}
+
+}  // namespace gelight
