@@ -94,16 +94,28 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   // No way is shorter than the straight line through space.
   [[nodiscard]] detail::Array<double> distances(const detail::Sources& sources, double earliest,
                                                 const Front& front) const {
-    std::vector<Vec3<double>> at;
+    // Differences of positions, which are exact far from the origin, too.
+    struct Place {
+      Index corner;
+      Vec3<double> from_corner;
+    };
+    std::vector<Place> at;
     at.reserve(sources.size());
-    for (const auto& source : sources) at.push_back(surface_.position(source.point));
+    for (const auto& source : sources) {
+      const bool in_face = source.point.kind == SurfacePoint<double>::Kind::face;
+      const Index corner =
+          in_face ? surface_.face(source.point.element[0])[0] : source.point.element[0];
+      at.push_back({corner, surface_.difference(vertex_point<double>(corner), source.point)});
+    }
     detail::Array<double> distance(front.vertices.size());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const Vertex& vertex = front.vertices[v];
       distance[v] = unreachable<double>;
       if (vertex.wave < 0) continue;
       const auto wave = static_cast<std::size_t>(vertex.wave);
-      const double through_space = detail::stable_norm(surface_.position(v) - at[wave]);
+      const auto& [corner, from_corner] = at[wave];
+      const double through_space =
+          detail::stable_norm((surface_.position(v) - surface_.position(corner)) - from_corner);
       distance[v] = earliest + std::max(vertex.distance, sources[wave].distance + through_space);
     }
     return distance;
@@ -130,6 +142,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     float angle;
     Index here, before;
   };
+  // Added to the angles of one fan of a vertex after the other.
+  static constexpr float between_fans = 1000;
   static constexpr float no_face = -unreachable<float>;  // no way over it is short enough
 
   /// A vertex, and where it sees its source: `distance` is `offset` and the straight line to
@@ -206,13 +220,12 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
       }
       return;
     }
-    const Vec3<double> at = surface_.position(point);
     detail::for_each_face_at(surface_, point, [&](Index f) {
       for (Index h = 3 * f; h < 3 * f + 3; ++h) {
         const Index v = surface_.origin(h), s = corner_spoke_[h];
         const double r = detail::straight_distance(surface_, point, v);
         if (!(source.distance + r < front.vertices[v].distance)) continue;
-        const Vec3<double> to = at - surface_.position(v);
+        const Vec3<double> to = surface_.difference(vertex_point<double>(v), point);
         const Vec3<double> first = surface_.position(spokes_[s - 1].end) - surface_.position(v);
         Turn opening(first.dot(to), cross<double>(first, to).norm());
         const double norm = detail::stable_norm(opening);
@@ -284,6 +297,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     const Spoke& spoke = spokes_[s];
     Index steps = side * (2 * s - owner.place);
     float angle = static_cast<float>(side) * (spoke.angle - owner.angle);
+    if (std::fabs(angle) > between_fans / 2) return sees_from_fan(v, spoke.end, owner, u);
     u = side > 0 ? turned_back(spoke.turn, owner.back) : turned_back(owner.back, spoke.turn);
     if (steps < 0) {
       const Fan& fan = fans_[v];
@@ -291,6 +305,19 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
       u = turned(u, fan.whole);
     }
     return angle < 4.7F && u.y() >= -1e-14;
+  }
+
+  // The same for an image in another fan, which has the edge where more than two faces meet at it.
+  [[nodiscard]] bool sees_from_fan(Index v, Index end, const Vertex& owner, Turn& u) const {
+    for (Index s = begin_[v]; s < begin_[v + 1]; ++s) {
+      const Spoke& spoke = spokes_[s];
+      const float angle = std::fabs(spoke.angle - owner.angle);
+      if (spoke.end != end || angle > between_fans / 2) continue;
+      u = 2 * s < owner.place ? turned_back(owner.back, spoke.turn)
+                              : turned_back(spoke.turn, owner.back);
+      return angle < 4.7F && u.y() >= -1e-14;
+    }
+    return false;
   }
 
   // An image in the plane of a face, in front of an edge of it: `x` along the edge from its owner,
@@ -433,7 +460,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
         const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
         Spoke spoke{end, no_face, surface_.length(edge), Turn(1, 0), 0, 0, 0};
         if (corner < 0) {
-          spoke.angle = 1000.0F * static_cast<float>(fans++);
+          spoke.angle = between_fans * static_cast<float>(fans++);
         } else {
           const Spoke& last = spokes_.back();
           const auto& apex = faces.apex(corner);

@@ -15,8 +15,9 @@ namespace gelight::detail {
 
 /// A queue of vertices in about the order of their distances: those within a third of a step of
 /// each other come out in any order. For solvers that correct what they did too early that is
-/// enough, and a push costs no more than an array's. (A template only so that it costs nothing to
-/// include.)
+/// enough, and a push costs no more than an array's. What comes in with a distance that the queue
+/// has passed comes out first, the nearest before others: in any other order vertices may correct
+/// each other over and over. (A template only so that it costs nothing to include.)
 template <std::floating_point Real>
 class BucketQueueOf {
  public:
@@ -28,6 +29,7 @@ class BucketQueueOf {
     front_ = count_ = 0;
     round_end_ = bucket_count;
     later_.clear();
+    passed_.clear();
     buckets_.resize(bucket_count);
     for (auto& bucket : buckets_) bucket.clear();
   }
@@ -46,19 +48,26 @@ class BucketQueueOf {
 
   /// The vertex that probably comes out next, or after `ahead` others, or `unknown`.
   [[nodiscard]] Index next_or(Index unknown, std::ptrdiff_t ahead = 0) const {
+    if (!passed_.empty()) return std::ssize(passed_) > ahead ? passed_[ahead].first : unknown;
     const auto& bucket = buckets_[front_ % bucket_count];
     return std::ssize(bucket) > ahead ? bucket.end()[-1 - ahead].first : unknown;
   }
 
   /// A vertex and the key it was pushed with, which may have been bettered since.
   std::pair<Index, Real> pop() {
+    --count_;
+    if (!passed_.empty()) {
+      std::pop_heap(passed_.begin(), passed_.end(), is_farther);
+      const Entry entry = passed_.back();
+      passed_.pop_back();
+      return entry;
+    }
     while (buckets_[front_ % bucket_count].empty()) {
       if (++front_ == round_end_) start_round();
     }
     auto& bucket = buckets_[front_ % bucket_count];
     const auto entry = bucket.back();
     bucket.pop_back();
-    --count_;
     return entry;
   }
 
@@ -73,9 +82,14 @@ class BucketQueueOf {
         static_cast<std::int64_t>(std::min(key * scale_, largest_number)));
   }
 
+  static bool is_farther(const Entry& a, const Entry& b) { return a.second > b.second; }
+
   void put(const Entry& entry) {
-    const std::size_t number = std::max(number_of(entry.second), front_);
-    if (number < round_end_) {
+    const std::size_t number = number_of(entry.second);
+    if (number < front_) {
+      passed_.push_back(entry);
+      std::push_heap(passed_.begin(), passed_.end(), is_farther);
+    } else if (number < round_end_) {
       buckets_[number % bucket_count].push_back(entry);
     } else {
       later_.push_back(entry);
@@ -99,6 +113,7 @@ class BucketQueueOf {
   std::size_t count_ = 0;
   std::vector<std::vector<Entry>> buckets_;
   std::vector<Entry> later_;
+  Array<Entry> passed_;  // a heap
 };
 
 using BucketQueue = BucketQueueOf<double>;
