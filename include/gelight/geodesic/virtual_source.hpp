@@ -91,7 +91,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     return distances(sources, earliest, front);
   }
 
-  // Whether there are several waves is known to the compiler: one wave pays nothing for others.
+  // Whether there are several waves is known to the compiler: one wave pays nothing for others, nor
+  // do several but where they meet.
   template <bool several>
   void march(Front& front) const {
     detail::Watch watch(cancelled_, surface_.vertex_count(), "a query of virtual sources");
@@ -103,7 +104,11 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
       watch.step();
       refine<several>(node, front);
       front.settle(node);
-      advance<several>(node, front);
+      if (several && !front.is_alone_round(node, begin_, spokes_)) {
+        advance<true>(node, front);
+      } else {
+        advance<false>(node, front);
+      }
     }
   }
 

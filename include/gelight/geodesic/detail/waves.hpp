@@ -51,6 +51,18 @@ struct Waves {
     return nodes[v].next < 0 && (nodes[v].wave == wave || nodes[v].wave < 0);
   }
 
+  /// Whether no other wave has been where a node is, nor at the other ends of its spokes.
+  template <class Spoke>
+  [[nodiscard]] bool is_alone_round(Index node, const Array<Index>& begin,
+                                    const Array<Spoke>& spokes) const {
+    const Index wave = nodes[node].wave;
+    if (node >= std::ssize(nodes) - std::ssize(owner) || !is_alone(node, wave)) return false;
+    for (Index s = begin[node]; s < begin[node + 1]; ++s) {
+      if (!is_alone(spokes[s].end, wave)) return false;
+    }
+    return true;
+  }
+
   /// The node that a wave has at a vertex, or may have if no other has been there, or -1.
   [[nodiscard]] Index find(Index v, Index wave) const {
     return is_alone(v, wave) ? v : find_among(v, wave);
