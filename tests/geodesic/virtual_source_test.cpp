@@ -152,11 +152,12 @@ TEST_CASE("repeated sources, and start distances that are all less by a number")
 TEST_CASE("rough, creased and bordered meshes: nearer the truth than fast marching on each") {
   double mean = 0;
   const auto meshes = test::scan_meshes(3);
-  for (const auto& [name, mesh] : meshes) {
+  for (const auto& named : meshes) {
+    const auto& mesh = named.mesh;
     const auto middle = static_cast<Index>(mesh.positions.size() / 2);
     const std::vector<Source<double>> sources{{vertex_point<double>(middle), 0}};
     const auto error = test::polyhedral_error<Solver>(mesh, sources);
-    CAPTURE(name);
+    CAPTURE(named.name);
     CHECK(error.mean <
           test::polyhedral_error<FastMarchingSolver<double>>(mesh, sources).mean * 1.25);
     CHECK(error.max < 0.1);
@@ -183,7 +184,8 @@ TEST_CASE("never below the straight line through space") {
 
 TEST_CASE("a source next to a vertex: distances from the vertex") {
   test::Random random(7);
-  for (const auto& [name, mesh] : test::many_meshes()) {
+  for (const auto& named : test::many_meshes()) {
+    const auto& mesh = named.mesh;
     const Solver solver(mesh);
     const double edge = test::scans::mean_edge(mesh);
     const Index face = test::uniform_index(random, static_cast<Index>(mesh.faces.size()));
@@ -192,7 +194,7 @@ TEST_CASE("a source next to a vertex: distances from the vertex") {
       const std::vector<Source<double>> near{
           {face_point<double>(face, {1 - 2 * share, share, share}), 0}};
       const auto moved = solver.distance(near);
-      CAPTURE(name);
+      CAPTURE(named.name);
       CAPTURE(share);
       for (std::size_t v = 0; v < d.size(); ++v) {
         if (std::isfinite(d[v])) CHECK(std::abs(moved[v] - d[v]) < 0.08 * edge);
@@ -201,11 +203,12 @@ TEST_CASE("a source next to a vertex: distances from the vertex") {
   }
 }
 
-TEST_CASE("several sources: about as near as the nearest alone") {
+TEST_CASE("many sources: as near as the nearest alone") {
   const auto excess = test::excess_of_several<Solver>();
   MESSAGE(excess.beyond_a_twentieth << " of " << excess.trials << " trials beyond a twentieth of "
                                     << "the mean edge, " << excess.largest << " at most");
-  CHECK(excess.beyond_a_twentieth < excess.trials / 2);
+  CHECK(excess.beyond_a_twentieth <= excess.trials / 20);
+  CHECK(excess.largest < 0.2);
 }
 
 TEST_CASE("a hook cancels and follows queries") {

@@ -5,8 +5,6 @@
 #include <concepts>
 #include <cstddef>
 #include <memory>
-#include <tuple>
-#include <utility>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
@@ -18,6 +16,7 @@
 #include "gelight/geodesic/detail/pool.hpp"
 #include "gelight/geodesic/detail/spokes.hpp"
 #include "gelight/geodesic/detail/watch.hpp"
+#include "gelight/geodesic/detail/waves.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -38,8 +37,8 @@ struct FastMarchingOptions {
 /// shorter way to it shows, so no triangle needs splitting. Where two fronts of one source meet, a
 /// distance can be too small. Fronts of different sources pass through each other for two mean
 /// edges: the answer to many sources is that of the nearest alone, within a twentieth of the mean
-/// edge on 182 of 186 trials (2, 5 and 50 random points, with start distances and without, on
-/// grids, icospheres, scan-like meshes and needles; 0.31 edges where it was most).
+/// edge on 173 of 174 trials (2, 5 and 50 random points, with start distances and without, on
+/// grids, icospheres, scan-like meshes and needles; 0.36 edges where it was most).
 ///
 /// Error, mean and largest: icospheres of 642 to 655,362 vertices 0.62 % and 2.4 % to 0.015 % and
 /// 0.12 %, falling with order 1.1; against exact distances on the GelTip membrane 0.011 % and 1.8
@@ -91,7 +90,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.reset(surface_.vertex_count(), step_);
-    if (sources.size() > 1) keep_different(sources);
+    if (sources.size() > 1) detail::keep_different(surface_, sources);
     const bool several = sources.size() > 1;
     for (const auto& source : sources) {
       const auto wave = static_cast<Index>(front.starts.size());
@@ -113,33 +112,23 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     return distance;
   }
 
-  // A source that was named before starts no wave of its own, nor does one that starts later there.
-  void keep_different(detail::Sources& sources) const {
-    const auto less = [](const Source<double>& a, const Source<double>& b) {
-      return std::tie(a.point.kind, a.point.element, a.point.weights, a.distance) <
-             std::tie(b.point.kind, b.point.element, b.point.weights, b.distance);
-    };
-    for (auto& source : sources) source.point = detail::simplified(surface_, source.point);
-    std::sort(sources.begin(), sources.end(), less);
-    const auto same = [](const auto& a, const auto& b) { return a.point == b.point; };
-    sources.erase(std::unique(sources.begin(), sources.end(), same), sources.end());
-  }
-
-  // Whether there are several waves is known to the compiler: one wave pays nothing for others.
+  // Whether there are several waves is known to the compiler: one wave pays nothing for others, nor
+  // do several but where they meet.
   template <bool several>
   void march(Front& front) const {
     detail::Watch watch(cancelled_, surface_.vertex_count(), "a query of fast marching");
     while (!front.queue.empty()) {
       const Index node =
-          detail::pop_and_fetch(front.queue, begin_, spokes_, front.nodes, [&](Index n) {
-            return several && n >= surface_.vertex_count()
-                       ? front.owner[n - surface_.vertex_count()]
-                       : n;
-          });
+          detail::pop_and_fetch(front.queue, begin_, spokes_, front.nodes,
+                                [&](Index n) { return several ? front.vertex_of(n) : n; });
       if (front.nodes[node].settled) continue;  // waited in two places
       watch.step();
       front.settle(node);
-      advance<several>(node, front);
+      if (several && !front.is_alone_round(node, begin_, spokes_)) {
+        advance<true>(node, front);
+      } else {
+        advance<false>(node, front);
+      }
     }
   }
 
@@ -172,7 +161,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // By how much, as a share of the edge's square, rounding may put a place on the edge before it.
   static constexpr double on_edge = 1e-14;
 
-  /// A wave at a vertex. The first `vertex_count` nodes are the vertices' first ones.
+  /// A wave at a vertex.
   struct Node {
     double distance = unreachable<double>;
     double to_beat = unreachable<double>;  // what a distance must be less than to be taken
@@ -182,61 +171,23 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     bool settled = false;                  // not in the queue, having been there
   };
 
-  struct Front {
-    detail::Array<Node> nodes;
-    detail::Array<Index> owner;    // vertex of each node after the first ones
+  struct Front : detail::Waves<Node> {
+    using detail::Waves<Node>::nodes;
     detail::Array<double> starts;  // of each wave
     detail::BucketQueue queue;
 
     void reset(Index vertices, double step) {
-      nodes.assign(static_cast<std::size_t>(vertices), {});
-      owner.clear();
+      detail::Waves<Node>::reset(vertices);
       starts.clear();
       queue.reset(step);
-    }
-
-    /// Whichever wave it is of.
-    [[nodiscard]] double best(Index v) const {
-      double least = nodes[v].distance;
-      for (Index n = nodes[v].next; n >= 0; n = nodes[n].next) {
-        least = std::min(least, nodes[n].distance);
-      }
-      return least;
-    }
-
-    /// The node of a wave at a vertex, or -1.
-    [[nodiscard]] Index find(Index v, Index wave) const {
-      Index n = v;
-      while (n >= 0 && nodes[n].wave != wave) n = nodes[n].next;
-      return n;
-    }
-
-    /// Whether no other wave has been at a vertex.
-    [[nodiscard]] bool is_alone(Index v, Index wave) const {
-      return nodes[v].next < 0 && (nodes[v].wave == wave || nodes[v].wave < 0);
-    }
-
-    /// The node for a wave that comes to a vertex where others have been, or -1 where it need not
-    /// be kept.
-    [[gnu::noinline]] Index place_for(Index v, double d, Index wave, bool may_be_late) {
-      if (!(d < unreachable<double>) || (!may_be_late && !(d < best(v)))) return -1;
-      const Index known = find(v, wave);
-      if (known >= 0) return known;
-      const auto n = static_cast<Index>(nodes.size());
-      nodes.push_back({});
-      owner.push_back(v);
-      nodes[n].next = std::exchange(nodes[v].next, n);
-      return n;
     }
 
     template <bool several>
     [[gnu::always_inline]] void reach(Index v, double d, Index wave, bool may_be_late) {
       Index n = v;
       if constexpr (several) {
-        if (!is_alone(v, wave)) {
-          n = place_for(v, d, wave, may_be_late);
-          if (n < 0) return;
-        }
+        n = this->place_for(v, d, wave, may_be_late);
+        if (n < 0) return;
       }
       Node& node = nodes[n];
       if (!(d < node.to_beat)) return;
@@ -261,8 +212,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // vertex beyond those where it is not too late to be handed on.
   template <bool several>
   void advance(Index node, Front& front) const {
-    const Index first = surface_.vertex_count();
-    const Index v = several && node >= first ? front.owner[node - first] : node;
+    const Index v = several ? front.vertex_of(node) : node;
     const double d = front.nodes[node].distance;
     const Index wave = front.nodes[node].wave;
     const double start = front.starts[wave];
@@ -270,7 +220,6 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     static constexpr Node unknown{};
     const auto at = [&](Index end) -> const Node& {
       if constexpr (several) {
-        if (front.is_alone(end, wave)) return front.nodes[end];
         const Index n = front.find(end, wave);
         return n < 0 ? unknown : front.nodes[n];
       } else {
