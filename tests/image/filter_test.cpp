@@ -214,6 +214,20 @@ TEST_CASE("resizing keeps a plane between the outermost pixel centres") {
     }
   }
   CHECK(resize_bilinear(plane, 16, 12) == plane);
+
+  // What is no number stays where it is.
+  const float inf = std::numeric_limits<float>::infinity();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  Image<float> depth(4, 3, 1.0F);
+  depth(2, 1) = depth(3, 1) = depth(3, 2) = inf;
+  depth(0, 1) = nan;
+  const auto same = resize_bilinear(depth, 4, 3);
+  for (Index y = 0; y < 3; ++y) {
+    for (Index x = 0; x < 4; ++x) {
+      CHECK(std::isnan(same(x, y)) == std::isnan(depth(x, y)));
+      if (!std::isnan(depth(x, y))) CHECK(same(x, y) == depth(x, y));
+    }
+  }
   CHECK(resize_bilinear(Image<double>(1, 1, 2.0), 3, 2)(2, 1) == 2);
   CHECK(resize_bilinear(plane, 0, 5).height() == 5);
   CHECK_THROWS_AS((void)resize_bilinear(Image<double>(), 2, 2), InvalidInput);

@@ -349,6 +349,8 @@ TEST_CASE("input that cannot be used is refused before anything is written") {
   CHECK(message({.ambient = inf}) == "ambient inf is not finite");
   CHECK(message({.darkening = 1.5}) == "darkening 1.5 is not in [0, 1]");
   CHECK(message({.darkening_depth = 0}) == "darkening depth 0 is not positive");
+  CHECK(message({.darkening_depth = 5e-324}).find("is not large enough to divide by") !=
+        std::string::npos);
   CHECK(message({.exposure = -1}) == "exposure -1 is not positive and finite");
   CHECK(message({.levels = {-1, 0}}) == "inner light level -1 is negative or not finite");
   CHECK_THROWS_AS(SeeThroughRenderer(camera, Image<double>(3, 3, 0.03), lights), InvalidInput);

@@ -321,10 +321,15 @@ class DistancePlanner {
     if (is_sampled && checks_all()) return Check::samples;
     const bool is_mean = request_.norm == ErrorNorm::mean;
     if (is_sampled && !is_mean) return Check::certificate;
-    const bool is_beyond = expected_error(method) > share_of_method() && !may_be_tried(method);
-    if (is_sure(method, sources) || is_beyond) return is_sampled ? Check::samples : Check::none;
+    if (is_sure(method, sources) || is_beyond(method)) {
+      return is_sampled ? Check::samples : Check::none;
+    }
     if (!is_mean || !Models(statistics_).paths_tell(method, sources)) return Check::certificate;
     return is_sampled ? Check::paths_and_samples : Check::paths;
+  }
+  // Whether a method is only run because what would do is beyond the limits.
+  [[nodiscard]] bool is_beyond(Method method) const {
+    return expected_error(method) > share_of_method() && !may_be_tried(method);
   }
   // Whether a method is worth a look though more is expected of it than is allowed.
   [[nodiscard]] bool may_be_tried(Method method) const {
@@ -511,6 +516,14 @@ class DistancePlanner {
     result.satisfies =
         found.error + floor() <= request_.tolerance && result.achieved >= least(method);
     result.reason = result.method + ": " + found.words;
+    // A few targets that happen to be right say nothing against what is expected of the others.
+    const bool may_be_luck = method != Method::exact && result.achieved == Assurance::sampled &&
+                             is_beyond(method) &&
+                             found.checked < std::ssize(reached_targets(answer.ways));
+    if (result.satisfies && may_be_luck) {
+      result.satisfies = false;
+      result.reason += "; of the others " + in_words(expected_error(method)) + " is expected";
+    }
     if (method == Method::exact && expected_error(method) > share_of_method()) {
       result.satisfies = false;
       result.reason += "; rounding may leave " + in_words(expected_error(method));

@@ -270,11 +270,16 @@ requires detail::FilterPixel<PixelOf<I>>
     const Between row = sample(y, height, in_height);
     P* out = result.row(y);
     for (const Between& c : columns) {
-      const auto across = [&](Index from) -> P {
-        return (1 - c.share) * ImageTraits<I>::pixel(image, c.low, from) +
-               c.share * ImageTraits<I>::pixel(image, c.high, from);
+      // What has no share does not count, even where it is no number.
+      const auto mix = [](auto share, const P& low, const P& high) -> P {
+        if (share == 0) return low;
+        return (1 - share) * low + share * high;
       };
-      *out++ = (1 - row.share) * across(row.low) + row.share * across(row.high);
+      const auto across = [&](Index from) -> P {
+        return mix(c.share, ImageTraits<I>::pixel(image, c.low, from),
+                   ImageTraits<I>::pixel(image, c.high, from));
+      };
+      *out++ = mix(row.share, across(row.low), across(row.high));
     }
   }
   return result;

@@ -24,11 +24,24 @@ template <std::floating_point T, class C>
   }
 }
 
+/// How many channels a pixel has; 3 where its type does not say.
+template <class P>
+[[nodiscard]] constexpr int channel_count() {
+  if constexpr (requires { std::tuple_size<P>::value; }) {
+    return static_cast<int>(std::tuple_size<P>::value);
+  } else if constexpr (requires { P::SizeAtCompileTime; }) {
+    return P::SizeAtCompileTime;
+  } else {
+    return 3;
+  }
+}
+
 /// Three channels that can be read as pixel[0], pixel[1], pixel[2].
 template <class P>
 concept Rgb = requires(const P& pixel) {
   requires std::is_arithmetic_v<std::remove_cvref_t<decltype(pixel[0])>>;
-};
+}
+&&channel_count<P>() == 3;
 
 template <std::floating_point T, class P>
 [[nodiscard]] std::array<T, 3> linear_rgb(const P& pixel) {

@@ -248,6 +248,8 @@ class SeeThroughRenderer {
     in_range(std::isfinite(options.ambient), "ambient", options.ambient, "finite");
     in_range(is_share(options.darkening), "darkening", options.darkening, "in [0, 1]");
     in_range(options.darkening_depth > 0, "darkening depth", options.darkening_depth, "positive");
+    in_range(static_cast<T>(options.darkening_depth) >= std::numeric_limits<T>::min(),
+             "darkening depth", options.darkening_depth, "large enough to divide by");
     in_range(is_share(r), "reflectance", r, "in [0, 1]");
     in_range(is_share(t), "transmittance", t, "in [0, 1]");
     detail::require(r + t <= 1, "reflectance ", r, " and transmittance ", t, " are more than 1");

@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
@@ -193,6 +194,8 @@ class TactileRenderer {
                     options.darkening, " is not in [0, 1]");
     detail::require(options.darkening_depth > 0, "darkening depth ", options.darkening_depth,
                     " is not positive");
+    detail::require(static_cast<T>(options.darkening_depth) >= std::numeric_limits<T>::min(),
+                    "darkening depth ", options.darkening_depth, " is too small to divide by");
     detail::require_lights(lights, camera, options.specular, options.rectify);
     return options;
   }

@@ -93,6 +93,7 @@ template <std::floating_point T, ImageOf<T> D, ImageOf<T> R>
   detail::require_camera_size(depth, camera, "the depth image");
   detail::require_camera_size(rest, camera, "the rest depth image");
   detail::require(options.gap >= 0, "gap ", options.gap, " is negative");
+  detail::require(std::isfinite(options.contact), "contact ", options.contact, " is not finite");
   const Index width = camera.width, height = camera.height;
   Image<float> touching(width, height), hidden(width, height);
   for (Index y = 0; y < height; ++y) {
