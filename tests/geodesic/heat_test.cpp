@@ -416,7 +416,8 @@ TEST_CASE(
     "flags: a mean error of a tenth never passes in silence, small ones seldom raise a flag") {
   int off = 0, silent = 0, good = 0, flagged = 0;
   test::Random random(11);
-  for (const auto& [name, mesh] : rough_meshes()) {
+  for (const auto& named : rough_meshes()) {
+    const auto& mesh = named.mesh;
     const ExactSolver exact(mesh);
     for (const bool delaunay : {true, false}) {
       const HeatSolver solver(mesh, {.intrinsic_delaunay = delaunay});
@@ -432,7 +433,8 @@ TEST_CASE(
         good += mean < 0.05;
         flagged += mean < 0.05 && !result.is_reliable;
         if (mean > 0.1) {
-          CHECK_MESSAGE(!result.is_reliable, name << ": " << mean << ", said " << result.error);
+          CHECK_MESSAGE(!result.is_reliable,
+                        named.name << ": " << mean << ", said " << result.error);
         }
       }
     }

@@ -299,7 +299,7 @@ std::string is_like_a_vertex(const Situation& situation) {
 
 // A source that moves by x changes no distance by more than x, and what the method may be off.
 std::string is_continuous(const Situation& situation) {
-  for (const std::size_t corner : {0, 1, 2}) {
+  for (std::size_t corner = 0; corner < 3; ++corner) {
     // All of what the weight of a corner is goes to the first one.
     const Spot& spot = situation.spots.front();
     if (corner >= spot.corners.size()) continue;
