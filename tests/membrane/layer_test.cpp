@@ -616,7 +616,7 @@ TEST_CASE("a bent rest, float, and a start from the last contact") {
 
 TEST_CASE("where nothing touches, nothing moves; what is not known stays so") {
   const auto eye = camera(40, 30);
-  const ElasticLayer layer(eye, rest, {1e5, 0.48, 30 * pitch});
+  const ElasticLayer layer(eye, rest, {1e5, 0.48, 30 * pitch}, {.tolerance = 1e-6});
   const auto away = layer.press(Image<double>(40, 30, inf));
   CHECK(away.converged);
   CHECK(away.indentation == Image<double>(40, 30, 0));
@@ -636,8 +636,8 @@ TEST_CASE("where nothing touches, nothing moves; what is not known stays so") {
   CHECK(-some.force.z() < -all.force.z());
   Image<double> partly(40, 30, rest);
   partly(20, 15) = inf;
-  const auto there =
-      ElasticLayer(eye, partly, {1e5, 0.48, 30 * pitch}).press(object(eye, ball(8, 1)));
+  const auto there = ElasticLayer(eye, partly, {1e5, 0.48, 30 * pitch}, {.tolerance = 1e-6})
+                         .press(object(eye, ball(8, 1)));
   CHECK(there.unknown == 1);
   CHECK(there.force.z() == doctest::Approx(some.force.z()).epsilon(1e-9));
   const auto warm = layer.press(depth, {}, &some);

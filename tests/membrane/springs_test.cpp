@@ -477,7 +477,7 @@ TEST_CASE("tilting: an equilibrium wherever there is one, from light to heavy, o
     const Vec2<double> centre((one(random) - 0.5) * 0.8 * eye.width * 1e-4,
                               (one(random) - 0.5) * 0.8 * eye.height * 1e-4);
     const double force = std::pow(10, -13 + 14 * one(random));
-    const SpringBed<double> bed(eye, rest, {1e5, 0.005, 0});
+    const SpringBed<double> bed(eye, rest, {.elastic_modulus = 1e5, .thickness = 0.005});
     const auto contact = bed.press_tilting(shape, force, centre);
     if (contact.equilibrium == Equilibrium::tips_over) {
       ++tipped;
@@ -518,7 +518,8 @@ TEST_CASE("tilting: an equilibrium wherever there is one, from light to heavy, o
 TEST_CASE("a press into taut gel is followed and cancelled, and leaves what it was to write") {
   const auto eye = camera(61, 61, 1e-4);
   const auto ball = object(eye, [](double x, double y) { return (x * x + y * y) / 8e-3; });
-  const SpringBed<double> bed(eye, rest, {1e5, 0.005, 30});
+  const SpringBed<double> bed(eye, rest,
+                              {.elastic_modulus = 1e5, .thickness = 0.005, .tension = 30});
   const auto want = bed.press(ball, 0.2);
   double last = 0;
   int asked = 0;
@@ -545,7 +546,7 @@ TEST_CASE("a press into taut gel is followed and cancelled, and leaves what it w
     CHECK(contact.indentation == want.indentation);
   }
   CHECK_THROWS_AS((void)bed.press_tilting(ball, 0.2, {0, 0}, [] { return true; }), Cancelled);
-  const SpringBed<double> loose(eye, rest, {1e5, 0.005, 0});
+  const SpringBed<double> loose(eye, rest, {.elastic_modulus = 1e5, .thickness = 0.005});
   CHECK_THROWS_AS((void)loose.press_tilting(ball, 0.2, {0, 0}, [] { return true; }), Cancelled);
   last = 0;
   CHECK(loose.press_tilting(ball, 0.2, {1e-4, 0}, follow).equilibrium == Equilibrium::reached);

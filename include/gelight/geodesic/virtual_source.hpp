@@ -142,7 +142,26 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
         distance[v] = std::min(distance[v], earliest + d);
       }
     }
+    relax_edges(distance);
     return distance;
+  }
+
+  // No vertex is farther than by way of a neighbour: an image that was taken for too near, before
+  // the straight line said so, may have won over that way.
+  void relax_edges(detail::Array<double>& distance) const {
+    detail::Array<Index> nearer;
+    const auto relax = [&](Index v) {
+      for (Index s = begin_[v]; s < begin_[v + 1]; ++s) {
+        double& other = distance[spokes_[s].end];
+        const double over_edge = distance[v] + spokes_[s].length;
+        if (!(over_edge < other)) continue;
+        other = over_edge;
+        nearer.push_back(spokes_[s].end);
+      }
+    };
+    for (Index v = 0; v < surface_.vertex_count(); ++v) relax(v);
+    // First come, first served: no vertex waits for others to be corrected over and over.
+    for (Index i = 0; i < std::ssize(nearer); ++i) relax(nearer[i]);
   }
 
   // Rotations are unit complex numbers.
