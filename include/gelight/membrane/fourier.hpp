@@ -13,8 +13,10 @@ namespace gelight {
 
 /// An image in the corner of a periodic one, which is zero elsewhere.
 struct PaddedSize {
-  Index width = 0, height = 0;       ///< of the image, in pixels
-  Index period_x = 0, period_y = 0;  ///< a multiple of 4 with no prime factor but 2, 3 and 5
+  Index width = 0;     ///< of the image, in pixels
+  Index height = 0;    ///< of the image, in pixels
+  Index period_x = 0;  ///< a multiple of 4 with no prime factor but 2, 3 and 5
+  Index period_y = 0;  ///< likewise
 };
 
 /// The discrete Fourier transform of real images of one padded size, in two dimensions. The

@@ -45,10 +45,10 @@ struct LayerLoad {
   /// In N, towards the camera, what the object is to be pressed with; without it the object stays
   /// where the depth image shows it.
   std::optional<double> force = {};
-  /// How far the object has moved sideways, in m, and turned about the camera's axis, in radians
-  /// from x to y, since it was pressed in. Without friction that makes no difference.
+  /// How far the object has moved sideways since it was pressed in, in m. Without friction that
+  /// makes no difference, nor does `twist`.
   Vec2<double> shift = Vec2<double>::Zero();
-  double twist = 0;
+  double twist = 0;  ///< how far it has turned about the camera's axis, in radians from x to y
 };
 
 /// A rigid object in an elastic layer. Images are of the camera's size; x, y and z are the

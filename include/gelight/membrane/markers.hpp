@@ -57,15 +57,17 @@ struct DraggedMarkers {
 struct GaussianMarkers {
   /// A dot that is touched.
   struct Touched {
-    Vec2<double> pixel;
-    double
-        push;  ///< how far each pixel away from it is pushed, close by, in proportion to its depth
+    Vec2<double> pixel;  ///< where it is: column and row
+    /// How far each pixel away from it is pushed, close by, in proportion to its depth.
+    double push;
   };
-  std::vector<Touched> touched;
+  std::vector<Touched> touched;                ///< all dots that are touched
   Vec2<double> centre = Vec2<double>::Zero();  ///< of the object: column and row
   Vec2<double> shift = Vec2<double>::Zero();   ///< of the object
   double twist = 0;                            ///< of the object, in radians from x to y
-  double push_decay = 0, shift_decay = 0, twist_decay = 0;  ///< per square of pixels
+  double push_decay = 0;                       ///< of what is pushed, per square of pixels
+  double shift_decay = 0;                      ///< of what is dragged along, per square of pixels
+  double twist_decay = 0;                      ///< of what is turned along, per square of pixels
 
   /// How far a marker moves that was at a pixel.
   [[nodiscard]] Vec2<double> operator()(const Vec2<double>& pixel) const {
