@@ -442,7 +442,7 @@ class ExactField {
   [[nodiscard]] Vec3<Real> direction_of(const End& end) const {
     if (end.back.size() > 1) return -first_way(end.back).direction;
     if (end.last.entry == Arrival::none) return Vec3<Real>::Zero();
-    const Vec3<Real> direction = last_direction(end);
+    Vec3<Real> direction = last_direction(end);
     const bool is_past = end.last.entry == Arrival::from_vertex && !is_source(end.last.origin) &&
                          is_next_to(end.point, end.last.origin);
     if (!is_past && !direction.isZero(0)) return direction;

@@ -75,7 +75,10 @@ class Convolution {
   [[nodiscard]] Spectrum transform(const double* source) const { return transform(*from_, source); }
 
   /// No coefficients yet.
-  [[nodiscard]] Spectrum zero() const { return Spectrum(from_->size()); }
+  [[nodiscard]] Spectrum zero() const {
+    Spectrum none(from_->size());
+    return none;
+  }
 
   /// The most by which a kernel makes any source longer, or a little more.
   [[nodiscard]] double gain(const Spectrum& kernel) const {
