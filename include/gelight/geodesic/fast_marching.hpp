@@ -44,11 +44,10 @@ struct FastMarchingOptions {
 /// 0.12 %, falling with order 1.1; against exact distances on the GelTip membrane 0.011 % and 1.8
 /// %, on spheres stretched five- to twentyfold 0.01 to 0.09 % and 1.3 %; on flat sheets 0.02 % and
 /// 0.09 %. Behind a corner of the border it falls with order one half: 0.33 % and 2.1 % in a bent
-/// strip of 10 cells, 0.09 % and 0.7 % in one of 80. Next to sources on a whole border it is 0.8 %
-/// and 3.8 %. Where triangles are so thin that the near is reached by way of the far, it is large
-/// at single vertices: a fan of 10,000 spokes 0.7 % and 4 %, jittered cells stretched 1e4 times 0.1
-/// % and 310 % (VirtualSourceSolver: 1e-10 and 3e-8). A query takes about linear time, two to four
-/// times that where triangles are thin.
+/// strip of 10 cells, 0.09 % and 0.7 % in one of 80. Where triangles are so thin that the near is
+/// reached by way of the far, it is large at single vertices: a fan of 10,000 spokes 0.7 % and 4 %,
+/// jittered cells stretched 1e4 times 0.1 % and 310 %. A query from one source takes about linear
+/// time, two to four times that where triangles are thin.
 template <std::floating_point T>
 class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>, T> {
  public:
