@@ -20,8 +20,8 @@
 #include "gelight/image/similarity.hpp"
 #include "gelight/image/smooth.hpp"
 #include "gelight/membrane/elastic.hpp"
-#include "gelight/sensor/detail/shaded_rows.hpp"
 #include "gelight/sensor/noise.hpp"
+#include "gelight/sensor/rows/shaded_rows.hpp"
 #include "gelight/shading/shadow.hpp"
 
 using namespace gelight;

@@ -14,7 +14,7 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
-#include "gelight/transport/detail/tangent_planes.hpp"
+#include "gelight/transport/tangent_planes.hpp"
 
 namespace gelight {
 
