@@ -4,7 +4,9 @@
 // of CGAL, Eigen, OpenCV and OpenMesh, which need libraries of their own.
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/concepts/membrane.hpp"
 #include "gelight/concepts/mesh.hpp"
+#include "gelight/concepts/reflectance.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/late.hpp"
