@@ -59,7 +59,7 @@ struct Window {
 /// The reach of a membrane whose surface may depend on the contact anywhere.
 inline constexpr Index whole_image = std::numeric_limits<Index>::max();
 
-/// What presses a membrane. All images are of one size.
+/// What presses a membrane. All images are of one size, with the pixels of a row side by side.
 template <std::floating_point T>
 struct Press {
   /// Of what is to touch the membrane; it means what image/mask.hpp says, and what lies deeper than
