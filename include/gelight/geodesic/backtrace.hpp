@@ -33,9 +33,11 @@ class BacktraceOf {
         sources_(std::move(sources)),
         is_near_(distances.size(), 0),
         keeps_path_(keeps_path) {
-    start_ = move_to_zero(sources_);
+    starts_ = move_to_zero(surface_, sources_);
     distances_.reserve(distances.size());
-    for (const double d : distances) distances_.push_back(std::max(0.0, d - start_));
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      distances_.push_back(std::max(0.0, distances[static_cast<std::size_t>(v)] - starts_.at(v)));
+    }
     for (auto& source : sources_) {
       source.point = simplified(surface_, source.point);
       for_each_vertex_near(surface_, source.point, [&](Index v, double) { is_near_[v] = 1; });
@@ -65,7 +67,7 @@ class BacktraceOf {
   [[nodiscard]] Way walk(Index vertex) {
     path_.clear();
     if (keeps_path_) path_.push_back(vertex_point<double>(vertex));
-    Length sum{start_, start_};
+    Length sum{starts_.at(vertex), starts_.at(vertex)};
     at_vertex_ = vertex;
     rest_ = distances_[vertex];
     Index ways_up = most_ways_up;
@@ -264,8 +266,8 @@ class BacktraceOf {
 
   const Mesh& surface_;
   Sources sources_;
-  double start_ = 0;         // the least start distance
-  Array<double> distances_;  // from there
+  Starts starts_;
+  Array<double> distances_;  // of each vertex, less its start
   Array<char> is_near_;      // of each vertex: whether a straight line leads to a source
 
   Index at_vertex_ = at_portal;          // where the way is, or

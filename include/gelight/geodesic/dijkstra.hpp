@@ -66,9 +66,9 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   using Queue = detail::BucketQueueOf<Real>;
 
   [[nodiscard]] detail::Array<Real> solve_vertices(std::vector<Source<Real>> sources) const {
-    const Real start = detail::move_to_zero(sources);
+    const auto starts = detail::move_to_zero(surface_, sources);
     auto distance = graph_ ? graph_->distance(sources, cancelled_) : along_edges(sources);
-    for (Real& d : distance) d += start;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) distance[v] += starts.at(v);
     return distance;
   }
 

@@ -86,7 +86,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   struct Front;
 
   [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
-    const double earliest = detail::move_to_zero(sources);
+    const auto starts = detail::move_to_zero(surface_, sources);
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.reset(surface_.vertex_count(), step_);
@@ -107,7 +107,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     }
     detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()));
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      distance[v] = earliest + (several ? front.best(v) : front.nodes[v].distance);
+      distance[v] = starts.at(v) + (several ? front.best(v) : front.nodes[v].distance);
     }
     return distance;
   }

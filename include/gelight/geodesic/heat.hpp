@@ -361,7 +361,9 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   [[nodiscard]] HeatResult<T> result_of(const Solution& solution) const {
     HeatResult<T> result;
     result.distance.reserve(solution.distance.size());
-    for (const Real d : solution.distance) result.distance.push_back(static_cast<T>(d));
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      result.distance.push_back(detail::distance_as<T>(solution.distance[v], "vertex ", v));
+    }
     result.residual = residual_of(solution);
     // Where few vertices have most of the error, few paths miss it.
     const Index samples = result.residual < even_residual ? 16 : 64;

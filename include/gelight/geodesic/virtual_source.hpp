@@ -78,7 +78,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
     // Shares are of distances from 0 on, so that is where the earliest source starts.
-    const double earliest = detail::move_to_zero(sources);
+    const auto starts = detail::move_to_zero(surface_, sources);
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.reset(surface_.vertex_count());
@@ -91,7 +91,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     } else {
       march<false>(front);
     }
-    return distances(sources, earliest, front);
+    return distances(sources, starts, front);
   }
 
   // Whether there are several waves is known to the compiler: one wave pays nothing for others, nor
@@ -117,7 +117,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
 
   // No way is shorter than the straight line through space.
-  [[nodiscard]] detail::Array<double> distances(const detail::Sources& sources, double earliest,
+  [[nodiscard]] detail::Array<double> distances(const detail::Sources& sources,
+                                                const detail::Starts& starts,
                                                 const Front& front) const {
     // Differences of positions, which are exact far from the origin, too.
     struct Place {
@@ -143,7 +144,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
         const double through_space =
             detail::stable_norm((surface_.position(v) - surface_.position(corner)) - from_corner);
         const double d = std::max(node.distance, sources[wave].distance + through_space);
-        distance[v] = std::min(distance[v], earliest + d);
+        distance[v] = std::min(distance[v], starts.at(v) + d);
       }
     }
     relax_edges(distance);

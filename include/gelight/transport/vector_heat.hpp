@@ -334,6 +334,7 @@ class VectorHeatSolver {
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const std::complex<Real> direction = radial[v] * std::conj(axis[v]);
       const bool is_reached = distance[v] < unreachable<Real>;
+      (void)detail::distance_as<T>(distance[v], "vertex ", v);
       map.coordinates[static_cast<std::size_t>(v)] =
           is_reached ? Vec2<T>(static_cast<T>(distance[v] * direction.real()),
                                static_cast<T>(distance[v] * direction.imag()))
@@ -523,6 +524,8 @@ class VectorHeatSolver {
     detail::require(length > normal_share * detail::stable_norm(vector), "the vector of source ",
                     number, ", (", vector[0], ", ", vector[1], ", ", vector[2],
                     "), has no part tangent to the surface");
+    detail::require(length <= Real{std::numeric_limits<T>::max()}, "the vector of source ", number,
+                    " is ", length, " long, longer than one of its parts can be");
     const auto add = [&](Index v, Real weight, Real turn) {
       load[v] += weight * tangent * std::polar(1.0, turn);
       lengths[v] += weight * length;

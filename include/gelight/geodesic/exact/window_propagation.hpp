@@ -63,7 +63,15 @@ struct PropagationLimitsOf {
     std::array<Real, 3> gaps;
   };
 
+  /// A limit as distances at a vertex count, given what those count from. Rounded up, lest a
+  /// target itself is beyond.
+  [[nodiscard]] static Real counted_from(const Array<Real>& starts, Real limit, Index v) {
+    if (starts.empty() || limit == unreachable<Real>) return limit;
+    return limit - starts[v] + rounding * (std::fabs(limit) + std::fabs(starts[v]));
+  }
+
   Real distance = unreachable<Real>;
+  Array<Real> starts;           // of each vertex, where not empty: what its distances count from
   std::vector<Target> targets;  // propagation ends when all of these are known
   CancelHook cancelled;
   std::size_t memory = std::numeric_limits<std::size_t>::max();  // that windows may take, in bytes
@@ -104,8 +112,13 @@ class WindowPropagationOf {
   WindowStore kept;  // windows that were propagated, by the half-edge by which they entered a face
   PropagationCounts counts;
 
-  /// Beyond this distance nothing was computed.
+  /// Beyond this distance nothing was computed; and as it counts at a vertex.
+  ///@{
   [[nodiscard]] Real bound() const { return bound_; }
+  [[nodiscard]] Real bound_at(Index v) const {
+    return Limits::counted_from(limits_->starts, bound_, v);
+  }
+  ///@}
 
   /// What windows take, and the places from which they come, in bytes.
   [[nodiscard]] std::size_t bytes() const {
@@ -284,7 +297,7 @@ class WindowPropagationOf {
     lists_in_turn_ = 0;
     // Looking at all targets costs as much as they are many.
     if (++settled_since_bound_ > std::ssize(limits_->targets)) update_bound();
-    if (distances[vertex] + rest_at_vertex(vertex) <= bound_) leave(vertex);
+    if (distances[vertex] + rest_at_vertex(vertex) <= bound_at(vertex)) leave(vertex);
     if (settled_[vertex]) return;
     settled_[vertex] = 1;
     reached_.push_back(vertex);
@@ -424,7 +437,9 @@ class WindowPropagationOf {
     for (const auto& target : limits_->targets) {
       Real nearest = unreachable<Real>;
       for (std::size_t k = 0; k < 3; ++k) {
-        nearest = std::min(nearest, distances[target.corners[k]] + target.gaps[k]);
+        const Index corner = target.corners[k];
+        const Real start = limits_->starts.empty() ? 0 : limits_->starts[corner];
+        nearest = std::min(nearest, start + distances[corner] + target.gaps[k]);
       }
       farthest = std::max(farthest, nearest);
     }
@@ -527,7 +542,7 @@ class WindowPropagationOf {
     drop_useless({length, reach_of(surface_->origin(h), length, is_flat(h)),
                   reach_of(surface_->tip(h), length, is_flat(h))},
                  list_);
-    if (bound_ < unreachable<Real>) drop_beyond(bound_, rest_at(h), list_);
+    if (bound_ < unreachable<Real>) drop_beyond(bound_at(surface_->origin(h)), rest_at(h), list_);
     if (limits_->ring < unreachable<Real>) drop_behind_rings(length);
     if (list_.size > 1) {
       sort_windows(list_);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <concepts>
+#include <cstddef>
 #include <utility>
 #include <vector>
 
@@ -28,7 +29,7 @@ class TargetSearch {
         faces_(faces),
         sources_(std::move(sources)),
         cancelled_(std::move(cancelled)) {
-    start_ = move_to_zero(sources_);
+    starts_ = move_to_zero(surface_, sources_);
     find_least_ways(distances);
   }
 
@@ -38,7 +39,7 @@ class TargetSearch {
     Real distance = unreachable<Real>;
     for (Real tried = std::min(width, narrowest); !(distance < unreachable<Real>);
          tried = std::min(width, tried * widening)) {
-      distance = within((guess - start_) * (1 + tried + rounding), target);
+      distance = within((guess - starts_.at(target)) * (1 + tried + rounding), target);
       if (tried == width) break;
     }
     return distance;
@@ -63,7 +64,7 @@ class TargetSearch {
         limits.rest[v] = stable_norm(way) * (1 - rounding);
       }
       propagation.run(surface_, faces_, sources_, limits);
-      return start_ + propagation.distances[target];
+      return starts_.at(target) + propagation.distances[target];
     }
     propagation.run(surface_, faces_, {{vertex_point<Real>(target), 0}}, limits);
     Real distance = unreachable<Real>;
@@ -71,14 +72,17 @@ class TargetSearch {
       const Real way = propagation.distances[source.point.element[0]];
       distance = std::min(distance, source.distance + way);
     }
-    return start_ + distance;
+    return starts_.at(target) + distance;
   }
 
   // Lower bounds of what is left from each vertex to the sources.
   void find_least_ways(const std::vector<Real>& distances) {
     Array<Real> potential;
     potential.reserve(distances.size());
-    for (const Real d : distances) potential.push_back(std::max(Real{0}, d - start_));
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      potential.push_back(
+          std::max(Real{0}, distances[static_cast<std::size_t>(v)] - starts_.at(v)));
+    }
     least_ways_ = LowerPotentialOf<Real>(surface_, faces_).bounds(potential, sources_);
     for (Real& way : least_ways_) way = std::max(Real{0}, way * (1 - rounding));
   }
@@ -98,7 +102,7 @@ class TargetSearch {
   const PlanarFacesOf<Real>& faces_;
   Sources sources_;
   CancelHook cancelled_;
-  Real start_ = 0;  // the least start distance
+  StartsOf<Real> starts_;
   Array<Real> least_ways_;
 };
 

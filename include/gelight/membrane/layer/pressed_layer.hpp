@@ -327,7 +327,7 @@ class PressedLayer {
   // friction left it. Traction moves the surface down and pressure moves it sideways, both little:
   // the two are found in turns until neither changes (Panagiotopoulos, A nonlinear programming
   // approach to the unilateral contact- and friction-boundary value problem in the theory of
-  // elasticity, 1975, doi:10.1007/BF00534623).
+  // elasticity, 1975).
   void hold(LayerState& state, const Task& task, const RigidObject& object) const {
     constexpr int most_rounds = 20;
     const Kernels& k = task.kernels;

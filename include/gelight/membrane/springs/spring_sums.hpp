@@ -28,11 +28,11 @@ struct RigidMotion {
   double offset = 0, per_column = 0, per_row = 0;
 
   [[nodiscard]] double at(Index x, Index y) const { return offset + per_column * x + per_row * y; }
+  [[nodiscard]] bool is_none() const { return offset == 0 && per_column == 0 && per_row == 0; }
 };
 
 /// What springs bear in units of a spring's stiffness, with moments in columns (x) and rows (y);
-/// and how it grows with the motion: for springs on their own the number of those pressed in, and
-/// the sums over their columns and rows.
+/// and the number of those that the object touches, with the sums over their columns and rows.
 struct SpringSums {
   double load = 0, x_load = 0, y_load = 0;
   double count = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
@@ -179,6 +179,23 @@ class LoneSprings {
   [[nodiscard]] double gap(Index x, Index y) const { return static_cast<double>(gap_(x, y)); }
   [[nodiscard]] double least_gap() const { return least_; }
 
+  /// How many springs bear at most.
+  [[nodiscard]] double most() const {
+    double count = 0;
+    for (const SpringRow& row : rows_) count += row.end - row.begin;
+    return count;
+  }
+  /// What one bears at most by its own displacement and its neighbours', over that.
+  [[nodiscard]] static double stiffest() { return 1; }
+  /// Whether the last sums are those of an equilibrium of the springs.
+  [[nodiscard]] static bool is_settled() { return true; }
+
+  /// How the load along each of some motions grows with each of them. They are orthonormal, or
+  /// none, over the springs that are touched.
+  [[nodiscard]] static Eigen::Matrix3d resistance(const std::array<RigidMotion, 3>& /*motions*/) {
+    return Eigen::Matrix3d::Identity();
+  }
+
   /// The sums over every `step`-th row.
   [[nodiscard]] SpringSums sums(const RigidMotion& motion, bool tilts, Index step = 1) const {
     return vectorised([&] {
@@ -211,18 +228,20 @@ class LoneSprings {
   Index unknown_ = 0;
 };
 
-/// Whether a point (in columns and rows) lies in the convex hull of the springs under the object.
+/// Whether a point (in columns and rows) lies in the convex hull of the springs under the object,
+/// or beside it by no more than it may be rounded by.
 [[nodiscard]] inline bool is_under_object(const std::vector<SpringRow>& rows, double x, double y) {
+  constexpr double beside = 1e-9;  // of a pixel
   // Of all chords between a row above the point and one below, how far the outermost lies out.
   const auto outermost = [&](auto&& side) {
     double most = -std::numeric_limits<double>::infinity();
     for (std::size_t a = 0; a < rows.size(); ++a) {
       const double above = y - static_cast<double>(a);
-      if (rows[a].begin == rows[a].end || above < 0) continue;
+      if (rows[a].begin == rows[a].end || above < -beside) continue;
       for (std::size_t b = a; b < rows.size(); ++b) {
         const double below = static_cast<double>(b) - y;
-        if (rows[b].begin == rows[b].end || below < 0) continue;
-        const double share = above + below > 0 ? above / (above + below) : 0;
+        if (rows[b].begin == rows[b].end || below < -beside) continue;
+        const double share = b > a ? std::clamp(above / (above + below), 0.0, 1.0) : 0;
         most = std::max(most, (1 - share) * side(rows[a]) + share * side(rows[b]));
       }
     }
@@ -230,7 +249,7 @@ class LoneSprings {
   };
   const double left = outermost([](const SpringRow& row) { return -double{1} * row.begin; });
   const double right = outermost([](const SpringRow& row) { return double{1} * (row.end - 1); });
-  return -left <= x && x <= right;
+  return -left - beside <= x && x <= right + beside;
 }
 
 }  // namespace gelight::detail

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -44,29 +45,48 @@ class TautMembrane {
   [[nodiscard]] double least_gap() const { return object_.least_gap(); }
   [[nodiscard]] double deepest(const RigidMotion& motion) const { return object_.deepest(motion); }
 
+  /// How many springs bear at most: what the object presses in takes all others along.
+  [[nodiscard]] double most() const { return static_cast<double>(w_.size()); }
+  /// What one bears at most by its own displacement and its neighbours', over that.
+  [[nodiscard]] double stiffest() const { return 1 + 4 * (across_ + down_); }
+  /// Whether the last sums are those of an equilibrium of the membrane.
+  [[nodiscard]] bool is_settled() const { return is_settled_; }
+
   /// Presses the object in, starting from where the membrane was, and sums up the pressure on it.
   [[nodiscard]] SpringSums sums(const RigidMotion& motion, bool tilts) {
     settle(motion);
     SpringSums s;
     for_contact(w_, [&](Index x, Index y, double p) {
       s.load += p;
-      s.x_load += p * x;
-      s.y_load += p * y;
+      s.count += 1;
+      if (!tilts) return;
+      const double column = x, row = y;
+      s.x_load += p * column;
+      s.y_load += p * row;
+      s.x += column;
+      s.y += row;
+      s.xx += column * column;
+      s.xy += column * row;
+      s.yy += row * row;
     });
-    for_contact(rate([](Index, Index) { return 1.0; }), [&](Index x, Index y, double p) {
-      s.count += p;
-      s.x += p * x;
-      s.y += p * y;
-    });
-    if (!tilts) return s;
-    for_contact(rate([](Index x, Index) { return double{1} * x; }),
-                [&](Index x, Index y, double p) {
-                  s.xx += p * x;
-                  s.xy += p * y;
-                });
-    for_contact(rate([](Index, Index y) { return double{1} * y; }),
-                [&](Index, Index y, double p) { s.yy += p * y; });
     return s;
+  }
+
+  /// How the load along each of some motions grows with each of them. They are orthonormal, or
+  /// none, over the pixels that are touched: those that move nothing there, as tilts about a line
+  /// of pixels, would else be lost in what the others are rounded by.
+  [[nodiscard]] Eigen::Matrix3d resistance(const std::array<RigidMotion, 3>& motions) const {
+    Eigen::Matrix3d result = Eigen::Matrix3d::Identity();
+    for (Index k = 0; k < 3; ++k) {
+      const RigidMotion& moved = motions[static_cast<std::size_t>(k)];
+      if (moved.is_none()) continue;
+      Vec3<double> load = Vec3<double>::Zero();
+      for_contact(change_by(moved), [&](Index x, Index y, double p) {
+        for (Index i = 0; i < 3; ++i) load[i] += p * motions[static_cast<std::size_t>(i)].at(x, y);
+      });
+      result.col(k) = load;
+    }
+    return 0.5 * (result + result.transpose());
   }
 
   /// Writes the displacement and where the object touches.
@@ -82,7 +102,12 @@ class TautMembrane {
 
   void settle(const RigidMotion& motion) {
     const auto obstacle = [&](Index x, Index y) { return motion.at(x, y) - object_.gap(x, y); };
-    relax(w_, 1e-13, [&](Index x, Index y, double free) { return std::max(free, obstacle(x, y)); });
+    // Nothing moves further than the object at its deepest: without this a membrane that is left
+    // alone would only halve its way to rest, again and again.
+    const double deepest = std::max(0.0, object_.deepest(motion));
+    for (double& w : w_) w = std::min(w, deepest);
+    is_settled_ = relax(
+        w_, 1e-13, [&](Index x, Index y, double free) { return std::max(free, obstacle(x, y)); });
     for (Index y = 0; y < height_; ++y) {
       for (Index x = 0; x < width_; ++x) {
         touching_[at(x, y)] = w_[at(x, y)] <= obstacle(x, y) ? 1 : 0;
@@ -91,12 +116,11 @@ class TautMembrane {
   }
 
   // How the displacement changes with a motion of what touches.
-  template <class Motion>
-  [[nodiscard]] Array<double> rate(const Motion& motion) const {
+  [[nodiscard]] Array<double> change_by(const RigidMotion& motion) const {
     Array<double> change(w_.size());
     // A direction need not be exact for Newton's method to arrive.
-    relax(change, 1e-6, [&](Index x, Index y, double free) {
-      return touching_[at(x, y)] != 0 ? motion(x, y) : free;
+    (void)relax(change, 1e-6, [&](Index x, Index y, double free) {
+      return touching_[at(x, y)] != 0 ? motion.at(x, y) : free;
     });
     return change;
   }
@@ -120,9 +144,9 @@ class TautMembrane {
     return sum;
   }
 
-  // Sweeps until no pixel changes by more than a share of the largest value.
+  // Sweeps until no pixel changes by more than a share of the largest value; whether that came.
   template <class Constrain>
-  void relax(Array<double>& w, double tolerance, const Constrain& constrain) const {
+  [[nodiscard]] bool relax(Array<double>& w, double tolerance, const Constrain& constrain) const {
     constexpr int most_sweeps = 100000;
     for (int sweep = 0; sweep < most_sweeps; ++sweep) {
       double change = 0, largest = 0;
@@ -151,11 +175,12 @@ class TautMembrane {
           for (; x < width_; x += 2) move_border(x, y);
         }
       }
-      if (change <= tolerance * largest) return;
+      if (change <= tolerance * largest) return true;
       // How many sweeps there will be is not known: done is half of them after the usual number.
       ++sweeps_;
       cancelled_.check(1 - usual_sweeps / (usual_sweeps + sweeps_), "pressing into taut gel");
     }
+    return false;
   }
 
   // Calls work(x, y, pressure) for every spring that the object touches.
@@ -179,6 +204,7 @@ class TautMembrane {
   double across_, down_, relaxation_;
   Array<double> w_;
   Array<char> touching_;
+  bool is_settled_ = true;
 };
 
 }  // namespace gelight::detail
