@@ -22,8 +22,8 @@
 #include "gelight/membrane/elastic.hpp"
 #include "gelight/membrane/flat_gelsight.hpp"
 #include "gelight/membrane/shadowed.hpp"
-#include "gelight/sensor/detail/shaded_rows.hpp"
 #include "gelight/sensor/noise.hpp"
+#include "gelight/sensor/rows/shaded_rows.hpp"
 
 using namespace gelight;
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <random>
 #include <string>
 #include <thread>
 #include <vector>
@@ -374,4 +375,36 @@ TEST_CASE("input that cannot be used is refused before anything is written") {
   CHECK(out == before);
   Image<Rgb8> narrow(width - 1, height);
   CHECK_THROWS_AS(renderer.render_into(narrow, rest), InvalidInput);
+}
+
+TEST_CASE_TEMPLATE("what is seen beyond is refused by pixel where it is no share of full light", T,
+                   float, double) {
+  const auto eye = camera.cast<T>();
+  const SeeThroughRenderer renderer(eye, rest, edge_lights(eye, T(0.2)));
+  std::mt19937 random(7);
+  Image<Rgb8> out(width, height, {1, 2, 3});
+  const auto before = out;
+  for (const double bad : {unknown, inf, -inf, -1e-6, 1.01, 255.0, 1e30}) {
+    const auto u = static_cast<Index>(random() % width), v = static_cast<Index>(random() % height);
+    const auto place = "at pixel (" + std::to_string(u) + ", " + std::to_string(v) + ") is (";
+    const auto said = [&](const auto& visual, const LightLevels& levels) {
+      return refusal([&] { renderer.render_into(out, rest, visual, levels); });
+    };
+    CAPTURE(bad);
+    auto rgb = picture();
+    rgb(u, v)[random() % 3] = bad;
+    CHECK(test::contains(said(rgb, {0.5, 0.5}), place));
+    CHECK(test::contains(said(rgb, LightLevels::visual()), "not in shares of full light"));
+    Image<float> grey(width, height, 0.5F);
+    grey(u, v) = static_cast<float>(bad);
+    CHECK(test::contains(said(grey, {0.1, 1}), place));
+    CHECK(out == before);
+    // What the dark hides does no harm.
+    CHECK(said(rgb, LightLevels::tactile()) == "accepted");
+    out = before;
+  }
+  // White that went through a resizing, and black with a sign.
+  auto rounded = picture();
+  rounded(3, 4) = {1.001, -0.0, 1};
+  CHECK(refusal([&] { renderer.render_into(out, rest, rounded); }) == "accepted");
 }

@@ -198,3 +198,33 @@ TEST_CASE("out of reach is infinite, the source is zero, bad input is refused") 
   std::swap(mesh.faces[3][0], mesh.faces[3][1]);
   CHECK_THROWS_AS(ExactLogMapSolver{mesh}, InvalidInput);
 }
+
+TEST_CASE("a map is cancelled wherever it asks, and says how far it is") {
+  const auto mesh = icosphere<double>(3);
+  int left = -1;
+  double last = 0;
+  bool falls = false;
+  const CancelHook hook([&](double done) {
+    falls |= done < last;
+    last = done;
+    return --left == 0;
+  });
+  const ExactLogMapSolver solver(mesh, {.cancelled = hook});
+  const auto expected = ExactLogMapSolver(mesh).log_map(7);
+  CHECK(solver.log_map(7) == expected);
+  CHECK_FALSE(falls);
+  CHECK(last > 0.7);
+  const int asked = -1 - left;
+  CHECK(asked > 4);
+  for (int yes = 1; yes <= asked; ++yes) {
+    left = yes;
+    CHECK_THROWS_AS((void)solver.log_map(7), Cancelled);
+    left = -1;
+    CHECK(solver.log_map(7) == expected);
+  }
+  const auto map = solver.solve(7);
+  left = 1;
+  CHECK_THROWS_AS((void)map.at_vertices(), Cancelled);
+  left = -1;
+  CHECK(map.at_vertices() == expected);
+}

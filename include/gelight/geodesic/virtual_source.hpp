@@ -10,18 +10,18 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/bucket_queue.hpp"
-#include "gelight/geodesic/detail/fetch_ahead.hpp"
-#include "gelight/geodesic/detail/near.hpp"
-#include "gelight/geodesic/detail/planar_faces.hpp"
-#include "gelight/geodesic/detail/pool.hpp"
-#include "gelight/geodesic/detail/spokes.hpp"
-#include "gelight/geodesic/detail/watch.hpp"
-#include "gelight/geodesic/detail/waves.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/exact/planar_faces.hpp"
+#include "gelight/geodesic/marching/bucket_queue.hpp"
+#include "gelight/geodesic/marching/one_ring.hpp"
+#include "gelight/geodesic/marching/periodic_check.hpp"
+#include "gelight/geodesic/marching/prefetch_ring.hpp"
+#include "gelight/geodesic/marching/waves.hpp"
 #include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
@@ -60,7 +60,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   explicit VirtualSourceSolver(const M& mesh, const VirtualSourceOptions& options = {})
       : surface_(mesh), cancelled_(options.cancelled) {
     step_ = detail::short_edge_length(surface_);
-    late_ = lateness * detail::mean_edge_length(surface_);
+    most_delay_ = most_delay_in_edges * detail::mean_edge_length(surface_);
     lay_out_fans();
     link_fans();
   }
@@ -76,7 +76,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
     // Shares are of distances from 0 on, so that is where the earliest source starts.
-    const double earliest = detail::move_to_zero(sources);
+    const auto starts = detail::move_to_zero(surface_, sources);
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.reset(surface_.vertex_count());
@@ -89,20 +89,21 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     } else {
       march<false>(front);
     }
-    return distances(sources, earliest, front);
+    return distances(sources, starts, front);
   }
 
   // Whether there are several waves is known to the compiler: one wave pays nothing for others, nor
   // do several but where they meet.
   template <bool several>
   void march(Front& front) const {
-    detail::Watch watch(cancelled_, surface_.vertex_count(), "a query of virtual sources");
+    detail::PeriodicCheck progress(cancelled_, surface_.vertex_count(),
+                                   "a query of virtual sources");
     while (!front.queue.empty()) {
       const Index node =
-          detail::pop_and_fetch(front.queue, begin_, spokes_, front.nodes,
-                                [&](Index n) { return several ? front.vertex_of(n) : n; });
+          detail::pop_and_prefetch(front.queue, begin_, spokes_, front.nodes,
+                                   [&](Index n) { return several ? front.vertex_of(n) : n; });
       if (front.nodes[node].settled) continue;  // as often there as it came nearer
-      watch.step();
+      progress.step();
       refine<several>(node, front);
       front.settle(node);
       if (several && !front.is_alone_round(node, begin_, spokes_)) {
@@ -114,7 +115,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
 
   // No way is shorter than the straight line through space.
-  [[nodiscard]] detail::Array<double> distances(const detail::Sources& sources, double earliest,
+  [[nodiscard]] detail::Array<double> distances(const detail::Sources& sources,
+                                                const detail::Starts& starts,
                                                 const Front& front) const {
     // Differences of positions, which are exact far from the origin, too.
     struct Place {
@@ -140,7 +142,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
         const double through_space =
             detail::stable_norm((surface_.position(v) - surface_.position(corner)) - from_corner);
         const double d = std::max(node.distance, sources[wave].distance + through_space);
-        distance[v] = std::min(distance[v], earliest + d);
+        distance[v] = std::min(distance[v], starts.at(v) + d);
       }
     }
     relax_edges(distance);
@@ -259,7 +261,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   // A wave is handed on where it is late by this many mean edges at most: a line that crosses an
   // edge in front of the place where waves meet has ends behind it by up to two of their edges.
-  static constexpr double lateness = 2;
+  static constexpr double most_delay_in_edges = 2;
 
   void start(const Source<double>& source, Index wave, Front& front) const {
     const auto point = detail::simplified(surface_, source.point);
@@ -309,7 +311,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
   template <bool several>
   [[nodiscard]] bool leads(Index v, const Node& node, const Front& front) const {
-    return !several || node.distance <= front.best(v) + late_;
+    return !several || node.distance <= front.best(v) + most_delay_;
   }
 
   // Reaches the neighbours of a vertex: along the edges, and over them with the images that their
@@ -551,16 +553,17 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
 
   void lay_out_fans() {
-    detail::Spokes spokes(surface_);
+    detail::OneRing spokes(surface_);
     const detail::PlanarFaces faces(surface_);
     const auto count = static_cast<std::size_t>(surface_.vertex_count());
     begin_.reserve(count + 1);
     begin_.push_back(0);
     fans_.reserve(count);
     corner_spoke_.resize(static_cast<std::size_t>(surface_.halfedge_count()));
-    detail::Watch watch(cancelled_, surface_.vertex_count(), "the set-up of virtual sources");
+    detail::PeriodicCheck progress(cancelled_, surface_.vertex_count(),
+                                   "the set-up of virtual sources");
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      watch.step();
+      progress.step();
       int fans = 0;
       spokes.visit(v, [&](Index edge, Index corner) {
         const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
@@ -616,7 +619,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   Surface<double> surface_;
   CancelHook cancelled_;
   double step_ = 0;
-  double late_ = 0;             // by which a wave may be late at a vertex and still be handed on
+  double most_delay_ = 0;       // by which a wave may be late at a vertex and still be handed on
   detail::Array<Index> begin_;  // of each vertex, and one more: where its spokes begin
   detail::Array<Spoke> spokes_;
   detail::Array<Fan> fans_;

@@ -11,7 +11,7 @@
 #include "gelight/geodesic/path.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
-#include "gelight/transport/detail/tangent_planes.hpp"
+#include "gelight/transport/tangent_planes.hpp"
 
 namespace gelight {
 

@@ -10,9 +10,9 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/light/detail/plane_cut.hpp"
-#include "gelight/light/detail/plane_sides.hpp"
 #include "gelight/light/field.hpp"
+#include "gelight/light/plane/plane_cut.hpp"
+#include "gelight/light/plane/plane_sides.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 

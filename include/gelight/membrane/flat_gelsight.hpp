@@ -46,7 +46,8 @@ class SpreadRounds {
         spread_(protrusion_),
         rows_(protrusion_),
         next_(protrusion_),
-        lack_(protrusion_) {}
+        lack_(protrusion_),
+        padded_(static_cast<std::size_t>(width + most_taps)) {}
 
   /// Begins with a protrusion, NaN where it is not known.
   template <class At>
@@ -97,7 +98,6 @@ class SpreadRounds {
   void correlate_into(Image<double>& out, const At& at, const PulseKernel& kernel) {
     const Index width = rows_.width(), height = rows_.height();
     const Index taps = static_cast<Index>(kernel.weights.size()), anchor = taps / 2;
-    padded_.resize(static_cast<std::size_t>(width + taps));
     for (Index y = 0; y < height; ++y) {
       const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
       for (Index i = 0; i < width + taps - 1; ++i) {
@@ -123,6 +123,8 @@ class SpreadRounds {
       }
     });
   }
+
+  static constexpr Index most_taps = 52;
 
   Image<double> protrusion_, spread_, rows_, next_, lack_;
   std::vector<double> padded_;
