@@ -4,6 +4,7 @@
 // of CGAL, Eigen, OpenCV and OpenMesh, which need libraries of their own.
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/concepts/light.hpp"
 #include "gelight/concepts/membrane.hpp"
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/concepts/reflectance.hpp"
@@ -45,6 +46,7 @@
 #include "gelight/light/geodesic.hpp"
 #include "gelight/light/led.hpp"
 #include "gelight/light/linear.hpp"
+#include "gelight/light/models.hpp"
 #include "gelight/light/plane.hpp"
 #include "gelight/light/transport.hpp"
 #include "gelight/membrane/contact.hpp"
