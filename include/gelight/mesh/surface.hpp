@@ -13,7 +13,7 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
-#include "gelight/core/late.hpp"
+#include "gelight/core/lazy.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -206,7 +206,7 @@ class Surface {
     detail::Array<T> lengths;           // of each half-edge
     detail::Array<Index> corner_begin;  // of each vertex, and one more: where its corners begin
     detail::Array<Index> corners;       // half-edges, grouped by origin
-    detail::Late<detail::Array<Index>> components;
+    detail::Lazy<detail::Array<Index>> components;
   };
 
   // The vertices to which a point's weights belong, or -1.
