@@ -280,6 +280,7 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
       return {rest_depth, camera.width, camera.height, membrane.weights(),
               membrane.clips_to_rest()};
     } else {
+      if constexpr (requires { membrane.require_fits(camera); }) membrane.require_fits(camera);
       return {std::move(membrane), rest_depth, camera.width, camera.height};
     }
   }
