@@ -42,6 +42,7 @@
 #include "gelight/light/linear.hpp"
 #include "gelight/light/plane.hpp"
 #include "gelight/light/transport.hpp"
+#include "gelight/membrane/bulge.hpp"
 #include "gelight/membrane/elastic.hpp"
 #include "gelight/membrane/fourier.hpp"
 #include "gelight/membrane/gel.hpp"
