@@ -49,6 +49,7 @@
 #include "gelight/light/models.hpp"
 #include "gelight/light/plane.hpp"
 #include "gelight/light/transport.hpp"
+#include "gelight/membrane/bulge.hpp"
 #include "gelight/membrane/contact.hpp"
 #include "gelight/membrane/elastic.hpp"
 #include "gelight/membrane/flat_gelsight.hpp"
