@@ -27,6 +27,7 @@
 #include "gelight/geodesic/smooth/fans.hpp"
 #include "gelight/geodesic/smooth/fitted_normals.hpp"
 #include "gelight/geodesic/smooth/lifted_path.hpp"
+#include "gelight/geodesic/trace.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/fast_gaussian.hpp"
