@@ -29,6 +29,7 @@
 #include "gelight/geodesic/smooth/lifted_path.hpp"
 #include "gelight/geodesic/trace.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
+#include "gelight/geodesic/voronoi.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/fast_gaussian.hpp"
 #include "gelight/image/filter.hpp"
