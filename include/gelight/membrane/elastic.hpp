@@ -15,20 +15,13 @@
 #include "gelight/image/filter.hpp"
 #include "gelight/image/mask.hpp"
 #include "gelight/image/smooth.hpp"
+#include "gelight/membrane/contact.hpp"
 #include "gelight/views/image_view.hpp"
 
 // How the gel of published sensors bulges around what is pressed into it.
 namespace gelight {
 
 namespace detail {
-
-/// How far an object stands out of the surface at rest: 0 where it does not touch it or nothing is
-/// there, NaN where that or the surface is not known.
-template <std::floating_point T>
-[[nodiscard]] T protrusion(T depth, T rest) {
-  if (!is_known(depth) || !is_depth(rest)) return std::numeric_limits<T>::quiet_NaN();
-  return std::max(T(0), rest - depth);
-}
 
 template <ImageLike D, ImageLike R>
 [[nodiscard]] Image<PixelOf<R>> protrusion(const D& depth, const R& rest) {

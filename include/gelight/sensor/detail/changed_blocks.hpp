@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/concepts/membrane.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/sensor/detail/row_runs.hpp"
 #include "gelight/views/image_view.hpp"
@@ -30,6 +31,7 @@ class ChangedBlocks {
   template <std::floating_point T, ImageOf<T> D>
   bool update(Image<T>& last, const D& image, T* buffer) {
     bool any = false;
+    window_ = {width_, height_, 0, 0};
     for (Index y = 0; y < height_; ++y) {
       const T* const row = row_of(image, y, buffer, width_);
       T* const before = last.row(y);
@@ -40,6 +42,9 @@ class ChangedBlocks {
         const auto bytes = static_cast<std::size_t>(count) * sizeof(T);
         marks[b] = std::memcmp(before + begin, row + begin, bytes) != 0;
         differs |= marks[b];
+        if (marks[b] == 0) continue;
+        window_ = {std::min(window_.left, begin), std::min(window_.top, y),
+                   std::max(window_.right, begin + count), y + 1};
       }
       has_marks_[static_cast<std::size_t>(y)] = differs;
       if (differs == 0) continue;
@@ -48,6 +53,9 @@ class ChangedBlocks {
     }
     return any;
   }
+
+  /// Where anything differs: all of it lies in these pixels.
+  [[nodiscard]] const Window& window() const { return window_; }
 
   /// Marks the blocks of rows `first` to `last` that are within so many rows and blocks of one that
   /// differs.
@@ -69,6 +77,7 @@ class ChangedBlocks {
   }
 
   Index width_, height_, blocks_;
+  Window window_;
   std::vector<char> marks_, has_marks_, scratch_;
 };
 

@@ -16,20 +16,13 @@
 #include "gelight/image/detail/normal_rows.hpp"
 #include "gelight/image/filter.hpp"
 #include "gelight/image/mask.hpp"
+#include "gelight/membrane/contact.hpp"
 #include "gelight/sensor/detail/lines.hpp"
+#include "gelight/sensor/detail/padded_rows.hpp"
 #include "gelight/sensor/detail/row_runs.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight::detail {
-
-/// The contact's depth where there is one that is no deeper than the membrane at rest (or than
-/// `allowed`), the rest depth elsewhere.
-template <class T>
-[[nodiscard]] T contact_depth(T depth, T rest, T allowed) {
-  const T z = depth > 0 ? depth : std::numeric_limits<T>::infinity();
-  const T most = allowed > rest ? allowed : rest;  // NaN, where the rest depth is
-  return z <= most ? z : rest;
-}
 
 /// protrusion[i] = how far the contact is pressed in, 0 outside the membrane.
 template <class T>
@@ -85,6 +78,20 @@ template <class T>
     if (!is_known(depth[i]) && is_depth(rest[i])) return true;
   }
   return false;
+}
+
+/// Keeps the depth of a membrane at rest, NaN where there is none, and marks the rows that have
+/// such pixels.
+template <class T, class D>
+void keep_rest_rows(PaddedRows<T>& rest, std::vector<char>& masked, const D& image, Index width,
+                    Index height) {
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      const T z = static_cast<T>(ImageTraits<D>::pixel(image, x, y));
+      rest.row(y)[x] = surface_or_nan(z);
+      if (!is_depth(z)) masked[static_cast<std::size_t>(y)] = 1;
+    }
+  }
 }
 
 /// Rows of an image that slide along with a window, each of them kept twice: so all rows of the
@@ -184,16 +191,14 @@ class MembraneRows {
         allowed_(clip ? T(0) : std::numeric_limits<T>::max()),
         weights_(std::move(weights)),
         zeros_(static_cast<std::size_t>(width)),
-        rest_(static_cast<std::size_t>(stride() * (height + 2))),
+        rest_(width, height),
         masked_(static_cast<std::size_t>(height)) {
     keep_rest(rest);
   }
 
   /// How many rows below a row of the membrane are needed to make it.
   [[nodiscard]] Index radius() const { return radius_; }
-  [[nodiscard]] const T* rest(Index y) const {
-    return rest_.data() + stride() * (y + 1) + line_size<T>;
-  }
+  [[nodiscard]] const T* rest(Index y) const { return rest_.row(y); }
 
   /// Whether a row has pixels outside the membrane.
   [[nodiscard]] bool is_masked(Index y) const { return masked_[static_cast<std::size_t>(y)] != 0; }
@@ -308,25 +313,16 @@ class MembraneRows {
   }
 
  private:
-  // Rows begin with a line, of which they have the last pixel before it; and they have one behind.
-  [[nodiscard]] std::ptrdiff_t stride() const { return line_size<T> + whole_lines<T>(width_ + 1); }
+  [[nodiscard]] std::ptrdiff_t stride() const { return PaddedRows<T>::stride(width_); }
 
   template <class D>
   void keep_rest(const D& image) {
-    const auto row = [&](Index y) { return rest_.data() + stride() * (y + 1) + line_size<T>; };
-    for (Index y = 0; y < height_; ++y) {
-      for (Index x = 0; x < width_; ++x) {
-        row(y)[x] = static_cast<T>(ImageTraits<D>::pixel(image, x, y));
-        if (is_depth(row(y)[x])) continue;
-        row(y)[x] = std::numeric_limits<T>::quiet_NaN();
-        masked_[static_cast<std::size_t>(y)] = 1;
-      }
-      extrapolate_ends(row(y), width_);
-    }
+    keep_rest_rows(rest_, masked_, image, width_, height_);
+    for (Index y = 0; y < height_; ++y) extrapolate_ends(rest_.row(y), width_);
     if (radius_ > 0 && std::any_of(masked_.begin(), masked_.end(), [](char m) { return m != 0; })) {
       Image<T> outside(width_, height_);
       for (Index y = 0; y < height_; ++y) {
-        for (Index x = 0; x < width_; ++x) outside(x, y) = is_depth(row(y)[x]) ? 0 : 1;
+        for (Index x = 0; x < width_; ++x) outside(x, y) = is_depth(rest(y)[x]) ? 0 : 1;
       }
       lack_ = convolve_symmetric(outside, weights_, Border::reflect101);
     }
@@ -458,7 +454,7 @@ class MembraneRows {
   Index width_, height_, radius_;
   T allowed_;
   std::vector<T> weights_, zeros_;
-  Lines<T> rest_;  // NaN outside the membrane; a pixel more on each side
+  PaddedRows<T> rest_;  // NaN outside the membrane
   std::vector<char> masked_;
   Image<T> lack_;  // the share of each pixel's Gaussian that lies outside the membrane, if any does
 };
