@@ -16,6 +16,7 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/sensor/calibrated.hpp"
 #include "gelight/sensor/calibration/ball_surface.hpp"
 #include "gelight/sensor/calibration/circles.hpp"
 #include "gelight/sensor/calibration/lights_fit.hpp"
@@ -44,19 +45,19 @@ struct CalibrationOptions {
   int polynomial_degree = 3;  ///< in the normal
   int table_nodes = 9;        ///< along each coordinate of the normal, odd
   double bulge_length = 0;    ///< over which the slope decays around the contact, pixels; 0: fitted
-  bool refine_circles = true; ///< fit the circles, too, where they are marked
-  CancelHook cancelled;       ///< asked some milliseconds apart
+  bool refine_circles = true;  ///< fit the circles, too, where they are marked
+  CancelHook cancelled;        ///< asked some milliseconds apart
 };
 
 /// What a fit says of one press.
 struct PressReport {
   std::string name;
-  Change level{};           ///< by how much the whole photograph is brighter, grey levels
-  Circle contact;           ///< as refined
-  Vec2<double> doubt{0, 0}; ///< standard deviations of its centre, pixels; 0: not refined
-  bool is_proposed = false; ///< the circle was searched for
-  bool fits = true;         ///< otherwise left out of the fit
-  double residual = 0;      ///< mean absolute, inside of the contact, grey levels
+  Change level{};            ///< by how much the whole photograph is brighter, grey levels
+  Circle contact;            ///< as refined
+  Vec2<double> doubt{0, 0};  ///< standard deviations of its centre, pixels; 0: not refined
+  bool is_proposed = false;  ///< the circle was searched for
+  bool fits = true;          ///< otherwise left out of the fit
+  double residual = 0;       ///< mean absolute, inside of the contact, grey levels
 };
 
 /// The mean absolute difference of photographs and model in a part of the image, grey levels.
@@ -67,14 +68,11 @@ struct RegionResidual {
 
 /// A calibrated sensor, and how sure it is.
 struct Calibration {
-  Image<Rgb8> background;
-  FittedReflectance reflectance;
-  double bulge_length = 0;         ///< pixels
-  double bulge_doubt = 0;          ///< pixels: within it the residual grows by less than its noise
-  Change level{};                  ///< the median of the photographs' levels
-  detail::Smoothness smoothness;   ///< as chosen by cross-validation
-  double held_out = 0;             ///< root mean square there, in the contact, grey levels
-  double parameter_spread = 0;     ///< median over the coefficients: jackknife deviation / size
+  CalibratedSensor sensor;
+  double bulge_doubt = 0;         ///< pixels: within it the residual grows by less than its noise
+  detail::Smoothness smoothness;  ///< as chosen by cross-validation
+  double held_out = 0;            ///< root mean square there, in the contact, grey levels
+  double parameter_spread = 0;    ///< median over the coefficients: jackknife deviation / size
   std::vector<PressReport> presses;
   std::vector<RegionResidual> regions;
   std::vector<std::string> warnings;
@@ -108,9 +106,9 @@ class Calibrator {
   }
 
   [[nodiscard]] Calibration solve() {
-    result_.background = background_;
+    result_.sensor.background = background_;
     fit_touched();
-    if (options_.refine_circles && entries_.size() > 1) {
+    if (options_.refine_circles && entries_.size() >= few_presses) {
       for (int round = 0; round < 2; ++round) {
         for (std::size_t i = 0; i < entries_.size(); ++i) refine(i);
         centre_shifts();
@@ -135,8 +133,9 @@ class Calibrator {
             " lights: from 3 to 8 can be fitted");
     require(options_.polynomial_degree >= 1 && options_.polynomial_degree <= 8,
             "polynomial degree ", options_.polynomial_degree, " is not from 1 to 8");
-    require(options_.table_nodes >= 3 && options_.table_nodes % 2 == 1 && options_.table_nodes <= 25,
-            "a table of ", options_.table_nodes, " nodes: an odd number from 3 to 25 is wanted");
+    require(
+        options_.table_nodes >= 3 && options_.table_nodes % 2 == 1 && options_.table_nodes <= 25,
+        "a table of ", options_.table_nodes, " nodes: an odd number from 3 to 25 is wanted");
     require(std::isfinite(options_.bulge_length) && options_.bulge_length >= 0, "bulge length ",
             options_.bulge_length, " is negative or not finite");
     require(background_.width() > 1 && background_.height() > 1, "a background of ",
@@ -171,8 +170,8 @@ class Calibrator {
     require(std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.radius) && c.radius >= 0,
             press.name, " has circle (", c.x, ", ", c.y, ") of radius ", c.radius,
             ", which is not finite or negative");
-    require(c.radius == 0 || (c.x >= 0 && c.y >= 0 && c.x <= photo.width() - 1 &&
-                              c.y <= photo.height() - 1),
+    require(c.radius == 0 ||
+                (c.x >= 0 && c.y >= 0 && c.x <= photo.width() - 1 && c.y <= photo.height() - 1),
             press.name, " has its circle at (", c.x, ", ", c.y, "), outside of the image");
     require(c.radius < press.ball_radius, press.name, " has a ball of radius ", press.ball_radius,
             ", smaller than its circle of ", c.radius);
@@ -185,10 +184,10 @@ class Calibrator {
     const CircleProposal found = propose_circle(background_, press.photograph, press.ball_radius);
     entry.report.contact = entry.marked = found.circle;
     entry.report.is_proposed = true;
-    result_.warnings.push_back(
-        joined(press.name, " has no circle; one was searched for: (", two_decimals(found.circle.x),
-               ", ", two_decimals(found.circle.y), ") of radius ", two_decimals(found.circle.radius),
-               found.is_sharp ? "" : ", but no rim is sharp: look at it"));
+    result_.warnings.push_back(joined(
+        press.name, " has no circle; one was searched for: (", two_decimals(found.circle.x), ", ",
+        two_decimals(found.circle.y), ") of radius ", two_decimals(found.circle.radius),
+        found.is_sharp ? "" : ", but no rim is sharp: look at it"));
   }
   [[nodiscard]] static std::string two_decimals(double value) {
     char digits[32];
@@ -249,8 +248,9 @@ class Calibrator {
     double grey = 0;
     for (std::size_t c = 0; c < 3; ++c) {
       const double b = background_level(background_, x, y, c);
-      s.change[c] = (presses_[i].photograph(x, y)[c] - background_(x, y)[c] -
-                     entries_[i].report.level[c]) / b;
+      s.change[c] =
+          (presses_[i].photograph(x, y)[c] - background_(x, y)[c] - entries_[i].report.level[c]) /
+          b;
       grey += b / (3 * unit_background);
     }
     s.weight = weight * grey * grey;
@@ -260,7 +260,8 @@ class Calibrator {
 
   [[nodiscard]] std::vector<FitSample> touched_samples() const {
     double pixels = 0;
-    for (const Entry& e : entries_) pixels += e.report.contact.radius * e.report.contact.radius * 3.14;
+    for (const Entry& e : entries_)
+      pixels += e.report.contact.radius * e.report.contact.radius * 3.14;
     const auto step = static_cast<std::uint32_t>(std::max(1.0, std::floor(pixels / most_samples)));
     std::vector<FitSample> samples;
     for (std::size_t i = 0; i < entries_.size(); ++i) {
@@ -295,8 +296,8 @@ class Calibrator {
 
   // A number that has no pattern along the image.
   [[nodiscard]] static std::uint32_t scattered(Index x, Index y) {
-    std::uint32_t h = static_cast<std::uint32_t>(x) * 0x9e3779b1u ^
-                      static_cast<std::uint32_t>(y) * 0x85ebca77u;
+    std::uint32_t h =
+        static_cast<std::uint32_t>(x) * 0x9e3779b1u ^ static_cast<std::uint32_t>(y) * 0x85ebca77u;
     h ^= h >> 15;
     h *= 0x2c1b3c6du;
     return h ^ h >> 13;
@@ -310,7 +311,8 @@ class Calibrator {
       case ReflectanceModel::lights:
         return fit_lights(samples);
       case ReflectanceModel::polynomial:
-        return fit_linear(PolynomialReflectance{options_.polynomial_degree, reach_, {}, {}}, samples);
+        return fit_linear(PolynomialReflectance{options_.polynomial_degree, reach_, {}, {}},
+                          samples);
       case ReflectanceModel::table:
         return fit_linear(TableReflectance{options_.table_nodes, reach_, {}, {}}, samples);
     }
@@ -321,7 +323,7 @@ class Calibrator {
     const std::size_t step = std::max<std::size_t>(1, samples.size() / most_light_samples);
     for (std::size_t k = 0; k < samples.size(); k += step) few.push_back(samples[k]);
     const double height = double{1} * background_.height() / background_.width();
-    result_.reflectance = LightsFit(few, height).solve(options_.lights, options_.cancelled);
+    result_.sensor.reflectance = LightsFit(few, height).solve(options_.lights, options_.cancelled);
   }
 
   template <class Model>
@@ -345,7 +347,7 @@ class Calibrator {
     if (!is_smoothness_chosen_) choose_smoothness(model, groups, all);
     model.touched = flat(solve_smooth(model, all, result_.smoothness, false));
     model.free.assign(model.touched.size(), 0.0);
-    result_.reflectance = std::move(model);
+    result_.sensor.reflectance = std::move(model);
   }
 
   // Of a few, the one whose predictions of presses that were left out are the best.
@@ -354,7 +356,7 @@ class Calibrator {
                          const NormalEquations& all) {
     is_smoothness_chosen_ = true;
     result_.smoothness = {10, 10};
-    if (groups.size() < 2) return;
+    if (entries_.size() < few_presses) return;
     double least = std::numeric_limits<double>::infinity();
     const auto attempt = [&](const Smoothness& smoothness) {
       options_.cancelled.check(0.3, "choosing the smoothness");
@@ -389,7 +391,7 @@ class Calibrator {
                    p.nx = (x - circle.x) / press.ball_radius;
                    p.ny = (y - circle.y) / press.ball_radius;
                    p.touched = true;
-                   use(x, y, change(result_.reflectance, p));
+                   use(x, y, change(result_.sensor.reflectance, p));
                  });
     };
     refine_centre(entry, press, squares_of);
@@ -416,8 +418,8 @@ class Calibrator {
       predict(circle, [&](Index x, Index y, const Change& now) {
         for (std::size_t c = 0; c < 3; ++c) {
           const double b = background_level(background_, x, y, c);
-          const double off = press.photograph(x, y)[c] - background_(x, y)[c] -
-                             entry.report.level[c] - b * now[c];
+          const double off =
+              press.photograph(x, y)[c] - background_(x, y)[c] - entry.report.level[c] - b * now[c];
           const Eigen::Vector2d by(b * (right[k][c] - left[k][c]) / (2 * h),
                                    b * (down[k][c] - up[k][c]) / (2 * h));
           matrix += by * by.transpose();
@@ -433,7 +435,8 @@ class Calibrator {
       matrix /= noise;
       slope /= noise;
       matrix.diagonal().array() += 1 / (mark * mark);
-      slope += Eigen::Vector2d(entry.marked.x - circle.x, entry.marked.y - circle.y) / (mark * mark);
+      slope +=
+          Eigen::Vector2d(entry.marked.x - circle.x, entry.marked.y - circle.y) / (mark * mark);
       const Eigen::Vector2d move = matrix.llt().solve(slope);
       circle.x += std::clamp(move.x(), -2.0, 2.0);
       circle.y += std::clamp(move.y(), -2.0, 2.0);
@@ -467,8 +470,8 @@ class Calibrator {
       residuals.push_back(inside_residual(i, entries_[i].report.contact).residual);
     }
     std::vector<double> sorted = residuals;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                     sorted.end());
+    std::nth_element(sorted.begin(),
+                     sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
     const double median = sorted[sorted.size() / 2];
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       entries_[i].report.fits = entries_.size() < 4 || residuals[i] <= 2.5 * median + 0.5;
@@ -479,12 +482,13 @@ class Calibrator {
 
   void fit_free() {
     if (options_.bulge_length > 0) {
-      result_.bulge_length = options_.bulge_length;
+      result_.sensor.bulge_length = options_.bulge_length;
       (void)free_squares(options_.bulge_length, 1);
       return;
     }
     double radius = 0;
-    for (const Entry& e : entries_) radius += e.report.contact.radius / static_cast<double>(entries_.size());
+    for (const Entry& e : entries_)
+      radius += e.report.contact.radius / static_cast<double>(entries_.size());
     // By golden section over the logarithm.
     const double golden = 0.6180339887498949;
     double low = std::log(0.05 * radius), high = std::log(2.5 * radius);
@@ -506,16 +510,16 @@ class Calibrator {
         at_b = free_squares(std::exp(b));
       }
     }
-    result_.bulge_length = std::exp(at_a < at_b ? a : b);
-    result_.bulge_doubt = result_.bulge_length * (high - low) / 2;
-    (void)free_squares(result_.bulge_length, 1);
+    result_.sensor.bulge_length = std::exp(at_a < at_b ? a : b);
+    result_.bulge_doubt = result_.sensor.bulge_length * (high - low) / 2;
+    (void)free_squares(result_.sensor.bulge_length, 1);
   }
 
   // Fits free gel with a bulge of this length; returns what squares are left.
   [[nodiscard]] double free_squares(double length, std::uint32_t thinning = 5) {
     const std::vector<FitSample> samples = free_samples(length, thinning);
     return std::visit([&](auto& model) { return fit_free_gel(model, samples); },
-                      result_.reflectance);
+                      result_.sensor.reflectance);
   }
 
   template <class Model>
@@ -565,15 +569,15 @@ class Calibrator {
       const double dx = x - circle.x, dy = y - circle.y;
       GelPoint p = place(x, y);
       p.touched = std::hypot(dx, dy) <= circle.radius;
-      const Vec2<double> n = surface == nullptr
-                                 ? Vec2<double>(dx / presses_[i].ball_radius, dy / presses_[i].ball_radius)
-                                 : surface->normal(dx, dy);
+      const Vec2<double> n = surface == nullptr ? Vec2<double>(dx / presses_[i].ball_radius,
+                                                               dy / presses_[i].ball_radius)
+                                                : surface->normal(dx, dy);
       p.nx = n.x();
       p.ny = n.y();
-      const Change model = change(result_.reflectance, p);
+      const Change model = change(result_.sensor.reflectance, p);
       for (std::size_t c = 0; c < 3; ++c) {
-        const double seen = presses_[i].photograph(x, y)[c] - background_(x, y)[c] -
-                            entries_[i].report.level[c];
+        const double seen =
+            presses_[i].photograph(x, y)[c] - background_(x, y)[c] - entries_[i].report.level[c];
         sum.signal += std::abs(seen);
         sum.residual += std::abs(seen - background_level(background_, x, y, c) * model[c]);
       }
@@ -592,7 +596,7 @@ class Calibrator {
       for (const Entry& e : entries_) levels.push_back(e.report.level[c]);
       std::sort(levels.begin(), levels.end());
       const std::size_t n = levels.size();
-      result_.level[c] = (levels[n / 2] + levels[(n - 1) / 2]) / 2;
+      result_.sensor.level[c] = (levels[n / 2] + levels[(n - 1) / 2]) / 2;
     }
     struct Ring {
       const char* name;
@@ -607,9 +611,11 @@ class Calibrator {
       RegionResidual mean{ring.name, 0, 0};
       for (std::size_t i = 0; i < entries_.size(); ++i) {
         const Circle& circle = entries_[i].report.contact;
-        const BallSurface surface(circle.radius, presses_[i].ball_radius, result_.bulge_length);
-        const RegionResidual one = region_residual(
-            i, circle, ring.from < 0 ? -1 : ring.from * circle.radius, std::min(1e5, ring.to * circle.radius), &surface);
+        const BallSurface surface(circle.radius, presses_[i].ball_radius,
+                                  result_.sensor.bulge_length);
+        const RegionResidual one =
+            region_residual(i, circle, ring.from < 0 ? -1 : ring.from * circle.radius,
+                            std::min(1e5, ring.to * circle.radius), &surface);
         mean.signal += one.signal / static_cast<double>(entries_.size());
         mean.residual += one.residual / static_cast<double>(entries_.size());
       }
@@ -627,6 +633,8 @@ class Calibrator {
     }
   }
 
+  // Fewer tell neither how smooth a reflectance is nor which of their circles is off.
+  static constexpr std::size_t few_presses = 5;
   static constexpr double unit_background = 128, most_samples = 40000;
   static constexpr std::size_t most_light_samples = 2500;
 
@@ -650,7 +658,7 @@ class Calibrator {
 
 /// The photograph that a calibrated sensor would take of a ball pressed in: `level` grey levels
 /// brighter.
-[[nodiscard]] inline Image<std::array<double, 3>> predict(const Calibration& sensor,
+[[nodiscard]] inline Image<std::array<double, 3>> predict(const CalibratedSensor& sensor,
                                                           const Circle& contact, double ball_radius,
                                                           const Change& level = {}) {
   const Index width = sensor.background.width(), height = sensor.background.height();

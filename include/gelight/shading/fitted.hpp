@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 
 // Reflectances that were fitted to photographs (sensor/calibrate.hpp): by how much a pixel becomes
@@ -127,13 +129,13 @@ struct NearLight {
 /// off with the distance, ambient light that grows with the slope, and a constant for touched gel.
 struct LightsReflectance {
   std::vector<NearLight> lights;
-  double softness = 0.3;   ///< over how much of the cosine a light fades at grazing incidence
-  double falloff = 1;      ///< the power of the distance by which light falls off
-  double shininess = 8;    ///< Phong's exponent
-  Change ambient{};        ///< times 1 - nz
-  Change contact{};        ///< of touched gel, whatever its normal
+  double softness = 0.3;       ///< over how much of the cosine a light fades at grazing incidence
+  double falloff = 1;          ///< the power of the distance by which light falls off
+  double shininess = 8;        ///< Phong's exponent
+  Change ambient{};            ///< times 1 - nz
+  Change contact{};            ///< of touched gel, whatever its normal
   Change free_share{1, 1, 1};  ///< free gel changes by so much of what touched gel does
-  double height = 1;       ///< of the image, in units of its width
+  double height = 1;           ///< of the image, in units of its width
 };
 
 /// Any of the fitted reflectances.
@@ -200,5 +202,48 @@ struct LightTerms {
   return std::visit([&](const auto& one) { return change(one, p); }, model);
 }
 ///@}
+
+/// A table of another reflectance, at `nodes` (odd) along each coordinate of the normal: between
+/// nodes bilinear, in the place the quadratic nearest to it on a grid of 5 x 5. A table stays as it
+/// is.
+[[nodiscard]] inline TableReflectance tabulated(const FittedReflectance& model, int nodes = 17) {
+  if (const auto* const table = std::get_if<TableReflectance>(&model)) return *table;
+  detail::require(nodes >= 3 && nodes % 2 == 1 && nodes <= 65, "a table of ", nodes,
+                  " nodes: an odd number from 3 to 65 is wanted");
+  TableReflectance table;
+  table.nodes = nodes;
+  if (const auto* const p = std::get_if<PolynomialReflectance>(&model)) table.reach = p->reach;
+  using Terms = Eigen::Matrix<double, detail::place_terms, 1>;
+  std::vector<Terms> terms;
+  Eigen::Matrix<double, detail::place_terms, detail::place_terms> normal;
+  normal.setZero();
+  for (int k = 0; k < 25; ++k) {
+    const auto t = detail::terms_of_place(0.5 * (k % 5) - 1, 0.5 * (k / 5) - 1);
+    terms.push_back(Eigen::Map<const Terms>(t.data()));
+    normal += terms.back() * terms.back().transpose();
+  }
+  const Eigen::Matrix<double, detail::place_terms, detail::place_terms> inverse = normal.inverse();
+  for (const bool touched : {true, false}) {
+    std::vector<double>& numbers = touched ? table.touched : table.free;
+    for (int node = 0; node < nodes * nodes; ++node) {
+      // Corners of the table have no normal: the steepest in their direction.
+      Vec2<double> n(node % nodes, node / nodes);
+      n = table.reach * (2.0 / (nodes - 1) * n - Vec2<double>(1, 1));
+      if (n.norm() > 0.999) n *= 0.999 / n.norm();
+      Eigen::Matrix<double, detail::place_terms, 3> right;
+      right.setZero();
+      for (int k = 0; k < 25; ++k) {
+        const Change c =
+            change(model, {n.x(), n.y(), 0.5 * (k % 5) - 1, 0.5 * (k / 5) - 1, touched});
+        right += terms[static_cast<std::size_t>(k)] * Eigen::RowVector3d(c[0], c[1], c[2]);
+      }
+      const Eigen::Matrix<double, detail::place_terms, 3> best = inverse * right;
+      for (int k = 0; k < detail::place_terms; ++k) {
+        for (int c = 0; c < 3; ++c) numbers.push_back(best(k, c));
+      }
+    }
+  }
+  return table;
+}
 
 }  // namespace gelight

@@ -36,10 +36,12 @@ struct CircleProposal {
   for (std::size_t c = 0; c < 3; ++c) {
     std::array<std::size_t, 511> counts{};
     for (std::size_t i = 0; i < count; ++i) {
-      ++counts[static_cast<std::size_t>(255 + photograph.pixels()[i][c] - background.pixels()[i][c])];
+      ++counts[static_cast<std::size_t>(255 + photograph.pixels()[i][c] -
+                                        background.pixels()[i][c])];
     }
     int median = 0;
-    for (std::size_t below = counts[0]; below * 2 < count; below += counts[static_cast<std::size_t>(++median)]) {
+    for (std::size_t below = counts[0]; below * 2 < count;
+         below += counts[static_cast<std::size_t>(++median)]) {
     }
     for (std::size_t i = 0; i < count; ++i) {
       amount.pixels()[i] +=
@@ -106,7 +108,8 @@ struct CircleProposal {
       const Circle from = best.circle;
       for (const Circle& by : {Circle{step, 0, 0}, Circle{-step, 0, 0}, Circle{0, step, 0},
                                Circle{0, -step, 0}, Circle{0, 0, step}, Circle{0, 0, -step}}) {
-        const Circle next{from.x + by.x, from.y + by.y, std::min(from.radius + by.radius, 0.97 * ball_radius)};
+        const Circle next{from.x + by.x, from.y + by.y,
+                          std::min(from.radius + by.radius, 0.97 * ball_radius)};
         const double fall = fall_across(amount, next);
         if (fall <= steepest) continue;
         steepest = fall;

@@ -19,8 +19,8 @@ namespace gelight::detail {
 /// Near lights by nonlinear least squares, on samples of touched gel.
 ///
 /// Colours enter linearly and are solved for at every step, a least-squares problem of their own;
-/// places, softness, fall-off and shininess go by a Gauss-Newton step of all numbers at once, damped
-/// as Levenberg and Marquardt have it.
+/// places, softness, fall-off and shininess go by a Gauss-Newton step of all numbers at once,
+/// damped as Levenberg and Marquardt have it.
 class LightsFit {
  public:
   LightsFit(std::span<const FitSample> samples, double height) : samples_(samples) {
@@ -39,8 +39,8 @@ class LightsFit {
       bool is_better = false;
       while (!is_better && damping < 1e6) {
         Eigen::MatrixXd damped = matrix;
-        damped.diagonal() += damping * matrix.diagonal() + Eigen::VectorXd::Constant(
-                                                               matrix.rows(), 1e-9 * weight_);
+        damped.diagonal() +=
+            damping * matrix.diagonal() + Eigen::VectorXd::Constant(matrix.rows(), 1e-9 * weight_);
         move(before, Eigen::LLT<Eigen::MatrixXd>(damped).solve(right));
         const double left = solve_colours();
         is_better = left < least;
@@ -66,8 +66,7 @@ class LightsFit {
   void start(int lights) {
     for (int k = 0; k < lights; ++k) {
       const double angle = 2 * std::numbers::pi * (k + 0.25) / lights;
-      model_.lights.push_back(
-          {{1.6 * std::cos(angle), 1.6 * std::sin(angle) , 0.8}, {}, {}});
+      model_.lights.push_back({{1.6 * std::cos(angle), 1.6 * std::sin(angle), 0.8}, {}, {}});
     }
   }
 
@@ -83,7 +82,8 @@ class LightsFit {
       place.z() = std::clamp(place.z(), 0.1, 6.0);
     }
     const auto scaled = [&](double value, int i, double least, double most) {
-      return std::clamp(value * std::exp(std::clamp(step[3 * count() + i], -0.7, 0.7)), least, most);
+      return std::clamp(value * std::exp(std::clamp(step[3 * count() + i], -0.7, 0.7)), least,
+                        most);
     };
     model_.softness = scaled(from.softness, 0, 0.01, 3);
     model_.falloff = scaled(from.falloff, 1, 0.05, 4);

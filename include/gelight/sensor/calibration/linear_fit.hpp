@@ -37,7 +37,8 @@ struct NormalEquations {
       for (std::size_t c = 0; c < 3; ++c) right(i, static_cast<int>(c)) += scaled * change[c];
       double* const column = matrix.data() + std::ptrdiff_t{i} * matrix.rows();
       // A row's indices ascend.
-      for (std::size_t b = a; b < row.index.size(); ++b) column[row.index[b]] += scaled * row.value[b];
+      for (std::size_t b = a; b < row.index.size(); ++b)
+        column[row.index[b]] += scaled * row.value[b];
     }
     for (const double value : change) squares += w * value * value;
   }
