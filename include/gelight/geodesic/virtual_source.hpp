@@ -312,11 +312,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
       const Spoke& here = spokes_[s];
       if (here.slack != no_face) {
         const Spoke& before = spokes_[s - 1];
-        const Turn opening = turned_back(here.turn, before.turn);
-        const Vec2<Real> to_here = here.length * opening;
-        const Vec2<Real> to_before = before.length * opening;
-        over<several>(from, s - 1, here.before, here, here.here, 1, to_here, here.slack, front);
-        over<several>(from, s, here.here, before, here.before, -1, to_before, here.slack, front);
+        over<several>(from, s - 1, here.before, here, here.here, 1, here.slack, front);
+        over<several>(from, s, here.here, before, here.before, -1, here.slack, front);
       }
       along<several>(from, s, front);
     }
@@ -341,12 +338,12 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
   static Index decoded(Index i) { return i < 0 ? ~i : i; }
 
-  // Over spoke s of a vertex to the end of another spoke, beside it on `side` (1 after, -1 before),
-  // which lies at `corner` where the edge runs along x. `back_edge` is the edge as its other end
-  // has it, `sight` the edge from the target to the vertex: both as in Spoke.
+  // Over spoke s of a vertex to the end of another spoke, beside it on `side` (1 after, -1 before).
+  // `back_edge` is the edge as its other end has it, `sight` the edge from the target to the
+  // vertex: both as in Spoke.
   template <bool several>
-  void over(const Seen& from, Index s, Index back_edge, const Spoke& to, Index sight, int side,
-            const Vec2<Real>& corner, double slack, Front& front) const {
+  [[gnu::always_inline]] void over(const Seen& from, Index s, Index back_edge, const Spoke& to,
+                                   Index sight, int side, double slack, Front& front) const {
     const Spoke& edge = spokes_[s];
     const Node& first = front.nodes[from.node];
     const Seen beside = seen<several>(edge.end, first.wave, false, front);
@@ -356,6 +353,9 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     Seen target = seen<several>(to.end, first.wave, may_come, front);
     const double limit = at<several>(target, front).limit();
     if (!(limit > std::min(first.distance, second.distance) - slack)) return;
+    // The target's place where the edge runs along x.
+    const Vec2<double> corner =
+        to.length * (side > 0 ? turned_back(to.turn, edge.turn) : turned_back(edge.turn, to.turn));
     if (first.distance < limit + slack) {
       through<several>(from.vertex, s, side, first, second, edge.length, corner, target, sight,
                        true, front);
