@@ -65,6 +65,7 @@
 #include "gelight/membrane/smoothing.hpp"
 #include "gelight/membrane/spring_membrane.hpp"
 #include "gelight/membrane/springs.hpp"
+#include "gelight/membrane/tension.hpp"
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/linear_factor.hpp"
