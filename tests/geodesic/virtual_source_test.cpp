@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "gelight/geodesic/fast_marching.hpp"
@@ -213,4 +214,37 @@ TEST_CASE("many sources: as near as the nearest alone") {
 
 TEST_CASE("a hook cancels and follows queries") {
   test::check_cancelling<Solver, VirtualSourceOptions>();
+}
+
+TEST_CASE("fins on inner edges lengthen no way over a flat sheet") {
+  for (const Index one_in : {1, 2, 5, 40}) {
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      CAPTURE(one_in);
+      CAPTURE(seed);
+      test::Random random(seed);
+      auto mesh = test::jittered_grid(16, 0.2, random);
+      const Surface sheet(mesh);
+      for (Index h = 0; h < sheet.halfedge_count(); ++h) {
+        const Index a = sheet.origin(h), b = sheet.tip(h);
+        if (sheet.is_border(h) || sheet.twin(h) < h || test::uniform_index(random, one_in) > 0) {
+          continue;
+        }
+        const Vec3<double> middle = (sheet.position(a) + sheet.position(b)) / 2;
+        mesh.faces.push_back({a, b, static_cast<Index>(mesh.positions.size())});
+        mesh.positions.push_back({middle[0], middle[1], test::uniform(random, -0.1, 0.1)});
+      }
+      std::shuffle(mesh.faces.begin(), mesh.faces.end(), random);
+      for (auto& face : mesh.faces) {
+        if (test::uniform_index(random, 2) == 0) std::swap(face[0], face[1]);
+      }
+      const Solver solver(mesh);
+      for (const Index source : {Index{0}, Index{8}, Index{144}, Index{211}}) {
+        const auto d = solver.distance(source);
+        for (Index v = 0; v < sheet.vertex_count(); ++v) {
+          const double straight = (sheet.position(v) - sheet.position(source)).norm();
+          CHECK(std::abs(d[static_cast<std::size_t>(v)] - straight) <= 1e-6 * straight);
+        }
+      }
+    }
+  }
 }
