@@ -105,3 +105,28 @@ TEST_CASE("many sources: as near as the nearest alone") {
 TEST_CASE("a hook cancels and follows queries") {
   test::check_cancelling<Solver, FastMarchingOptions>();
 }
+
+TEST_CASE("below the straight line by rounding alone, which grows with the length of needles") {
+  for (const auto& [stretch, most] : {std::pair{1.0, 1e-12}, {100.0, 2e-10}, {1e4, 1e-6}}) {
+    double below = 0;
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+      test::Random random(seed);
+      const auto mesh = test::scans::stretched(test::jittered_grid(20, 0.2, random), stretch);
+      const Surface surface(mesh);
+      const Solver solver(mesh);
+      for (int i = 0; i < 12; ++i) {
+        const auto point = i % 3 == 0 ? vertex_point<double>(test::uniform_index(random, 441))
+                                      : test::random_point(mesh, random);
+        const std::vector<Source<double>> sources{{point, 0}};
+        const auto d = solver.distance(std::span<const Source<double>>(sources));
+        const auto from = surface.position(point);
+        for (std::size_t v = 0; v < d.size(); ++v) {
+          const double straight = (test::at(mesh, v) - from).norm();
+          if (straight > 0) below = std::max(below, 1 - d[v] / straight);
+        }
+      }
+    }
+    MESSAGE("stretched " << stretch << ": " << below << " below");
+    CHECK(below < most);
+  }
+}
