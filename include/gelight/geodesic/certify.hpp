@@ -15,10 +15,10 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/lower_potential.hpp"
-#include "gelight/geodesic/detail/planar_faces.hpp"
-#include "gelight/geodesic/detail/upper_march.hpp"
+#include "gelight/geodesic/bounds/lower_potential.hpp"
+#include "gelight/geodesic/bounds/upper_march.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {

@@ -14,16 +14,16 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/descent.hpp"
-#include "gelight/geodesic/detail/directions.hpp"
-#include "gelight/geodesic/detail/past_vertex.hpp"
-#include "gelight/geodesic/detail/planar_faces.hpp"
-#include "gelight/geodesic/detail/pool.hpp"
-#include "gelight/geodesic/detail/trace.hpp"
-#include "gelight/geodesic/detail/window_propagation.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/exact/directions.hpp"
+#include "gelight/geodesic/exact/line_backtrace.hpp"
+#include "gelight/geodesic/exact/past_vertex.hpp"
+#include "gelight/geodesic/exact/planar_faces.hpp"
+#include "gelight/geodesic/exact/window_backtrace.hpp"
+#include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/simplified.hpp"
@@ -633,12 +633,12 @@ class ExactField {
   [[nodiscard]] std::vector<Point> trace(const End& end) const {
     if (!end.back.empty()) return end.back;
     if (!(end.distance < unreachable<Real>)) return {};
-    const detail::TraceOf<Real> tracer(surface_, *faces_, sources_, distances_, arrivals_,
-                                       origins_);
+    const detail::LineBacktraceOf<Real> tracer(surface_, *faces_, sources_, distances_, arrivals_,
+                                               origins_);
     std::vector<Point> path = tracer.back(end.point, end.at, end.last);
     const Real error = path_error(path, end.distance);
     if (error <= most_path_error * end.distance) return path;
-    std::vector<Point> again = descend(end);
+    std::vector<Point> again = backtrace_by_windows(end);
     return path_error(again, end.distance) < error ? again : path;
   }
 
@@ -662,8 +662,8 @@ class ExactField {
   }
 
   // The way back to the source by windows, which are found anew where they were not kept.
-  [[nodiscard]] std::vector<Point> descend(const End& end) const {
-    if (windows_ && kept_faces_.empty()) return descend(end.point, end.distance);
+  [[nodiscard]] std::vector<Point> backtrace_by_windows(const End& end) const {
+    if (windows_ && kept_faces_.empty()) return backtrace_by_windows(end.point, end.distance);
     Real longest = 0;
     for_each_face(end.point, [&](Index f, const Weights&) {
       for (Index h = 3 * f; h < 3 * f + 3; ++h) longest = std::max(longest, surface_.length(h));
@@ -679,15 +679,15 @@ class ExactField {
       nearest = from;
     }
     if (!(least < unreachable<Real>)) return {};
-    std::vector<Point> path = back.descend(nearest.point, nearest.distance);
+    std::vector<Point> path = back.backtrace_by_windows(nearest.point, nearest.distance);
     std::reverse(path.begin(), path.end());
     return path;
   }
 
-  [[nodiscard]] std::vector<Point> descend(const Point& p, Real distance) const {
-    detail::DescentOf<Real> descent(surface_, *faces_, sources_, distances_, arrivals_, origins_,
-                                    *windows_);
-    return descent.back(p, distance);
+  [[nodiscard]] std::vector<Point> backtrace_by_windows(const Point& p, Real distance) const {
+    detail::WindowBacktraceOf<Real> backtrace(surface_, *faces_, sources_, distances_, arrivals_,
+                                              origins_, *windows_);
+    return backtrace.back(p, distance);
   }
 
   [[nodiscard]] ExactDeparture<T> departure_along(const std::vector<Point>& path) const {

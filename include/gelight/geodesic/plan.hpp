@@ -15,20 +15,20 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/error.hpp"
-#include "gelight/core/late.hpp"
+#include "gelight/core/lazy.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/certify.hpp"
-#include "gelight/geodesic/detail/mesh_statistics.hpp"
-#include "gelight/geodesic/detail/method_models.hpp"
-#include "gelight/geodesic/detail/near.hpp"
-#include "gelight/geodesic/detail/target_search.hpp"
-#include "gelight/geodesic/detail/traced_error.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
+#include "gelight/geodesic/planning/mesh_statistics.hpp"
+#include "gelight/geodesic/planning/method_models.hpp"
+#include "gelight/geodesic/planning/path_error.hpp"
+#include "gelight/geodesic/planning/target_search.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
@@ -160,11 +160,11 @@ class PlannedSolvers {
 
   Surface<Real> surface_;
   ExactOptions<Real> options_;
-  Late<DijkstraSolver<Real>> dijkstra_;
-  Late<VirtualSourceSolver<Real>> virtual_source_;
-  Late<FastMarchingSolver<Real>> fast_marching_;
-  Late<ExactSolver<Real>> exact_;
-  Late<PlanarFacesOf<Real>> faces_;
+  Lazy<DijkstraSolver<Real>> dijkstra_;
+  Lazy<VirtualSourceSolver<Real>> virtual_source_;
+  Lazy<FastMarchingSolver<Real>> fast_marching_;
+  Lazy<ExactSolver<Real>> exact_;
+  Lazy<PlanarFacesOf<Real>> faces_;
 };
 
 }  // namespace detail
@@ -674,7 +674,7 @@ class DistancePlanner {
   // allowed these are.
   [[nodiscard]] Finding trace(const Query& query, const Answer& answer,
                               const std::vector<Index>& targets, const CancelHook& hook) const {
-    detail::TracedErrorOf<Real> traced(surface_, query.sources, answer.ways, targets);
+    detail::PathErrorOf<Real> traced(surface_, query.sources, answer.ways, targets);
     const double share = share_of_method();
     double error = unreachable<double>;
     // Where waves of several sources meet, few vertices have most of the error.

@@ -7,8 +7,8 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/mesh/detail/sparse.hpp"
 #include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/sparse_matrix.hpp"
 
 // The operators of linear finite elements on a triangulation, in the plane of each face.
 

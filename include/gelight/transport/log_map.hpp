@@ -16,7 +16,7 @@
 #include "gelight/mesh/linear_factor.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
-#include "gelight/transport/detail/tangent_planes.hpp"
+#include "gelight/transport/tangent_planes.hpp"
 
 namespace gelight {
 
