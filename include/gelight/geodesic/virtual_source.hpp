@@ -63,10 +63,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   template <TriangleMesh M>
   explicit VirtualSourceSolver(const M& mesh, const VirtualSourceOptions& options = {})
       : surface_(mesh), cancelled_(options.cancelled) {
-    step_ = detail::short_edge_length(surface_);
-    most_delay_ = most_delay_in_edges * detail::mean_edge_length(surface_);
-    lay_out_fans();
-    link_fans();
+    set_up();
   }
 
   /// The surface that the solver works on.
@@ -78,23 +75,9 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   struct Front;
 
-  [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
-    // Shares are of distances from 0 on, so that is where the earliest source starts.
-    const auto starts = detail::move_to_zero(surface_, sources);
-    const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
-    Front& front = *borrowed;
-    front.reset(surface_.vertex_count());
-    front.queue.reset(step_);
-    if (sources.size() > 1) detail::keep_different(surface_, sources);
-    Index wave = 0;
-    for (const auto& source : sources) start(source, wave++, front);
-    if (sources.size() > 1) {
-      march<true>(front);
-    } else {
-      march<false>(front);
-    }
-    return distances(sources, starts, front);
-  }
+  void set_up();
+
+  [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const;
 
   // Whether there are several waves is known to the compiler: one wave pays nothing for others, nor
   // do several but where they meet.
@@ -632,7 +615,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
           const Spoke& last = spokes_.back();
           const auto& apex = faces.apex(corner);
           const double norm = detail::stable_norm(apex);
-          const Turn opening = norm > 0 ? Turn(apex / norm) : Turn(1, 0);
+          const Turn opening = norm > 0 ? Turn(apex.x() / norm, apex.y() / norm) : Turn(1, 0);
           spoke.turn = turned(last.turn, opening);
           spoke.turn /= detail::stable_norm(spoke.turn);
           spoke.angle = last.angle + static_cast<float>(std::atan2(opening.y(), opening.x()));
@@ -688,6 +671,34 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   detail::Array<Index> corner_spoke_;
   std::shared_ptr<detail::Pool<Front>> pool_ = std::make_shared<detail::Pool<Front>>();
 };
+
+template <std::floating_point T>
+void VirtualSourceSolver<T>::set_up() {
+  step_ = detail::short_edge_length(surface_);
+  most_delay_ = most_delay_in_edges * detail::mean_edge_length(surface_);
+  lay_out_fans();
+  link_fans();
+}
+
+template <std::floating_point T>
+auto VirtualSourceSolver<T>::solve_vertices(detail::Sources sources) const
+    -> detail::Array<double> {
+  // Shares are of distances from 0 on, so that is where the earliest source starts.
+  const auto starts = detail::move_to_zero(surface_, sources);
+  const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
+  Front& front = *borrowed;
+  front.reset(surface_.vertex_count());
+  front.queue.reset(step_);
+  if (sources.size() > 1) detail::keep_different(surface_, sources);
+  Index wave = 0;
+  for (const auto& source : sources) start(source, wave++, front);
+  if (sources.size() > 1) {
+    march<true>(front);
+  } else {
+    march<false>(front);
+  }
+  return distances(sources, starts, front);
+}
 
 template <TriangleMesh M>
 explicit VirtualSourceSolver(const M&) -> VirtualSourceSolver<MeshScalar<M>>;
