@@ -646,6 +646,64 @@ TEST_CASE("cameras and triangles of any size") {
   }
 }
 
+TEST_CASE_TEMPLATE("what is seen at any scale is right or refused, never missing", T, float,
+                   double) {
+  // A wall that fills a turned image's lower left half, with coordinates in double.
+  const auto seen = [](const Camera<T>& camera, double size) {
+    const auto exact = camera.template cast<double>();
+    Mesh<double> wall;
+    for (const auto& [u, v] : {std::pair{-9.0, -9.0}, {99.0, 99.0}, {-9.0, 99.0}}) {
+      const Vec3<double> p = 2 * size * exact.ray(u, v);
+      wall.positions.push_back({p[0], p[1], p[2]});
+    }
+    wall.faces = {{0, 1, 2}};
+    const auto raster = gelight::rasterize(wall, camera);
+    Index wrong = 0;
+    for (Index v = 0; v < camera.height; ++v) {
+      for (Index u = 0; u < camera.width; ++u) {
+        if (u == v) continue;  // on the wall's side but for rounding
+        const bool is_right =
+            u < v ? std::abs(raster.depth(u, v) / size - 2) < 1e-6 : raster.face(u, v) < 0;
+        wrong += is_right ? 0 : 1;
+      }
+    }
+    return wrong;
+  };
+  int right = 0, refused = 0;
+  const auto check = [&](const Camera<T>& camera, double size) {
+    CAPTURE(camera.fx);
+    CAPTURE(camera.cx);
+    CAPTURE(size);
+    try {
+      const Index wrong = seen(camera, size);
+      CHECK(wrong == 0);
+      ++right;
+    } catch (const gelight::InvalidInput&) {
+      ++refused;
+    }
+  };
+  const Camera<T> usual{20, 20, T(15.5), T(11.5), 32, 24};
+  for (int exponent = -307; exponent <= 307; ++exponent) {
+    check(usual, 1.5 * std::pow(10.0, exponent));
+  }
+  CHECK(right >= (sizeof(T) == 4 ? 70 : 290));
+  for (int exponent = 0; exponent <= 30; ++exponent) {
+    for (const double sign : {-1, 1}) {
+      auto far = usual;
+      far.cx = static_cast<T>(sign * 1.3 * std::pow(10.0, exponent));
+      check(far, 0.1);
+    }
+  }
+  CHECK(right >= (sizeof(T) == 4 ? 94 : 314));
+  for (const int exponent : {-300, -200, -30, -6, 6, 30, 200, 300}) {
+    auto zoomed = usual;
+    zoomed.fx = static_cast<T>(std::pow(10.0, exponent));
+    if (!(zoomed.fx > 0) || std::isinf(zoomed.fx)) continue;
+    check(zoomed, 1);
+  }
+  CHECK(refused > 100);
+}
+
 TEST_CASE("bad cameras and bad meshes are refused") {
   using gelight::InvalidInput;
   const Mesh<double> box = gelight::box(1.0, 1.0, 1.0);

@@ -34,6 +34,12 @@ namespace detail {
   return std::fma(a, b, -cd) + std::fma(-c, d, cd);
 }
 
+/// Within these products and quotients of two focal lengths, coordinates or depths are numbers.
+inline constexpr double least_drawn = 1e-150, most_drawn = 1e150;
+
+/// A centre farther off leaves less than ten binary digits of a pixel to the places in the image.
+inline constexpr double farthest_centre = 0x1p42;
+
 /// A point as it appears in the image. On the grid of its ImagePlane, so that differences of
 /// coordinates have no rounding, and faces that share a vertex see it at the same place.
 struct ImagePoint {
@@ -58,6 +64,13 @@ struct CutCorner {
 class ImagePlane {
  public:
   explicit ImagePlane(const Camera<double>& camera) : camera_(camera) {
+    for (const double f : {camera.fx, camera.fy}) {
+      require(f >= least_drawn && f <= most_drawn, "the focal length ", f, " is not between ",
+              least_drawn, " and ", most_drawn);
+    }
+    require(std::abs(camera.cx) <= farthest_centre && std::abs(camera.cy) <= farthest_centre,
+            "the camera's centre (", camera.cx, ", ", camera.cy, ") is more than ", farthest_centre,
+            " pixels off");
     while (size_ < std::max(camera.width, camera.height)) size_ *= 2;
   }
 
@@ -192,7 +205,7 @@ class ImageTriangle {
     const Index first_column = first_pixel(left_, width), last_column = last_pixel(right_, width);
     const Index first_row = first_pixel(top_, height), last_row = last_pixel(bottom_, height);
     if (first_column > last_column || first_row > last_row || !find_sides()) return;
-    find_depths();
+    find_depths<T>();
     // Where there are few, to look at them all is less work than to choose.
     const bool is_wide = last_column - first_column > 3;
     if (is_wide) find_slopes();
@@ -230,11 +243,21 @@ class ImageTriangle {
     return area != 0;
   }
 
+  template <class T>
   void find_depths() {
     const auto& [a, b, c] = corners_;
     least_ = std::min({a.z, b.z, c.z});
     most_ = std::max({a.z, b.z, c.z});
+    may_leave_range_ = !(is_drawn<T>(least_) && is_drawn<T>(most_));
     inverse_depths_ = {a.inverse_z, b.inverse_z, c.inverse_z};
+  }
+
+  /// Whether T holds a depth, and double what is computed with it.
+  template <class T>
+  [[nodiscard]] static bool is_drawn(double z) {
+    using Limits = std::numeric_limits<T>;
+    return z >= std::max(least_drawn, double{Limits::min()}) &&
+           z <= std::min(most_drawn, double{Limits::max()});
   }
 
   void find_slopes() {
@@ -264,6 +287,7 @@ class ImageTriangle {
     const Vec3<double> step(-sides_[0].dy, -sides_[1].dy, -sides_[2].dy);
     const Vec3<double> inverse_depths = inverse_depths_;
     const double doubtful = doubtful_, least = least_, most = most_;
+    const bool may_leave_range = may_leave_range_;
     for (Index u = first; u <= last; ++u) {
       // The areas that the pixel's centre spans with the sides.
       Vec3<double> areas = start + (u - first) * step;
@@ -273,7 +297,12 @@ class ImageTriangle {
       // Linear in the image are 1 / z, and the barycentric coordinates divided by z.
       Vec3<double> parts = areas.cwiseProduct(inverse_depths);
       const double sum = parts.sum();
-      const auto z = static_cast<T>(std::min(std::max(areas.sum() / sum, least), most));
+      const double exact = std::min(std::max(areas.sum() / sum, least), most);
+      if (may_leave_range) {
+        require(is_drawn<T>(exact), "face ", face, " is seen at pixel (", u, ", ", v, ") at depth ",
+                exact, ", which is out of the range of depths");
+      }
+      const auto z = static_cast<T>(exact);
       if (!(z < depths[u])) continue;
       depths[u] = z;
       faces[u] = face;
@@ -307,7 +336,8 @@ class ImageTriangle {
   const std::array<ImagePoint, 3>& corners_;
   double left_, right_, top_, bottom_;
   double doubtful_ = 0;  // areas up to this may have the wrong sign: all those of a thin triangle
-  double least_ = 0, most_ = 0;  // depth of the corners
+  double least_ = 0, most_ = 0;   // depth of the corners
+  bool may_leave_range_ = false;  // a pixel's depth
   Vec3<double> inverse_depths_;
   std::array<Side, 3> sides_;
 };
@@ -322,8 +352,10 @@ class ImageTriangle {
 /// corner appears is rounded to 2^-50 of the image's longer side, made a power of two. A face whose
 /// image has no area is not seen; the depth of a pixel is one that its face has.
 ///
-/// Throws InvalidInput for a bad camera, and for a face with an index out of range or a position
-/// that is not finite. Cost: O(vertices + faces + rows and pixels covered).
+/// Throws InvalidInput for a bad camera, one whose focal lengths are not from 1e-150 to 1e150 or
+/// whose centre is more than 2^42 pixels off, for a face with an index out of range or a position
+/// that is not finite, and for one that is seen at a depth that T does not hold, or not from 1e-150
+/// to 1e150. Cost: O(vertices + faces + rows and pixels covered).
 template <std::floating_point T, TriangleMesh M>
 [[nodiscard]] Raster<T> rasterize(const M& mesh, const Camera<T>& camera) {
   using Traits = MeshTraits<M>;
@@ -357,7 +389,11 @@ template <std::floating_point T, TriangleMesh M>
     std::array<Vec3<double>, 3> positions;
     for (std::size_t k = 0; k < 3; ++k) {
       positions[k] = position(face[k]);
-      detail::require(positions[k].allFinite(), "vertex ", face[k], " is not finite");
+      const Vec3<double>& p = positions[k];
+      detail::require(p.allFinite(), "vertex ", face[k], " is not finite");
+      detail::require(p.cwiseAbs().maxCoeff() <= detail::most_drawn, "vertex ", face[k], " at (",
+                      p.x(), ", ", p.y(), ", ", p.z(), ") is farther off than ",
+                      detail::most_drawn);
     }
     if (plane.misses_image(corners)) continue;
     const auto polygon = plane.cut(positions, corners);
