@@ -359,6 +359,14 @@ int invented_pixels(const Mesh<T>& mesh, const Camera<T>& of_mesh,
   return invented;
 }
 
+// With its centre anywhere between two columns, and the same rows.
+template <class T>
+Camera<T> any_camera(Generator& random, double from, double to, Index width, Index height) {
+  const double fx = uniform(random, 20, 90), fy = uniform(random, 20, 90);
+  const double cx = uniform(random, from, to), cy = uniform(random, from, to);
+  return Camera<double>{fx, fy, cx, cy, width, height}.template cast<T>();
+}
+
 }  // namespace
 
 TEST_CASE_TEMPLATE("a triangle covers the pixels whose centres lie in it or on its sides", T, float,
@@ -382,13 +390,7 @@ TEST_CASE_TEMPLATE("no ray slips through a closed plate, also where it passes th
   int holes = 0, invented = 0, off = 0;
   for (int view = 0; view < 40 * effort; ++view) {
     const double scale = std::exp2(integer(random, -20, 20));
-    const auto camera = Camera<double>{uniform(random, 20, 90),
-                                       uniform(random, 20, 90),
-                                       uniform(random, 10, 40),
-                                       uniform(random, 10, 40),
-                                       48,
-                                       50}
-                            .cast<T>();
+    const auto camera = any_camera<T>(random, 10, 40, 48, 50);
     PlateShape shape;
     shape.cell = static_cast<Index>(integer(random, 1, 3));
     shape.cells = 40 / shape.cell;
@@ -419,13 +421,7 @@ TEST_CASE_TEMPLATE("a face without area, and one seen edge-on, invents no depth"
   int shown = 0, off = 0, invented = 0;
   for (int i = 0; i < 200 * effort; ++i) {
     const double scale = std::exp2(integer(random, -20, 20));
-    const auto camera = Camera<double>{uniform(random, 20, 90),
-                                       uniform(random, 20, 90),
-                                       uniform(random, 0, 31),
-                                       uniform(random, 0, 31),
-                                       32,
-                                       32}
-                            .cast<T>();
+    const auto camera = any_camera<T>(random, 0, 31, 32, 32);
     const auto exact = camera.template cast<double>();
     const auto point = [&](double u, double v) {
       return Vec3<double>(uniform(random, 0.5, 2) * scale * exact.ray(u, v));

@@ -15,9 +15,9 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
-#include "gelight/membrane/detail/spring_sums.hpp"
-#include "gelight/membrane/detail/taut_membrane.hpp"
 #include "gelight/membrane/gel.hpp"
+#include "gelight/membrane/springs/spring_sums.hpp"
+#include "gelight/membrane/springs/taut_membrane.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {

@@ -8,7 +8,7 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
-#include "gelight/core/late.hpp"
+#include "gelight/core/lazy.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/membrane/fourier.hpp"
 #include "gelight/membrane/layer/contact.hpp"
@@ -409,9 +409,9 @@ class PressedLayer {
   LayerGrid grid_;
   double friction_;
   FourierBackend fourier_;
-  Late<std::optional<LayerCorrection>> correction_;
-  Late<PressureGreen> by_pressure_;
-  Late<SidewaysGreen> sideways_;
+  Lazy<std::optional<LayerCorrection>> correction_;
+  Lazy<PressureGreen> by_pressure_;
+  Lazy<SidewaysGreen> sideways_;
 };
 
 }  // namespace gelight::detail
