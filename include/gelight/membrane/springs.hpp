@@ -215,9 +215,10 @@ class SpringBed {
       springs.press(contact.touching, outcome.motion);
     } else {
       const double reach = std::sqrt(gel_.tension / gel_.stiffness());
-      detail::TautMembrane<T> membrane(springs, camera_.width, camera_.height, reach / column(),
-                                       reach / row(), cancelled);
-      outcome = equilibrate(membrane, first_guess(springs, load), load, {});
+      detail::TautMembrane membrane(springs, camera_.width, camera_.height, reach / column(),
+                                    reach / row(), cancelled);
+      const double guess = membrane.approach(load.force / spring(), first_guess(springs, load));
+      outcome = equilibrate(membrane, guess, load, {});
       membrane.write(contact.indentation, contact.touching);
     }
     report(contact, outcome, load);

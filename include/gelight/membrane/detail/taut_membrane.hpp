@@ -1,48 +1,125 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/membrane/detail/spring_sums.hpp"
+#include "gelight/membrane/detail/taut_grids.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight::detail {
+
+/// The gaps of an object above pixels twice as large: means of those there are.
+class HalvedGaps {
+ public:
+  template <class Object>
+  HalvedGaps(const Object& object, Index width, Index height)
+      : width_((width + 1) / 2), height_((height + 1) / 2) {
+    for (Index y = 0; y < height_; ++y) {
+      for (Index x = 0; x < width_; ++x) gaps_.push_back(mean(object, x, y, width, height));
+    }
+  }
+
+  [[nodiscard]] Index width() const { return width_; }
+  [[nodiscard]] Index height() const { return height_; }
+  [[nodiscard]] double gap(Index x, Index y) const { return gaps_[std::ptrdiff_t{y} * width_ + x]; }
+
+ private:
+  template <class Object>
+  [[nodiscard]] static double mean(const Object& object, Index column, Index row, Index width,
+                                   Index height) {
+    double sum = 0;
+    int count = 0;
+    for (Index y = 2 * row; y < std::min(2 * row + 2, height); ++y) {
+      for (Index x = 2 * column; x < std::min(2 * column + 2, width); ++x) {
+        const double gap = object.gap(x, y);
+        if (!std::isfinite(gap)) continue;
+        sum += gap;
+        ++count;
+      }
+    }
+    return count > 0 ? sum / count : std::numeric_limits<double>::infinity();
+  }
+
+  Index width_, height_;
+  Array<double> gaps_;
+};
 
 /// A rigid object above springs that a taut membrane couples. The membrane's displacement w solves
 /// a screened Poisson equation with contact complementarity,
 ///     w - reach^2 laplace(w) = p,   p >= 0,   w >= u,   p (w - u) = 0,
 /// with u how far the object is past the membrane at rest, p the contact's pressure over the
-/// springs' stiffness, and no slope across the image's border. By over-relaxed Gauss-Seidel sweeps
-/// over red and black pixels, projected onto w >= u (Cryer, The solution of a quadratic programming
-/// problem using systematic overrelaxation, 1971, doi:10.1137/0309028).
-template <class T>
+/// springs' stiffness, and no slope across the image's border. Alternates projected Gauss-Seidel
+/// sweeps, which find the contact, with a multigrid cycle for what does not touch, projected too
+/// and cut where the energy is least along it: so the energy falls in every step, to its least
+/// value. (Graeser and Kornhuber, Multigrid methods for obstacle problems, 2009,
+/// doi:10.4208/jcm.2009.27.1.001)
+template <class Object>
 class TautMembrane {
  public:
   /// To which share of the load sums are exact.
   static constexpr double accuracy = 1e-10;
 
-  /// The reach, how far tension carries a displacement, in columns and in rows.
-  TautMembrane(const LoneSprings<T>& object, Index width, Index height, double reach_x,
-               double reach_y, const CancelHook& cancelled)
+  /// The reach, how far tension carries a displacement, in columns and in rows. `cycles` are those
+  /// that the search has had on coarser grids.
+  TautMembrane(const Object& object, Index width, Index height, double reach_x, double reach_y,
+               const CancelHook& cancelled, double cycles = 0)
       : object_(object),
         cancelled_(cancelled),
+        cycles_(cycles),
         width_(width),
         height_(height),
         across_(reach_x * reach_x),
         down_(reach_y * reach_y),
         w_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+        grid_(width, height, across_, down_),
+        grids_(width, height, across_, down_),
+        none_(w_.size()),
+        obstacle_(w_.size()),
+        left_(w_.size()),
+        step_(w_.size()),
         touching_(w_.size()) {
-    // The best factor for these equations, from the largest eigenvalue of Jacobi's iteration.
-    const double jacobi = 2 * (across_ + down_) / (1 + 2 * (across_ + down_));
-    relaxation_ = 2 / (1 + std::sqrt(1 - jacobi * jacobi));
+    for (Array<double>& rate : rates_) rate.resize(w_.size());
   }
 
-  [[nodiscard]] double least_gap() const { return object_.least_gap(); }
   [[nodiscard]] double deepest(const RigidMotion& motion) const { return object_.deepest(motion); }
+
+  /// Nearly the displacement, without tilt, at which the pressures sum up to `load`, found on
+  /// coarser grids from a guess; the membrane is nearly there, too.
+  double approach(double load, double guess) {
+    constexpr Index smallest = 16;
+    wanted_ = load;
+    if (std::min(width_, height_) < smallest || across_ + down_ < 1) return guess;
+    const HalvedGaps halved(object_, width_, height_);
+    TautMembrane<HalvedGaps> coarse(halved, halved.width(), halved.height(), std::sqrt(across_) / 2,
+                                    std::sqrt(down_) / 2, cancelled_);
+    guess = coarse.press(load / 4, coarse.approach(load / 4, guess));
+    cycles_ = coarse.cycles();
+    begin_from(coarse.displacement(), halved.width(), halved.height(), guess);
+    return guess;
+  }
+
+  /// A few of Newton's steps towards a displacement at which the pressures sum up to `load`.
+  double press(double load, double guess) {
+    constexpr int most_steps = 4;
+    constexpr double near = 1e-3;
+    for (int step = 0; step < most_steps; ++step) {
+      const SpringSums s = sums({guess, 0, 0}, false);
+      if (!(s.count > 0) || std::abs(s.load - load) <= near * load) break;
+      guess += (load - s.load) / s.count;
+    }
+    return guess;
+  }
+
+  [[nodiscard]] double cycles() const { return cycles_; }
+  /// The membrane's displacement, row after row.
+  [[nodiscard]] const Array<double>& displacement() const { return w_; }
 
   /// Presses the object in, starting from where the membrane was, and sums up the pressure on it.
   [[nodiscard]] SpringSums sums(const RigidMotion& motion, bool tilts) {
@@ -53,23 +130,25 @@ class TautMembrane {
       s.x_load += p * x;
       s.y_load += p * y;
     });
-    for_contact(rate([](Index, Index) { return 1.0; }), [&](Index x, Index y, double p) {
+    const Array<double>& down = rate(0, [](Index, Index) { return 1.0; });
+    for_contact(down, [&](Index x, Index y, double p) {
       s.count += p;
       s.x += p * x;
       s.y += p * y;
     });
     if (!tilts) return s;
-    for_contact(rate([](Index x, Index) { return double{1} * x; }),
-                [&](Index x, Index y, double p) {
-                  s.xx += p * x;
-                  s.xy += p * y;
-                });
-    for_contact(rate([](Index, Index y) { return double{1} * y; }),
-                [&](Index, Index y, double p) { s.yy += p * y; });
+    const Array<double>& along = rate(1, [](Index x, Index) { return double{1} * x; });
+    for_contact(along, [&](Index x, Index y, double p) {
+      s.xx += p * x;
+      s.xy += p * y;
+    });
+    const Array<double>& across = rate(2, [](Index, Index y) { return double{1} * y; });
+    for_contact(across, [&](Index, Index y, double p) { s.yy += p * y; });
     return s;
   }
 
   /// Writes the displacement and where the object touches.
+  template <class T>
   void write(Image<T>& displacement, Image<std::uint8_t>& touching) const {
     for (std::size_t i = 0; i < w_.size(); ++i) {
       displacement.pixels()[i] = static_cast<T>(w_.data()[i]);
@@ -81,24 +160,107 @@ class TautMembrane {
   [[nodiscard]] std::ptrdiff_t at(Index x, Index y) const { return std::ptrdiff_t{y} * width_ + x; }
 
   void settle(const RigidMotion& motion) {
-    const auto obstacle = [&](Index x, Index y) { return motion.at(x, y) - object_.gap(x, y); };
-    relax(w_, 1e-13, [&](Index x, Index y, double free) { return std::max(free, obstacle(x, y)); });
     for (Index y = 0; y < height_; ++y) {
       for (Index x = 0; x < width_; ++x) {
-        touching_[at(x, y)] = w_[at(x, y)] <= obstacle(x, y) ? 1 : 0;
+        obstacle_[at(x, y)] = motion.at(x, y) - object_.gap(x, y);
       }
     }
+    follow(motion);
+    const auto press = [&](std::ptrdiff_t i, double free) { return std::max(free, obstacle_[i]); };
+    improve(w_, press, [&](double change) {
+      double load = 0;  // the springs' own: tension adds none
+      for (std::size_t i = 0; i < w_.size(); ++i) {
+        touching_.data()[i] = w_.data()[i] <= obstacle_.data()[i] ? 1 : 0;
+        load += w_.data()[i];
+      }
+      // Far from the load that is wanted, how far need not be known to every digit.
+      const double missing = wanted_ > 0 ? std::abs(load / wanted_ - 1) : 0;
+      return change <= std::clamp(1e-3 * missing, 1e-12, 1e-4);
+    });
+  }
+
+  // Moves the membrane as it would go if the same pixels touched, which is nearly where it goes.
+  void follow(const RigidMotion& motion) {
+    const std::array<double, 3> by{motion.offset - last_.offset,
+                                   motion.per_column - last_.per_column,
+                                   motion.per_row - last_.per_row};
+    for (std::size_t i = 0; i < w_.size(); ++i) {
+      double value = w_.data()[i];
+      for (std::size_t k = 0; k < by.size(); ++k) value += by[k] * rates_[k].data()[i];
+      w_.data()[i] = std::max(value, obstacle_.data()[i]);
+    }
+    last_ = motion;
   }
 
   // How the displacement changes with a motion of what touches.
   template <class Motion>
-  [[nodiscard]] Array<double> rate(const Motion& motion) const {
-    Array<double> change(w_.size());
+  [[nodiscard]] const Array<double>& rate(std::size_t which, const Motion& motion) {
+    Array<double>& change = rates_[which];
+    for (Index y = 0; y < height_; ++y) {
+      for (Index x = 0; x < width_; ++x) {
+        if (touching_[at(x, y)] != 0) change[at(x, y)] = motion(x, y);
+      }
+    }
+    const auto hold = [&](std::ptrdiff_t i, double free) {
+      return touching_[i] != 0 ? change[i] : free;
+    };
     // A direction need not be exact for Newton's method to arrive.
-    relax(change, 1e-6, [&](Index x, Index y, double free) {
-      return touching_[at(x, y)] != 0 ? motion(x, y) : free;
-    });
+    improve(change, hold, [](double left) { return left <= 1e-5; });
     return change;
+  }
+
+  // Sweeps and cycles until `is_done` with the largest change of a pixel by the last sweeps, as a
+  // share of the largest value.
+  template <class Constrain, class Done>
+  void improve(Array<double>& w, const Constrain& constrain, const Done& is_done) {
+    constexpr int most_cycles = 2000;
+    for (int cycle = 0; cycle < most_cycles; ++cycle) {
+      double change = grid_.sweep(w, none_, constrain);
+      change = std::max(change, grid_.sweep(w, none_, constrain));
+      double largest = 0;
+      for (const double value : w) largest = std::max(largest, std::abs(value));
+      if (is_done(largest > 0 ? change / largest : 0)) return;
+      correct(w, constrain);
+      // How many cycles there will be is not known: done is half of them after the usual number.
+      ++cycles_;
+      cancelled_.check(1 - usual_cycles / (usual_cycles + cycles_), "pressing into taut gel");
+    }
+  }
+
+  // Between a coarser membrane's pixels bilinearly, at its displacement of the object.
+  void begin_from(const Array<double>& coarse, Index width, Index height, double displacement) {
+    for (Index y = 0; y < height_; ++y) {
+      const Index near = y / 2,
+                  far = std::clamp(y % 2 == 0 ? near - 1 : near + 1, Index{0}, height - 1);
+      for (Index x = 0; x < width_; ++x) {
+        const Index c = x / 2, d = std::clamp(x % 2 == 0 ? c - 1 : c + 1, Index{0}, width - 1);
+        const auto value = [&](Index column, Index row) {
+          return coarse[std::ptrdiff_t{row} * width + column];
+        };
+        w_[at(x, y)] =
+            0.0625 * (9 * value(c, near) + 3 * (value(d, near) + value(c, far)) + value(d, far));
+      }
+    }
+    last_ = {displacement, 0, 0};
+  }
+
+  template <class Constrain>
+  void correct(Array<double>& w, const Constrain& constrain) {
+    grid_.residual(left_, w, none_);
+    for (std::size_t i = 0; i < w.size(); ++i) {
+      if (touching_.data()[i] != 0) left_.data()[i] = 0;
+    }
+    const Array<float>& correction = grids_.correction(left_, touching_);
+    double along = 0, bending = 0;
+    for (std::ptrdiff_t i = 0; i < std::ssize(w); ++i) {
+      step_[i] = constrain(i, w[i] + double{correction[i]}) - w[i];
+      along += step_[i] * left_[i];
+    }
+    grid_.residual(left_, step_, none_);
+    for (std::ptrdiff_t i = 0; i < std::ssize(w); ++i) bending -= step_[i] * left_[i];
+    // As far as the energy falls; beyond the whole of it there may be the object.
+    const double share = bending > 0 ? std::clamp(along / bending, 0.0, 1.0) : 0;
+    for (std::ptrdiff_t i = 0; i < std::ssize(w); ++i) w[i] += share * step_[i];
   }
 
   // The sum of the four neighbours' weighted values, and of their weights.
@@ -120,44 +282,6 @@ class TautMembrane {
     return sum;
   }
 
-  // Sweeps until no pixel changes by more than a share of the largest value.
-  template <class Constrain>
-  void relax(Array<double>& w, double tolerance, const Constrain& constrain) const {
-    constexpr int most_sweeps = 100000;
-    for (int sweep = 0; sweep < most_sweeps; ++sweep) {
-      double change = 0, largest = 0;
-      const auto move = [&](Index x, Index y, double mean) {
-        double& value = w[at(x, y)];
-        const double next = constrain(x, y, value + relaxation_ * (mean - value));
-        change = std::max(change, std::abs(next - value));
-        largest = std::max(largest, std::abs(next));
-        value = next;
-      };
-      const auto move_border = [&](Index x, Index y) {
-        const Pull sum = pull(w, x, y);
-        move(x, y, sum.value / (1 + sum.weight));
-      };
-      const double across = across_ / (1 + 2 * (across_ + down_));
-      const double down = down_ / (1 + 2 * (across_ + down_));
-      for (const Index colour : {0, 1}) {
-        for (Index y = 0; y < height_; ++y) {
-          const bool is_inside = y > 0 && y < height_ - 1;
-          Index x = (y + colour) % 2;
-          for (; x < (is_inside ? 1 : width_); x += 2) move_border(x, y);
-          for (; x < width_ - 1; x += 2) {
-            const double* const here = &w[at(x, y)];
-            move(x, y, across * (here[-1] + here[1]) + down * (here[-width_] + here[width_]));
-          }
-          for (; x < width_; x += 2) move_border(x, y);
-        }
-      }
-      if (change <= tolerance * largest) return;
-      // How many sweeps there will be is not known: done is half of them after the usual number.
-      ++sweeps_;
-      cancelled_.check(1 - usual_sweeps / (usual_sweeps + sweeps_), "pressing into taut gel");
-    }
-  }
-
   // Calls work(x, y, pressure) for every spring that the object touches.
   template <class Work>
   void for_contact(const Array<double>& w, const Work& work) const {
@@ -170,14 +294,20 @@ class TautMembrane {
     }
   }
 
-  static constexpr double usual_sweeps = 1000;
+  static constexpr double usual_cycles = 50;
 
-  const LoneSprings<T>& object_;
+  const Object& object_;
   const CancelHook& cancelled_;
-  mutable double sweeps_ = 0;
+  double cycles_, wanted_ = 0;
   Index width_, height_;
-  double across_, down_, relaxation_;
+  double across_, down_;
   Array<double> w_;
+  TautGrid<double> grid_;
+  TautGrids grids_;
+  Array<double> none_;  // no load but the contact's
+  Array<double> obstacle_, left_, step_;
+  std::array<Array<double>, 3> rates_;  // of w with the motion's three numbers
+  RigidMotion last_;
   Array<char> touching_;
 };
 
