@@ -109,7 +109,7 @@ class ImagePlane {
       const CutCorner corner{{std::fma(camera_.fx, p[0], camera_.cx * p[2]),
                               std::fma(camera_.fy, p[1], camera_.cy * p[2]), p[2]},
                              seen[k],
-                             Vec3<double>::Unit(static_cast<Index>(k))};
+                             Vec3<double>(k == 0, k == 1, k == 2)};
       polygon.push_back(corner);
     }
     for (const Index axis : {0, 1}) {
@@ -165,8 +165,8 @@ class ImagePlane {
     CutCorner corner;
     for (Index i = 0; i < 3; ++i) {
       corner.point[i] = std::fma(t, b.point[i] - a.point[i], a.point[i]);
+      corner.shares[i] = std::max(a.shares[i] + t * (b.shares[i] - a.shares[i]), 0.0);
     }
-    corner.shares = (a.shares + t * (b.shares - a.shares)).cwiseMax(0);
     return corner;
   }
 
@@ -230,11 +230,12 @@ class ImageTriangle {
     bottom_ = std::max({a.y, b.y, c.y});
   }
 
-  /// `shares` has a column for each corner, its barycentric coordinates in the face; null: the
-  /// corners are those of the face.
+  /// Each corner's barycentric coordinates in the face; null: the corners are those of the face.
+  using Shares = std::array<Vec3<double>, 3>;
+
   template <class Target>
   void draw(const Target& target, Index width, Index height, Index face,
-            const Eigen::Matrix3d* shares = nullptr) {
+            const Shares* shares = nullptr) {
     const Index first_column = first_pixel(left_, width), last_column = last_pixel(right_, width);
     const Index first_row = first_pixel(top_, height), last_row = last_pixel(bottom_, height);
     if (first_column > last_column || first_row > last_row || !find_sides()) return;
@@ -254,6 +255,8 @@ class ImageTriangle {
   }
 
  private:
+  using Three = std::array<double, 3>;  // a number for each side or corner
+
   /// A line through two corners, of which the inside is where dx down - dy across is positive.
   struct Side {
     double x, y, dx, dy;
@@ -300,25 +303,29 @@ class ImageTriangle {
   }
 
   template <template <class> class Target, class T>
-  void draw_row(const Target<T>& target, Index face, const Eigen::Matrix3d* shares, Index v,
-                Index first, Index last) const {
+  void draw_row(const Target<T>& target, Index face, const Shares* shares, Index v, Index first,
+                Index last) const {
     const auto row = target.row(v);
     T* const depths = row.depth;
     const auto area = [&](const Side& s) { return s.dx * (v - s.y) - s.dy * (first - s.x); };
-    const Vec3<double> start(area(sides_[0]), area(sides_[1]), area(sides_[2]));
-    const Vec3<double> step(-sides_[0].dy, -sides_[1].dy, -sides_[2].dy);
-    const Vec3<double> inverse_depths = inverse_depths_;
+    const Three start{area(sides_[0]), area(sides_[1]), area(sides_[2])};
+    const Three step{-sides_[0].dy, -sides_[1].dy, -sides_[2].dy};
+    const Three inverse_depths = inverse_depths_;
     const double doubtful = doubtful_, least = least_, most = most_;
     for (Index u = first; u <= last; ++u) {
       // The areas that the pixel's centre spans with the sides.
-      Vec3<double> areas = start + (u - first) * step;
-      const double smallest = areas.minCoeff();
+      const double steps = u - first;
+      Three areas{start[0] + steps * step[0], start[1] + steps * step[1],
+                  start[2] + steps * step[2]};
+      const double smallest = std::min({areas[0], areas[1], areas[2]});
       if (smallest < -doubtful) continue;
       if (!(smallest > doubtful) && !settle(u, v, areas)) continue;
       // Linear in the image are 1 / z, and the barycentric coordinates divided by z.
-      Vec3<double> parts = areas.cwiseProduct(inverse_depths);
-      const double sum = parts.sum();
-      const auto z = static_cast<T>(std::min(std::max(areas.sum() / sum, least), most));
+      Three parts{areas[0] * inverse_depths[0], areas[1] * inverse_depths[1],
+                  areas[2] * inverse_depths[2]};
+      const double sum = parts[0] + parts[1] + parts[2];
+      const double depth = (areas[0] + areas[1] + areas[2]) / sum;
+      const auto z = static_cast<T>(std::min(std::max(depth, least), most));
       if (!(z < depths[u])) continue;
       depths[u] = z;
       row.show(u, face, [&]() -> std::array<T, 3> {
@@ -329,19 +336,17 @@ class ImageTriangle {
     }
   }
 
-  // Written out: the compiler does not inline Eigen's product here.
-  [[nodiscard]] static Vec3<double> in_whole(const Eigen::Matrix3d& shares,
-                                             const Vec3<double>& parts) {
+  [[nodiscard]] static Three in_whole(const Shares& shares, const Three& parts) {
     const auto part = [&](Index k) {
-      return shares(k, 0) * parts[0] + shares(k, 1) * parts[1] + shares(k, 2) * parts[2];
+      return shares[0][k] * parts[0] + shares[1][k] * parts[1] + shares[2][k] * parts[2];
     };
     return {part(0), part(1), part(2)};
   }
 
   /// Replaces areas that rounding may have spoilt; whether none is negative.
-  [[nodiscard]] bool settle(Index u, Index v, Vec3<double>& areas) const {
-    for (Index k = 0; k < 3; ++k) {
-      const Side& side = sides_[static_cast<std::size_t>(k)];
+  [[nodiscard]] bool settle(Index u, Index v, Three& areas) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Side& side = sides_[k];
       if (!(std::abs(areas[k]) > doubtful_)) {
         areas[k] = difference_of_products(side.dx, v - side.y, side.dy, u - side.x);
       }
@@ -354,7 +359,7 @@ class ImageTriangle {
   double left_, right_, top_, bottom_;
   double doubtful_ = 0;  // areas up to this may have the wrong sign: all those of a thin triangle
   double least_ = 0, most_ = 0;  // depth of the corners
-  Vec3<double> inverse_depths_;
+  Three inverse_depths_;
   std::array<Side, 3> sides_;
 };
 
@@ -388,8 +393,7 @@ void draw_mesh(const Target& target, const M& mesh, const ImagePlane& plane, Ind
     const auto polygon = plane.cut(positions, corners);
     for (std::size_t k = 2; k < polygon.size(); ++k) {
       const auto &a = polygon.data()[0], &b = polygon.data()[k - 1], &c = polygon.data()[k];
-      Eigen::Matrix3d shares;
-      shares << a.shares, b.shares, c.shares;
+      const ImageTriangle::Shares shares{a.shares, b.shares, c.shares};
       const std::array seen{a.seen, b.seen, c.seen};
       ImageTriangle(seen).draw(target, width, height, f, &shares);
     }

@@ -226,13 +226,21 @@ class Surface {
     for (Index v = 0; v < count; ++v) {
       const auto& p = MeshTraits<M>::position(mesh, v);
       const Vec3<T> q(static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2]));
-      detail::require(q.allFinite(), "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
-                      "), which is not finite");
-      detail::require(q.template cast<double>().cwiseAbs().maxCoeff() <= detail::largest_coordinate,
-                      "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
-                      "), too far out: products of lengths would overflow");
+      const double x = std::fabs(double{q[0]}), y = std::fabs(double{q[1]});
+      const double largest = std::max({x, y, std::fabs(double{q[2]})});
+      if (!(x + y + largest <= detail::largest_coordinate)) require_in_reach(v, q);
       data.positions[v] = q;
     }
+  }
+
+  [[gnu::cold, gnu::noinline]] static void require_in_reach(Index v, const Vec3<T>& q) {
+    const double x = double{q[0]}, y = double{q[1]}, z = double{q[2]};
+    detail::require(std::isfinite(x) && std::isfinite(y) && std::isfinite(z), "vertex ", v,
+                    " has position (", q[0], ", ", q[1], ", ", q[2], "), which is not finite");
+    detail::require(
+        std::max({std::fabs(x), std::fabs(y), std::fabs(z)}) <= detail::largest_coordinate,
+        "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
+        "), too far out: products of lengths would overflow");
   }
 
   template <TriangleMesh M>

@@ -49,6 +49,13 @@ struct RowsOf<T, GaussianMembrane<T>> {
   using Type = MembraneRows<T>;
 };
 
+/// Whether a reflectance asks where an object touches the gel.
+template <class Shine>
+[[nodiscard]] constexpr bool reads_touched() {
+  if constexpr (requires { Shine::reads_touched; }) return Shine::reads_touched;
+  return false;
+}
+
 template <std::floating_point T, class Shine>
 struct ShadingOf {
   using Type = ModelShading<T, Shine>;
@@ -230,6 +237,7 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   // What comes most often has loops of its own.
   using MembraneRows = typename detail::RowsOf<T, Membrane>::Type;
   using ShadedRows = typename detail::ShadingOf<T, Shine>::Type;
+  static constexpr bool reads_touched = detail::reads_touched<Shine>();
 
   /// What is computed of a frame; the rest of it is at rest, or as it was.
   enum class Extent : std::uint8_t { everything, not_at_rest, changed };
@@ -238,6 +246,7 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
     typename MembraneRows::Workspace membrane;
     typename ShadedRows::Workspace shading;
     std::vector<T> kept;        // of each pixel of a row: the share of ambient light that is left
+    std::vector<T> touched;     // of each pixel of a row: 1 where the object and the surface meet
     std::vector<char> changed;  // of each block of a row
     detail::ChangedBlocks changes;
     std::vector<detail::Run> runs;
@@ -325,9 +334,11 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
                    shading_.make_workspace(),
                    {},
                    {},
+                   {},
                    detail::ChangedBlocks(camera_.width, camera_.height),
                    {}};
     work.kept.resize(static_cast<std::size_t>(camera_.width));
+    if (reads_touched) work.touched.resize(static_cast<std::size_t>(camera_.width));
     work.changed.resize(blocks);
     work.runs.reserve(blocks);
     return work;
@@ -430,6 +441,7 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
                          static_cast<T>(options_.darkening_depth), camera_.width);
       });
     }
+    if constexpr (reads_touched) find_touched(depth, work, y);
     for (const detail::Run& run : work.runs) {
       shade_run(work, y, run, darkens ? work.kept.data() : nullptr);
     }
@@ -441,6 +453,18 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
     }
   }
 
+  template <class D>
+  void find_touched(const D& depth, Workspace& work, Index y) const {
+    const T* const z = detail::row_of(depth, y, work.membrane.buffer.data(), camera_.width);
+    const T *const surface = membrane_.row(work.membrane, y), *const rest = membrane_.rest(y);
+    T* const touched = work.touched.data();
+    detail::vectorised([&] {
+      for (Index x = 0; x < camera_.width; ++x) {
+        touched[x] = z[x] > 0 && z[x] < rest[x] && z[x] <= surface[x] ? T(1) : T(0);
+      }
+    });
+  }
+
   void shade_run(Workspace& work, Index y, const detail::Run& run, const T* kept) const {
     const T *const above = membrane_.row(work.membrane, y - 1),
                    *const middle = membrane_.row(work.membrane, y),
@@ -450,7 +474,11 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
       const auto n = shading_.normals(work.shading, y, part, above, middle, below);
       if (masked) detail::clear_unknown(n, part.end - part.begin);
       if (options_.border_normals == BorderNormals::none) clear_border(n, y, part);
-      shading_.shade(work.shading, y, part, n, kept);
+      if constexpr (reads_touched) {
+        shading_.shade(work.shading, y, part, n, kept, work.touched.data());
+      } else {
+        shading_.shade(work.shading, y, part, n, kept);
+      }
     });
   }
 

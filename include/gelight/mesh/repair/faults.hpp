@@ -16,7 +16,8 @@
 #include "gelight/core/types.hpp"
 #include "gelight/views/mesh_view.hpp"
 
-// What check finds and repair mends, on the vertices and faces of any mesh.
+// What check finds and repair mends, on the vertices and faces of any mesh. (Templates where that
+// keeps them from being compiled for who does not call them.)
 
 namespace gelight::detail {
 
@@ -30,8 +31,7 @@ struct FaceSide {
   }
 };
 
-[[nodiscard]] inline Array<FaceSide> sorted_sides(const std::vector<std::array<Index, 3>>& faces,
-                                                  const Array<char>& is_usable) {
+[[nodiscard]] inline Array<FaceSide> sorted_sides(const auto& faces, const Array<char>& is_usable) {
   Array<FaceSide> sides;
   sides.reserve(3 * faces.size());
   for (std::size_t f = 0; f < faces.size(); ++f) {
@@ -77,8 +77,7 @@ class DisjointSets {
 };
 
 /// The fan of each corner 3 f + k: corners at one vertex whose faces meet in an edge of two faces.
-[[nodiscard]] inline DisjointSets fans(const std::vector<std::array<Index, 3>>& faces,
-                                       const Array<FaceSide>& sides) {
+[[nodiscard]] inline DisjointSets fans(const auto& faces, const Array<FaceSide>& sides) {
   DisjointSets sets(3 * faces.size());
   const auto corner = [&](Index f, Index v) {
     const auto& face = faces[static_cast<std::size_t>(f)];
@@ -132,8 +131,7 @@ enum class FaceFault { none, out_of_range, repeated_vertex };
 }
 
 /// Faces, ascending, with the same three vertices as an earlier one among the usable.
-[[nodiscard]] inline Array<Index> repeated_faces(const std::vector<std::array<Index, 3>>& faces,
-                                                 const Array<char>& is_usable) {
+[[nodiscard]] inline Array<Index> repeated_faces(const auto& faces, const Array<char>& is_usable) {
   Array<std::pair<std::array<Index, 3>, Index>> keys;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     if (!is_usable.data()[f]) continue;
