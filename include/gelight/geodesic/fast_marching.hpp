@@ -46,8 +46,11 @@ struct FastMarchingOptions {
 /// 0.09 %. Behind a corner of the border it falls with order one half: 0.33 % and 2.1 % in a bent
 /// strip of 10 cells, 0.09 % and 0.7 % in one of 80. Where triangles are so thin that the near is
 /// reached by way of the far, it is larger at single vertices: a fan of 10,000 spokes 0.009 % and
-/// 0.07 %, jittered cells stretched 1e2 to 1e4 times 0.007 % and 1.7 % (tests/README.md). A query
-/// from one source takes about linear time, two to four times that where triangles are thin.
+/// 0.07 %, jittered cells stretched 1e2 to 1e4 times 0.007 % and 1.7 % (tests/README.md). Rounding
+/// of the distances of a short edge's ends turns the wave through it, the more the farther it has
+/// come: on flat sheets distances were below the straight line by up to 2e-13 of it, on those
+/// stretched 100 times by 4e-11, 10,000 times by 2e-7. A query from one source takes about linear
+/// time, two to four times that where triangles are thin.
 template <std::floating_point T>
 class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>, T> {
  public:
