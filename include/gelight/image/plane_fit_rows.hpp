@@ -180,8 +180,8 @@ inline void spanned_areas(FitTile& area, const std::array<const double*, moments
     const double u = sums[m_xz][i] * share, v = sums[m_yz][i] * share;
     const double uu = sums[m_xx][i] * share - u * u, vv = sums[m_yy][i] * share - v * v,
                  uv = sums[m_xy][i] * share - u * v;
-    const double rounding = rounded_off * (1 + u * u + v * v);
-    area[i] = (uu * vv - uv * uv) - rounding * (uu + vv + rounding);
+    const double most_rounding = rounded_off * (1 + u * u + v * v);
+    area[i] = (uu * vv - uv * uv) - most_rounding * (uu + vv + most_rounding);
   }
 }
 
