@@ -1,9 +1,35 @@
 #!/bin/sh
 # From a fresh clone to tactile images: installs what is missing, builds the demo, runs it.
-# Options go to the demo; `sh cmake/demo.sh --help` lists them. `sh cmake/demo.sh bullet` lets things
-# fall onto the half-silvered sensor instead, in the Bullet physics engine.
+# Options go to the demo; `sh cmake/demo.sh --help` lists them at once, and installs nothing.
+# `sh cmake/demo.sh bullet` lets things fall onto the half-silvered sensor instead, in the Bullet
+# physics engine.
 set -eu
 cd "$(dirname "$0")/.."
+for word in "$@"; do
+  case $word in
+  -h | --help)
+    cat <<'HELP'
+sh cmake/demo.sh [options]         tactile images of a GelTip sensor, in out/
+sh cmake/demo.sh bullet [options]  things fall onto a half-silvered sensor, by the Bullet engine
+
+Lengths are in metres. Options of the GelTip's:
+  --radius 0.01146   radius of the membrane
+  --length 0.0455    length from the camera to the tip
+  --edge 0.001       edge length of the mesh
+  --depth 0.0025     how deep objects are pressed
+  --fov 90           field of view from top to bottom, degrees
+  --width 640        pixels
+  --height 480       pixels
+  --mesh FILE        a membrane of your own (STL, OBJ, PLY, OFF)
+  --rest FILE        its depth map without contact (.npy)
+  --contact FILE...  depth maps of what touches it (.npy)
+  --background FILE  what the camera sees in ambient light
+  --out out          folder for the pictures
+HELP
+    exit 0
+    ;;
+  esac
+done
 demo=geltip
 more=
 if [ "${1:-}" = bullet ]; then

@@ -34,6 +34,7 @@
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/sensor/bake.hpp"
+#include "gelight/sensor/presets.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "gelight/views/openmesh.hpp"
 #include "support/field_pictures.hpp"
@@ -49,7 +50,7 @@ using gelight::Surface;
 namespace {
 
 struct Settings {
-  double radius = 0.01146, length = 0.0455, edge = 0.001, depth = 0.0025;
+  double radius = 0.01146, length = 0.0455, edge = 0.001, depth = 0.0025, fov = 90;
   Index width = 640, height = 480;
   std::string mesh, rest, background, out = "out";
   std::vector<std::string> contacts;
@@ -62,6 +63,8 @@ void read_options(CLI::App& app, Settings& settings) {
       ->capture_default_str();
   app.add_option("--edge", settings.edge, "edge length of the mesh, metres")->capture_default_str();
   app.add_option("--depth", settings.depth, "how deep objects are pressed, metres")
+      ->capture_default_str();
+  app.add_option("--fov", settings.fov, "field of view from top to bottom, degrees")
       ->capture_default_str();
   app.add_option("--width", settings.width, "pixels")->capture_default_str();
   app.add_option("--height", settings.height, "pixels")->capture_default_str();
@@ -101,6 +104,20 @@ Image<double> read_depth(const std::string& path) {
 }
 
 void require_plausible(const Settings& settings) {
+  std::vector<std::string> files = settings.contacts;
+  files.insert(files.end(), {settings.mesh, settings.rest, settings.background});
+  for (const std::string& file : files) {
+    if (file.empty() || std::filesystem::exists(file)) continue;
+    throw gelight::InvalidInput("there is no file " + file);
+  }
+  if (!(settings.fov > 0 && settings.fov < 180)) {
+    throw gelight::InvalidInput("--fov is " + std::to_string(settings.fov) +
+                                " degrees, which is not between 0 and 180");
+  }
+  if (!(settings.width > 0 && settings.height > 0)) {
+    throw gelight::InvalidInput("an image of " + std::to_string(settings.width) + " x " +
+                                std::to_string(settings.height) + " pixels");
+  }
   require_metres(settings.radius, "--radius");
   require_metres(settings.length, "--length");
   if (!(settings.depth >= 0 && settings.depth < settings.radius)) {
@@ -160,8 +177,8 @@ struct Sensor {
                  ? gelight::membrane(settings.radius, settings.length, settings.edge)
                  : read_mesh(settings.mesh)),
         surface(mesh),
-        camera(Camera<double>::from_vertical_fov(std::numbers::pi / 2, settings.width,
-                                                 settings.height)),
+        camera(Camera<double>::from_vertical_fov(settings.fov * std::numbers::pi / 180,
+                                                 settings.width, settings.height)),
         raster(gelight::rasterize(mesh, camera)),
         rest(settings.rest.empty() ? raster.depth : read_depth(settings.rest)) {
     for (Index v = 0; v < camera.height; ++v) {
@@ -170,10 +187,17 @@ struct Sensor {
       }
     }
     points = gelight::pixel_points(raster);
-    for (std::size_t k = 0; k < leds.size(); ++k) {
-      const double angle = 2 * std::numbers::pi / 3 * static_cast<double>(k);
-      leds[k] = gelight::nearest_vertex<double>(
-          surface, {settings.radius * std::cos(angle), settings.radius * std::sin(angle), 0});
+    const double third = 2 * std::numbers::pi / 3;
+    const std::array angles{0.0, third, 2 * third};
+    try {
+      const auto rim = gelight::leds_on_border(mesh, angles);
+      for (std::size_t k = 0; k < leds.size(); ++k) leds[k] = rim[k].element[0];
+    } catch (const gelight::InvalidInput&) {  // a closed mesh: about the camera
+      for (std::size_t k = 0; k < leds.size(); ++k) {
+        leds[k] = gelight::nearest_vertex<double>(
+            surface,
+            {settings.radius * std::cos(angles[k]), settings.radius * std::sin(angles[k]), 0});
+      }
     }
     if (settings.background.empty()) {
       background = round_background();

@@ -13,7 +13,7 @@
 
 #include "gelight/io/image.hpp"
 
-// The README's program, compiled and run by the README's own line.
+// Programs in documents, compiled and run by the documents' own lines.
 namespace {
 
 const std::filesystem::path top =
@@ -36,25 +36,30 @@ std::string block(const std::string& text, const std::string& language, const st
   return {};
 }
 
-}  // namespace
-
-TEST_CASE("the README's program, compiled and run as it says, makes the picture beside it") {
-  const std::string readme = text_of(top / "README.md");
-  const std::string program = block(readme, "cpp", "int main()");
-  const std::string line = block(readme, "sh", "g++ ");
+// Compiles and runs the program of a document by its line, in a folder; what it prints.
+std::string run(const std::filesystem::path& document, const std::filesystem::path& folder,
+                const std::string& source) {
+  const std::string text = text_of(top / document);
+  const std::string program = block(text, "cpp", "int main()");
+  const std::string line = block(text, "sh", "g++ ");
   REQUIRE(!program.empty());
   REQUIRE(line.rfind("g++ ", 0) == 0);
-
-  const auto folder = std::filesystem::temp_directory_path() / "gelight_readme";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   std::filesystem::create_directory_symlink(top / "include", folder / "include");
-  std::ofstream(folder / "tactile.cpp") << program;
+  std::ofstream(folder / source) << program;
   std::ofstream(folder / "line.sh") << "set -e\ncd '" << folder.string() << "'\n" << line;
-  REQUIRE(std::system(
-              ("sh '" + (folder / "line.sh").string() + "' > '" + (folder / "said").string() + "'")
-                  .c_str()) == 0);
-  CHECK(text_of(folder / "said").find(" ms a frame") != std::string::npos);
+  const std::string said = (folder / "said").string();
+  const std::string command = "sh '" + (folder / "line.sh").string() + "' > '" + said + "'";
+  REQUIRE(std::system(command.c_str()) == 0);
+  return text_of(said);
+}
+
+}  // namespace
+
+TEST_CASE("the README's program, compiled and run as it says, makes the picture beside it") {
+  const auto folder = std::filesystem::temp_directory_path() / "gelight_readme";
+  CHECK(run("README.md", folder, "tactile.cpp").find(" ms a frame") != std::string::npos);
 
   const auto image = gelight::read_png((folder / "tactile.png").string());
   const auto shown = gelight::read_png((top / "examples/pictures/tactile.png").string());
@@ -75,6 +80,13 @@ TEST_CASE("the README's program, compiled and run as it says, makes the picture 
   CHECK(lit > image.pixels().size() * 9 / 10);
   CHECK(coloured > image.pixels().size() / 2);
   CHECK(worst <= 1);
+  std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("the simulator's loop, compiled and run as its page says") {
+  const auto folder = std::filesystem::temp_directory_path() / "gelight_simulator";
+  const std::string said = run("examples/simulator.md", folder, "simulator.cpp");
+  CHECK(said.find("finger 1: ") != std::string::npos);
   std::filesystem::remove_all(folder);
 }
 

@@ -79,8 +79,9 @@ TEST_CASE("every preset shows a lit and coloured membrane, and where something t
                                {"digit", digit(120, 160, 0.002f), {0.002, 0.001, 0.025}},
                                {"sts", sts(160, 120, 0.002f), {0.002, 0.001, 0.033}}};
   const auto ball = icosphere<float>(3, 0.004f);
-  for (const auto& [name, sensor, at] : all) {
-    CAPTURE(name);
+  for (const Shown& shown : all) {
+    CAPTURE(shown.name);
+    const auto& sensor = shown.sensor;
     const auto renderer = tactile_renderer(sensor);
     const Image<Rgb8>& rest = renderer.rest_image();
     // Neither black nor white nor grey.
@@ -96,7 +97,8 @@ TEST_CASE("every preset shows a lit and coloured membrane, and where something t
     // An object as the camera sees it, nothing else in the image: it is where it touches.
     Mesh<float> moved = ball;
     for (auto& p : moved.positions) {
-      for (std::size_t c = 0; c < 3; ++c) p[c] += static_cast<float>(at[static_cast<Index>(c)]);
+      for (std::size_t c = 0; c < 3; ++c)
+        p[c] += static_cast<float>(shown.ball[static_cast<Index>(c)]);
     }
     const auto seen = rasterize(moved, sensor.camera);
     const auto image = renderer.render(seen.depth);
