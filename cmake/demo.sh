@@ -1,7 +1,8 @@
 #!/bin/sh
 # From a fresh clone to tactile images: installs what is missing, builds the demo, runs it.
 # Options go to the demo; `sh cmake/demo.sh --help` lists them. `sh cmake/demo.sh bullet` lets things
-# fall onto the half-silvered sensor instead, in the Bullet physics engine.
+# fall onto the half-silvered sensor instead, in the Bullet physics engine; `sh cmake/demo.sh calibrate
+# --fit DIR --test DIR --out DIR` fits a sensor of your own to photographs of a ball.
 set -eu
 cd "$(dirname "$0")/.."
 demo=geltip
@@ -9,6 +10,10 @@ more=
 if [ "${1:-}" = bullet ]; then
   demo=bullet
   more=libbullet-dev
+  shift
+fi
+if [ "${1:-}" = calibrate ]; then
+  demo=calibrate
   shift
 fi
 # shellcheck disable=SC2086 # one word a package

@@ -51,6 +51,7 @@
 #include "gelight/membrane/pyramid.hpp"
 #include "gelight/membrane/smoothing.hpp"
 #include "gelight/membrane/springs.hpp"
+#include "gelight/membrane/tension.hpp"
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/linear_factor.hpp"
