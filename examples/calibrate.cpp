@@ -7,6 +7,8 @@
 //
 // sh cmake/demo.sh calibrate --fit DIR --test DIR --out DIR
 
+#include "gelight/sensor/calibrate.hpp"
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -21,14 +23,13 @@
 #include "gelight/image/similarity.hpp"
 #include "gelight/io/presses.hpp"
 #include "gelight/membrane/tension.hpp"
-#include "gelight/sensor/calibrate.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "support/calibration_measure.hpp"
 #include "support/figure.hpp"
 
 using gelight::BallPress;
-using gelight::Calibration;
 using gelight::CalibratedSensor;
+using gelight::Calibration;
 using gelight::Image;
 using gelight::PressFolder;
 using gelight::ReflectanceModel;
@@ -48,9 +49,8 @@ void tell(const Calibration& fit, double seconds) {
   }
   for (const auto& press : fit.presses) {
     std::printf("  %s: level %.1f %.1f %.1f, centre (%.1f +- %.1f, %.1f +- %.1f), left %.2f\n",
-                press.name.c_str(), press.level[0], press.level[1], press.level[2],
-                press.contact.x, press.doubt.x(), press.contact.y, press.doubt.y(),
-                press.residual);
+                press.name.c_str(), press.level[0], press.level[1], press.level[2], press.contact.x,
+                press.doubt.x(), press.contact.y, press.doubt.y(), press.residual);
   }
   for (const std::string& warning : fit.warnings) std::printf("  warning: %s\n", warning.c_str());
 }
@@ -100,8 +100,9 @@ int run(const std::string& fit_folder, const std::string& test_folder, const std
   for (const auto& [name, model] : models) {
     std::printf("%s\n", name);
     const auto start = std::chrono::steady_clock::now();
-    const Calibration fit =
-        gelight::calibrate(known.background, known.presses, {.model = model});
+    gelight::CalibrationOptions options;
+    options.model = model;
+    const Calibration fit = gelight::calibrate(known.background, known.presses, options);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     tell(fit, seconds.count());
     const std::string path = out + "/" + name + ".sensor";

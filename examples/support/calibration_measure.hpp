@@ -63,8 +63,8 @@ class BallRenderer {
 };
 
 /// An image so many grey levels brighter.
-[[nodiscard]] inline gelight::Image<gelight::Rgb8> with_level(
-    gelight::Image<gelight::Rgb8> image, const std::array<double, 3>& level) {
+[[nodiscard]] inline gelight::Image<gelight::Rgb8> with_level(gelight::Image<gelight::Rgb8> image,
+                                                              const std::array<double, 3>& level) {
   for (gelight::Rgb8& pixel : image.pixels()) {
     for (std::size_t c = 0; c < 3; ++c) {
       pixel[c] = static_cast<std::uint8_t>(std::clamp(std::lround(pixel[c] + level[c]), 0L, 255L));
@@ -123,8 +123,8 @@ struct HeldOut {
   double inside = 0;
   for (int y = 0; y < ours.height(); ++y) {
     for (int x = 0; x < ours.width(); ++x) {
-      const bool is_inside = std::hypot(x - press.contact.x, y - press.contact.y) <=
-                             0.9 * press.contact.radius;
+      const bool is_inside =
+          std::hypot(x - press.contact.x, y - press.contact.y) <= 0.9 * press.contact.radius;
       for (std::size_t c = 0; c < 3; ++c) {
         const double off = press.photograph(x, y)[c] - ours(x, y)[c];
         const double off_levelled = off - of_photograph[c] + of_ours[c];
@@ -141,7 +141,8 @@ struct HeldOut {
   const auto all = 3.0 * static_cast<double>(ours.pixels().size());
   mean.whole_as_it_is /= all;
   mean.whole /= all;
-  for (double* value : {&mean.signal, &mean.inside, &mean.levelled}) *value /= std::max(1.0, inside);
+  for (double* value : {&mean.signal, &mean.inside, &mean.levelled})
+    *value /= std::max(1.0, inside);
   const auto less = [](const std::array<double, 3>& level) {
     return std::array<double, 3>{-level[0], -level[1], -level[2]};
   };
