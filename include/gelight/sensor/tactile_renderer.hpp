@@ -23,16 +23,16 @@
 #include "gelight/image/normals.hpp"
 #include "gelight/membrane/gaussian.hpp"
 #include "gelight/sensor/background.hpp"
-#include "gelight/sensor/detail/changed_blocks.hpp"
-#include "gelight/sensor/detail/light_check.hpp"
-#include "gelight/sensor/detail/membrane_rows.hpp"
-#include "gelight/sensor/detail/model_rows.hpp"
-#include "gelight/sensor/detail/model_shading.hpp"
-#include "gelight/sensor/detail/output.hpp"
-#include "gelight/sensor/detail/row_runs.hpp"
-#include "gelight/sensor/detail/shaded_rows.hpp"
-#include "gelight/sensor/detail/store.hpp"
+#include "gelight/sensor/frame/changed_blocks.hpp"
+#include "gelight/sensor/frame/light_check.hpp"
+#include "gelight/sensor/frame/output.hpp"
+#include "gelight/sensor/frame/store.hpp"
 #include "gelight/sensor/phong_lights.hpp"
+#include "gelight/sensor/rows/membrane_rows.hpp"
+#include "gelight/sensor/rows/model_rows.hpp"
+#include "gelight/sensor/rows/model_shading.hpp"
+#include "gelight/sensor/rows/row_runs.hpp"
+#include "gelight/sensor/rows/shaded_rows.hpp"
 #include "gelight/shading/phong.hpp"
 #include "gelight/views/image_view.hpp"
 
@@ -289,6 +289,7 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
       return {rest_depth, camera.width, camera.height, membrane.weights(),
               membrane.clips_to_rest()};
     } else {
+      if constexpr (requires { membrane.require_fits(camera); }) membrane.require_fits(camera);
       return {std::move(membrane), rest_depth, camera.width, camera.height};
     }
   }
