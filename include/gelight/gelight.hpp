@@ -97,3 +97,7 @@
 #include "gelight/views/image_view.hpp"
 #include "gelight/views/mdspan.hpp"
 #include "gelight/views/mesh_view.hpp"
+
+#if defined(GELIGHT_COMPILED)
+#include "gelight/compiled.hpp"
+#endif

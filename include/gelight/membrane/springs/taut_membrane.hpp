@@ -75,12 +75,12 @@ class TautMembrane {
   /// How the load along each of some motions grows with each of them. They are orthonormal, or
   /// none, over the pixels that are touched: those that move nothing there, as tilts about a line
   /// of pixels, would else be lost in what the others are rounded by.
-  [[nodiscard]] Eigen::Matrix3d resistance(const std::array<RigidMotion, 3>& motions) const {
-    Eigen::Matrix3d result = Eigen::Matrix3d::Identity();
+  [[nodiscard]] DoubleMatrix3<T> resistance(const std::array<RigidMotion, 3>& motions) const {
+    DoubleMatrix3<T> result = DoubleMatrix3<T>::Identity();
     for (Index k = 0; k < 3; ++k) {
       const RigidMotion& moved = motions[static_cast<std::size_t>(k)];
       if (moved.is_none()) continue;
-      Vec3<double> load = Vec3<double>::Zero();
+      Vec3<double> load(0, 0, 0);
       for_contact(change_by(moved), [&](Index x, Index y, double p) {
         for (Index i = 0; i < 3; ++i) load[i] += p * motions[static_cast<std::size_t>(i)].at(x, y);
       });
