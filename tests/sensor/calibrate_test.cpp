@@ -68,7 +68,7 @@ BallPress photograph(const Circle& circle, const Change& level, double noise, un
   return press;
 }
 
-std::vector<BallPress> presses(double noise, unsigned seed, int count = 12) {
+std::vector<BallPress> presses(double noise, unsigned seed, int count = 8) {
   std::vector<BallPress> all;
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> share(0, 1);
@@ -134,7 +134,7 @@ TEST_CASE("each photograph's level of colour is told") {
 }
 
 TEST_CASE("marks that are off are refined, by about what their doubt says") {
-  std::vector<BallPress> known = presses(1, 4, 16);
+  std::vector<BallPress> known = presses(1, 4, 12);
   std::mt19937 random(5);
   std::uniform_real_distribution<double> off(-2.5, 2.5);
   std::vector<Circle> truth;
@@ -154,7 +154,7 @@ TEST_CASE("marks that are off are refined, by about what their doubt says") {
     CHECK(fit.presses[i].doubt.x() > 0);
     CHECK(fit.presses[i].doubt.x() < 1);
   }
-  MESSAGE("mean distance from the true centre, pixels: " << before / 16 << " -> " << after / 16);
+  MESSAGE("mean distance from the true centre, pixels: " << before / 12 << " -> " << after / 12);
   CHECK(after < 0.6 * before);
 }
 
