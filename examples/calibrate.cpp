@@ -52,6 +52,12 @@ void tell(const Calibration& fit, double seconds) {
                 press.name.c_str(), press.level[0], press.level[1], press.level[2], press.contact.x,
                 press.doubt.x(), press.contact.y, press.doubt.y(), press.residual);
   }
+  if (!fit.spread.empty()) {
+    std::vector<double> spread = fit.spread;
+    std::nth_element(spread.begin(), spread.begin() + std::ssize(spread) / 2, spread.end());
+    std::printf("  spread of the coefficients when presses are left out: median %.4f\n",
+                spread[spread.size() / 2]);
+  }
   for (const std::string& warning : fit.warnings) std::printf("  warning: %s\n", warning.c_str());
 }
 

@@ -119,6 +119,7 @@ TEST_CASE("a known sensor is recovered by every model, in spite of noise") {
       CHECK(std::abs(fit.sensor.bulge_length / decay - 1) < 0.15);
       CHECK(fit.warnings.empty());
       CHECK(fit.regions.size() == 5);
+      CHECK(fit.spread.empty() == (model == ReflectanceModel::lights));
     }
   }
 }
