@@ -230,9 +230,10 @@ class SpringBed {
       springs.press(contact.touching, outcome.motion);
     } else {
       const double reach = std::sqrt(gel_.tension / gel_.stiffness());
-      detail::TautMembrane<T> membrane(springs, camera_.width, camera_.height, reach / column(),
-                                       reach / row(), cancelled);
-      outcome = equilibrate(membrane, first_guess(springs, load), load, {});
+      detail::TautMembrane membrane(springs, camera_.width, camera_.height, reach / column(),
+                                    reach / row(), cancelled);
+      const double guess = membrane.approach(sought(membrane, load), first_guess(springs, load));
+      outcome = equilibrate(membrane, guess, load, {});
       membrane.write(contact.indentation, contact.touching);
     }
     report(contact, outcome, load);
@@ -293,6 +294,13 @@ class SpringBed {
     return {p[0] - per_column * load.centre.x() - per_row * load.centre.y(), per_column, per_row};
   }
 
+  // The load in units of a spring's stiffness. A force that presses everything in twice as far as
+  // the gel is thick is as good as any more.
+  template <class Springs>
+  [[nodiscard]] double sought(const Springs& springs, const Load& load) const {
+    return std::min(load.force / spring(), 2 * gel_.thickness * springs.most());
+  }
+
   // Newton's method on the object's motion, from a displacement without tilt. The load less the
   // force is the slope of a convex, piecewise quadratic energy, which has a least value wherever
   // the force acts within the object. Full steps are taken while each leaves less than 0.9 of the
@@ -304,9 +312,10 @@ class SpringBed {
                                     const CancelHook& cancelled) const {
     constexpr int most_steps = 200;
     constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
-    // A force that presses everything in twice as far as the gel is thick is as good as any more.
-    const double wanted = std::min(load.force / spring(), 2 * gel_.thickness * springs.most());
+    const double wanted = sought(springs, load);
     const Vec3<Real> target(wanted, 0, 0);
+    // Of a tilting object the moments, too, tell how near it is.
+    springs.expect(load.tilts ? 0 : wanted);
     const auto at = [&](const Vec3<Real>& p) {
       return response(springs.sums(motion(p, load), load.tilts), load);
     };
@@ -346,6 +355,7 @@ class SpringBed {
     if (through > acceptable * gel_.thickness) {
       outcome.equilibrium = Equilibrium::too_strong;
       outcome.motion.offset -= through;
+      springs.expect(0);
       outcome.response = response(springs.sums(outcome.motion, load.tilts), load);
     }
     return outcome;
@@ -391,7 +401,7 @@ class SpringBed {
   // springs that bear do not resist, as where these stand on a line, need no step, or a long one:
   // till others bear. Neither is longer than the gel is thick.
   template <class Springs>
-  [[nodiscard]] Vec3<Real> newton_step(const Springs& springs, const Response& r,
+  [[nodiscard]] Vec3<Real> newton_step(Springs& springs, const Response& r,
                                        const Vec3<Real>& target, const Load& load) const {
     constexpr double share_of_resistance = 1e-12;
     const Vec3<Real> residual = r.load - target;
