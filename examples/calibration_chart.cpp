@@ -150,7 +150,7 @@ int main(int count, char** arguments) {
       least = error;
       chosen = word;
     }
-    words << "\nThe model for this sensor: " << chosen << ".\n\n";
+    words << "\nThe model for this sensor: " << chosen << ".\n\n" << std::flush;
   }
   words << "Two photographs of one state of the GelSight Mini differ by 1.7: no model comes below."
            "\n";
