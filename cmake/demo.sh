@@ -2,7 +2,8 @@
 # From a fresh clone to tactile images: installs what is missing, builds the demo, runs it.
 # Options go to the demo; `sh cmake/demo.sh --help` lists them at once, and installs nothing.
 # `sh cmake/demo.sh bullet` lets things fall onto the half-silvered sensor instead, in the Bullet
-# physics engine.
+# physics engine; `sh cmake/demo.sh calibrate --fit DIR --test DIR --out DIR` fits a sensor of your
+# own to photographs of a ball.
 set -eu
 cd "$(dirname "$0")/.."
 for word in "$@"; do
@@ -11,6 +12,8 @@ for word in "$@"; do
     cat <<'HELP'
 sh cmake/demo.sh [options]         tactile images of a GelTip sensor, in out/
 sh cmake/demo.sh bullet [options]  things fall onto a half-silvered sensor, by the Bullet engine
+sh cmake/demo.sh calibrate --fit DIR --test DIR --out DIR
+                                   a sensor of your own, fitted to photographs of a ball
 
 Lengths are in metres. Options of the GelTip's:
   --radius 0.01146   radius of the membrane
@@ -35,6 +38,10 @@ more=
 if [ "${1:-}" = bullet ]; then
   demo=bullet
   more=libbullet-dev
+  shift
+fi
+if [ "${1:-}" = calibrate ]; then
+  demo=calibrate
   shift
 fi
 # shellcheck disable=SC2086 # one word a package

@@ -72,7 +72,9 @@ struct Calibration {
   double bulge_doubt = 0;         ///< pixels: within it the residual grows by less than its noise
   detail::Smoothness smoothness;  ///< as chosen by cross-validation
   double held_out = 0;            ///< root mean square there, in the contact, grey levels
-  double parameter_spread = 0;    ///< median over the coefficients: jackknife deviation / size
+  /// Standard deviation of each coefficient of a table's or polynomial's touched gel, by leaving a
+  /// third of the presses out in turn (the jackknife); empty for lights and for fewer than five.
+  std::vector<double> spread;
   std::vector<PressReport> presses;
   std::vector<RegionResidual> regions;
   std::vector<std::string> warnings;
@@ -347,7 +349,24 @@ class Calibrator {
     if (!is_smoothness_chosen_) choose_smoothness(model, groups, all);
     model.touched = flat(solve_smooth(model, all, result_.smoothness, false));
     model.free.assign(model.touched.size(), 0.0);
+    if (entries_.size() >= few_presses) keep_spread(model, groups, all);
     result_.sensor.reflectance = std::move(model);
+  }
+
+  template <class Model>
+  void keep_spread(const Model& model, const std::vector<NormalEquations>& groups,
+                   const NormalEquations& all) {
+    std::vector<Eigen::MatrixX3d> solutions;
+    Eigen::MatrixX3d mean = Eigen::MatrixX3d::Zero(model.size(), 3), squares = mean;
+    const auto count = static_cast<double>(groups.size());
+    for (const NormalEquations& left_out : groups) {
+      NormalEquations others = all;
+      others.add(left_out, -1);
+      solutions.push_back(solve_smooth(model, others, result_.smoothness, false));
+      mean += solutions.back() / count;
+    }
+    for (const Eigen::MatrixX3d& one : solutions) squares += (one - mean).cwiseAbs2();
+    result_.spread = flat((squares * ((count - 1) / count)).cwiseSqrt());
   }
 
   // Of a few, the one whose predictions of presses that were left out are the best.
@@ -649,7 +668,20 @@ class Calibrator {
 
 }  // namespace detail
 
-/// Fits a reflectance and the gel's bulge to photographs of a ball pressed into the sensor.
+/// Fits a reflectance and the gel's bulge to photographs of a ball pressed into a flat sensor.
+///
+/// Inside its circle the gel has the ball's slope, outside of it that of a membrane under tension.
+/// Touched and free gel are fitted apart, as they shine differently. Each photograph's level of
+/// colour is taken off; how smooth a table or polynomial is, is chosen by leaving presses out; the
+/// circles' centres are refined (from five presses on, their mean kept); what does not fit the
+/// others is left out and named. Radii stay as they are marked.
+///
+/// Throws InvalidInput, naming the photograph, where there are no presses, sizes differ, a circle
+/// lies outside of the image or is larger than its ball, an image is constant or a fifth of it
+/// saturated, and for options out of range; Cancelled where the hook says so. For a table some two
+/// seconds of work for 17 presses of 320 x 240 pixels (g++ -O2). (The idea: Si, Yuan, Taxim: An
+/// Example-based Simulation Model for GelSight Tactile Sensors, 2022,
+/// doi:10.1109/LRA.2022.3142412)
 [[nodiscard]] inline Calibration calibrate(const Image<Rgb8>& background,
                                            std::span<const BallPress> presses,
                                            const CalibrationOptions& options = {}) {

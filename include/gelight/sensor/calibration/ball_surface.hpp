@@ -69,3 +69,16 @@ class BallSurface {
 };
 
 }  // namespace gelight::detail
+
+namespace gelight {
+
+/// How high above rest the gel stands at the rim of a ball's contact, in pixels as all of it: so
+/// much deeper than its cap a ball goes into a TensionMembrane of that length.
+[[nodiscard]] inline double rim_height(double contact_radius, double ball_radius, double length) {
+  const double slope =
+      contact_radius / std::sqrt(ball_radius * ball_radius - contact_radius * contact_radius);
+  const auto k = detail::scaled_bessel_k(contact_radius / length);
+  return slope * length * k.k0 / k.k1;
+}
+
+}  // namespace gelight

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdlib>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -27,100 +27,113 @@ struct CircleProposal {
   bool is_sharp = false;
 };
 
-/// How much a photograph differs from its background: the sum of the channels' absolute
-/// differences, each less its median over the image (the camera's level).
-[[nodiscard]] inline Image<double> changed_amount(const Image<Rgb8>& background,
-                                                  const Image<Rgb8>& photograph) {
-  Image<double> amount(background.width(), background.height());
-  const std::size_t count = amount.pixels().size();
+/// By how much a photograph differs from its background, each channel less its median over the
+/// image (the camera's level).
+[[nodiscard]] inline Image<std::array<float, 3>> changed_by(const Image<Rgb8>& background,
+                                                            const Image<Rgb8>& photograph) {
+  Image<std::array<float, 3>> by(background.width(), background.height());
+  const std::size_t count = by.pixels().size();
   for (std::size_t c = 0; c < 3; ++c) {
+    const auto shifted = [&](std::size_t i) {
+      return 255 + photograph.pixels()[i][c] - background.pixels()[i][c];
+    };
     std::array<std::size_t, 511> counts{};
-    for (std::size_t i = 0; i < count; ++i) {
-      ++counts[static_cast<std::size_t>(255 + photograph.pixels()[i][c] -
-                                        background.pixels()[i][c])];
-    }
-    int median = 0;
-    for (std::size_t below = counts[0]; below * 2 < count;
-         below += counts[static_cast<std::size_t>(++median)]) {
+    for (std::size_t i = 0; i < count; ++i) ++counts[static_cast<std::size_t>(shifted(i))];
+    std::size_t median = 0;
+    for (std::size_t below = counts[0]; 2 * below < count; below += counts[++median]) {
     }
     for (std::size_t i = 0; i < count; ++i) {
-      amount.pixels()[i] +=
-          std::abs(255 + photograph.pixels()[i][c] - background.pixels()[i][c] - median);
+      by.pixels()[i][c] = static_cast<float>(shifted(i) - static_cast<int>(median));
     }
   }
-  return amount;
+  return by;
 }
 
-/// The mean amount on a circle, or a negative number where most of it lies outside of the image.
-[[nodiscard]] inline double mean_on_circle(const Image<double>& amount, const Circle& circle) {
-  constexpr int points = 48;
+/// How much more a disc is odd about its centre than even: what is bright on one side of a ball is
+/// dark on the other.
+[[nodiscard]] inline double oddness(const Image<std::array<float, 3>>& by, Index x, Index y,
+                                    Index radius, Index step) {
   double sum = 0;
-  int inside = 0;
+  for (Index v = 0; v <= radius; v += step) {
+    for (Index u = -radius; u <= radius; u += step) {
+      if (u * u + v * v > radius * radius || (v == 0 && u <= 0)) continue;
+      if (x + u < 0 || x - u < 0 || x + u >= by.width() || x - u >= by.width()) continue;
+      if (y - v < 0 || y + v >= by.height()) continue;
+      const auto& one = by(x + u, y + v);
+      const auto& other = by(x - u, y - v);
+      for (std::size_t c = 0; c < 3; ++c) sum -= double{one[c]} * double{other[c]};
+    }
+  }
+  return sum;
+}
+
+/// The mean absolute change on a circle, as far as it lies in the image.
+[[nodiscard]] inline double mean_on_circle(const Image<std::array<float, 3>>& by,
+                                           const Circle& circle) {
+  constexpr int points = 64;
+  double sum = 0, inside = 0;
   for (int k = 0; k < points; ++k) {
     const double angle = 2 * std::numbers::pi * k / points;
     const auto x = static_cast<Index>(std::lround(circle.x + circle.radius * std::cos(angle)));
     const auto y = static_cast<Index>(std::lround(circle.y + circle.radius * std::sin(angle)));
-    if (x < 0 || y < 0 || x >= amount.width() || y >= amount.height()) continue;
-    sum += amount(x, y);
+    if (x < 0 || y < 0 || x >= by.width() || y >= by.height()) continue;
+    for (const float value : by(x, y)) sum += std::abs(double{value});
     ++inside;
   }
-  return 2 * inside < points ? -1 : sum / inside;
+  return inside == 0 ? 0 : sum / inside;
 }
 
-/// How steeply the change falls across a circle.
-[[nodiscard]] inline double fall_across(const Image<double>& amount, const Circle& circle) {
-  double inner = 0, outer = 0;
-  for (const double share : {0.75, 0.85, 0.95}) {
-    const double in = mean_on_circle(amount, {circle.x, circle.y, share * circle.radius});
-    const double out = mean_on_circle(amount, {circle.x, circle.y, (2.05 - share) * circle.radius});
-    if (in < 0 || out < 0) return -1;
-    inner += in;
-    outer += out;
-  }
-  return inner - outer;
-}
-
-/// Searches for the circle across which the change falls the steepest: coarsely over the image and
-/// the radii that the ball allows, then ever finer.
+/// Searches for the centre about which the change is the most odd, coarsely and then pixel by
+/// pixel, and for the radius at which the change is on its way from its largest to what it is a
+/// ball's radius out: the middle between where it is largest and where it has fallen by half.
 [[nodiscard]] inline CircleProposal propose_circle(const Image<Rgb8>& background,
                                                    const Image<Rgb8>& photograph,
                                                    double ball_radius) {
-  const Image<double> amount = changed_amount(background, photograph);
-  const double coarse = std::max(1.0, ball_radius / 10);
+  const auto by = changed_by(background, photograph);
+  const Index reach = std::max(3, static_cast<Index>(0.8 * ball_radius));
+  Index x = 0, y = 0;
+  double most = -std::numeric_limits<double>::infinity(), sum = 0, squares = 0, tried = 0;
+  const auto attempt = [&](Index u, Index v, Index step) {
+    const double odd = oddness(by, u, v, reach, step) * step * step;
+    sum += odd;
+    squares += odd * odd;
+    ++tried;
+    if (odd <= most) return;
+    most = odd;
+    x = u;
+    y = v;
+  };
+  const Index coarse = std::max(1, reach / 10);
+  for (Index v = 0; v < by.height(); v += coarse) {
+    for (Index u = 0; u < by.width(); u += coarse) attempt(u, v, coarse);
+  }
+  const double mean = sum / tried,
+               deviation = std::sqrt(std::max(0.0, squares / tried - mean * mean));
   CircleProposal best;
-  double steepest = 0, sum = 0, squares = 0, tried = 0;
-  for (double radius = 0.25 * ball_radius; radius < 0.97 * ball_radius; radius *= 1.12) {
-    for (double y = 0; y < amount.height(); y += coarse) {
-      for (double x = 0; x < amount.width(); x += coarse) {
-        const double fall = fall_across(amount, {x, y, radius});
-        sum += fall;
-        squares += fall * fall;
-        ++tried;
-        if (fall <= steepest) continue;
-        steepest = fall;
-        best.circle = {x, y, radius};
-      }
+  best.is_sharp = most > mean + 5 * deviation;
+  most = -std::numeric_limits<double>::infinity();
+  const Index from_x = x, from_y = y;
+  for (Index v = std::max(0, from_y - coarse); v <= std::min(by.height() - 1, from_y + coarse);
+       ++v) {
+    for (Index u = std::max(0, from_x - coarse); u <= std::min(by.width() - 1, from_x + coarse);
+         ++u) {
+      attempt(u, v, 2);
     }
   }
-  for (double step = coarse / 2; step > 0.2; step /= 2) {
-    for (bool moved = true; moved;) {
-      moved = false;
-      const Circle from = best.circle;
-      for (const Circle& by : {Circle{step, 0, 0}, Circle{-step, 0, 0}, Circle{0, step, 0},
-                               Circle{0, -step, 0}, Circle{0, 0, step}, Circle{0, 0, -step}}) {
-        const Circle next{from.x + by.x, from.y + by.y,
-                          std::min(from.radius + by.radius, 0.97 * ball_radius)};
-        const double fall = fall_across(amount, next);
-        if (fall <= steepest) continue;
-        steepest = fall;
-        best.circle = next;
-        moved = true;
-      }
-    }
+  best.circle = {double{1} * x, double{1} * y, 0.25 * ball_radius};
+  double largest = 0;
+  for (double r = 0.25 * ball_radius; r < 0.97 * ball_radius; r += 0.5) {
+    const double here = mean_on_circle(by, {best.circle.x, best.circle.y, r});
+    if (here <= largest) continue;
+    largest = here;
+    best.circle.radius = r;
   }
-  const double mean = sum / std::max(1.0, tried);
-  const double deviation = std::sqrt(std::max(0.0, squares / std::max(1.0, tried) - mean * mean));
-  best.is_sharp = steepest > mean + 6 * deviation;
+  double fallen = best.circle.radius;
+  while (fallen < 0.97 * ball_radius &&
+         mean_on_circle(by, {best.circle.x, best.circle.y, fallen}) > 0.5 * largest) {
+    fallen += 0.5;
+  }
+  best.circle.radius = 0.5 * (best.circle.radius + fallen);
   return best;
 }
 

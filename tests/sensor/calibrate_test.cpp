@@ -1,0 +1,271 @@
+#include "gelight/sensor/calibrate.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "gelight/io/presses.hpp"
+#include "support/refusal.hpp"
+
+using namespace gelight;
+using gelight::test::contains;
+using gelight::test::refusal;
+
+namespace {
+
+constexpr Index width = 160, height = 120;
+constexpr double ball = 30, decay = 9;
+
+Image<Rgb8> gradient() {
+  Image<Rgb8> image(width, height);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      image(x, y) = {static_cast<std::uint8_t>(110 + x / 8), static_cast<std::uint8_t>(120 - y / 6),
+                     static_cast<std::uint8_t>(100 + y / 5)};
+    }
+  }
+  return image;
+}
+
+// The known sensor: Lambert with three far lights, brighter towards one side; shares of the
+// background. The gel's slope outside of the contact by an integral of its own, not the library's.
+double true_change(const Vec3<double>& n, double x, std::size_t c) {
+  constexpr double azimuth[3] = {0.3, 2.4, 4.5};
+  const Vec3<double> light(0.8 * std::cos(azimuth[c]), 0.8 * std::sin(azimuth[c]), 0.6);
+  return 0.6 * (1 + 0.2 * (2 * x / (width - 1) - 1)) * (n.dot(light) - light.z());
+}
+
+double true_slope(double r, double contact) {
+  if (r <= contact) return r / std::sqrt(ball * ball - r * r);
+  return contact / std::sqrt(ball * ball - contact * contact) * std::cyl_bessel_k(1.0, r / decay) /
+         std::cyl_bessel_k(1.0, contact / decay);
+}
+
+BallPress photograph(const Circle& circle, const Change& level, double noise, unsigned seed) {
+  BallPress press{"press " + std::to_string(seed), gradient(), circle, ball};
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0, noise > 0 ? noise : 1);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      const double dx = x - circle.x, dy = y - circle.y, r = std::hypot(dx, dy);
+      const double slope = true_slope(std::max(r, 1e-9), circle.radius);
+      const double along = slope / std::sqrt(1 + slope * slope) / std::max(r, 1e-9);
+      const Vec3<double> n(along * dx, along * dy, 1 / std::sqrt(1 + slope * slope));
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double background = press.photograph(x, y)[c];
+        const double seen =
+            background * (1 + true_change(n, x, c)) + level[c] + (noise > 0 ? normal(random) : 0);
+        press.photograph(x, y)[c] =
+            static_cast<std::uint8_t>(std::clamp(std::lround(seen), 0L, 255L));
+      }
+    }
+  }
+  return press;
+}
+
+std::vector<BallPress> presses(double noise, unsigned seed, int count = 8) {
+  std::vector<BallPress> all;
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (int i = 0; i < count; ++i) {
+    const Circle circle{35 + 90 * share(random), 30 + 60 * share(random), 17 + 5 * share(random)};
+    all.push_back(photograph(circle, {8 * share(random) - 4, 0, 5 * share(random)}, noise,
+                             seed * 100 + static_cast<unsigned>(i)));
+  }
+  return all;
+}
+
+CalibrationOptions options_of(ReflectanceModel model) {
+  CalibrationOptions options;
+  options.model = model;
+  return options;
+}
+
+// Mean absolute grey levels within 0.9 of the contact, against a press without noise.
+double error_inside(const CalibratedSensor& sensor, const Circle& circle) {
+  const BallPress truth = photograph(circle, {}, 0, 1);
+  const auto ours = predict(sensor, circle, ball);
+  double sum = 0, count = 0;
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      if (std::hypot(x - circle.x, y - circle.y) > 0.9 * circle.radius) continue;
+      for (std::size_t c = 0; c < 3; ++c) {
+        sum += std::abs(ours(x, y)[c] - truth.photograph(x, y)[c]);
+        ++count;
+      }
+    }
+  }
+  return sum / count;
+}
+
+}  // namespace
+
+TEST_CASE("a known sensor is recovered by every model, in spite of noise") {
+  const Circle unseen{80.5, 60.25, 19};
+  for (const unsigned seed : {1u}) {
+    const auto known = presses(2, seed);
+    for (const auto model :
+         {ReflectanceModel::lights, ReflectanceModel::polynomial, ReflectanceModel::table}) {
+      CAPTURE(seed);
+      CAPTURE(static_cast<int>(model));
+      const Calibration fit = calibrate(gradient(), known, options_of(model));
+      // Rounding alone is 0.25 grey levels; the signal is some twenty.
+      CHECK(error_inside(fit.sensor, unseen) < 1);
+      CHECK(std::abs(fit.sensor.bulge_length / decay - 1) < 0.15);
+      CHECK(fit.warnings.empty());
+      CHECK(fit.regions.size() == 5);
+      CHECK(fit.spread.empty() == (model == ReflectanceModel::lights));
+    }
+  }
+}
+
+TEST_CASE("each photograph's level of colour is told") {
+  std::vector<BallPress> known = presses(1, 3);
+  known[4] = photograph(known[4].contact, {20, -10, 5}, 1, 77);
+  const Calibration fit = calibrate(gradient(), known);
+  CHECK(fit.presses[4].level[0] == doctest::Approx(20).epsilon(0.05));
+  CHECK(fit.presses[4].level[1] == doctest::Approx(-10).epsilon(0.05));
+  CHECK(fit.presses[4].level[2] == doctest::Approx(5).epsilon(0.1));
+  CHECK(fit.presses[4].fits);
+}
+
+TEST_CASE("marks that are off are refined, by about what their doubt says") {
+  std::vector<BallPress> known = presses(1, 4, 12);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> off(-2.5, 2.5);
+  std::vector<Circle> truth;
+  double before = 0, after = 0;
+  for (BallPress& press : known) {
+    truth.push_back(press.contact);
+    press.contact.x += off(random);
+    press.contact.y += off(random);
+  }
+  const Calibration fit = calibrate(gradient(), known);
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const auto distance = [&](const Circle& c) {
+      return std::hypot(c.x - truth[i].x, c.y - truth[i].y);
+    };
+    before += distance(known[i].contact);
+    after += distance(fit.presses[i].contact);
+    CHECK(fit.presses[i].doubt.x() > 0);
+    CHECK(fit.presses[i].doubt.x() < 1);
+  }
+  MESSAGE("mean distance from the true centre, pixels: " << before / 12 << " -> " << after / 12);
+  CHECK(after < 0.6 * before);
+}
+
+TEST_CASE("a circle that is not given is found, and said to be a guess") {
+  std::vector<BallPress> known = presses(1, 6);
+  const Circle truth = known[2].contact;
+  known[2].contact = {};
+  const Calibration fit = calibrate(gradient(), known);
+  CHECK(fit.presses[2].is_proposed);
+  CHECK(std::hypot(fit.presses[2].contact.x - truth.x, fit.presses[2].contact.y - truth.y) < 2);
+  CHECK(std::abs(fit.presses[2].contact.radius - truth.radius) < 0.3 * truth.radius);
+  REQUIRE(fit.warnings.size() == 1);
+  CHECK(contains(fit.warnings[0], known[2].name));
+}
+
+TEST_CASE("a photograph of something else is named and left out") {
+  std::vector<BallPress> known = presses(1, 7);
+  auto& pixels = known[3].photograph.pixels();
+  for (Rgb8& pixel : pixels) std::swap(pixel[0], pixel[2]);
+  const Calibration fit = calibrate(gradient(), known);
+  CHECK_FALSE(fit.presses[3].fits);
+  CHECK(error_inside(fit.sensor, {80, 60, 19}) < 1);
+  REQUIRE(fit.warnings.size() == 1);
+  CHECK(contains(fit.warnings[0], known[3].name));
+}
+
+TEST_CASE("few presses give a smooth answer") {
+  for (const int count : {1, 3}) {
+    const Calibration fit = calibrate(gradient(), presses(2, 8, count));
+    const BallPress unseen = photograph({60, 50, 18}, {}, 0, 1);
+    CAPTURE(count);
+    CHECK(error_inside(fit.sensor, unseen.contact) < 12);  // of some twenty
+  }
+}
+
+TEST_CASE("bad input is named") {
+  const Image<Rgb8> background = gradient();
+  const auto known = presses(0, 9, 2);
+  const auto said = [&](auto&& spoil) {
+    auto spoilt = known;
+    spoil(spoilt[1]);
+    return refusal([&] { (void)calibrate(background, spoilt); });
+  };
+  CHECK(contains(refusal([&] { (void)calibrate(background, {}); }), "no presses"));
+  CHECK(contains(said([](BallPress& p) { p.photograph = Image<Rgb8>(10, 10); }), "10 x 10"));
+  CHECK(contains(said([](BallPress& p) { p.contact.x = 500; }), "outside of the image"));
+  CHECK(contains(said([](BallPress& p) { p.ball_radius = 15; }), "smaller than its circle"));
+  CHECK(contains(said([](BallPress& p) { p.ball_radius = -1; }), "not positive"));
+  CHECK(contains(
+      said([](BallPress& p) { p.contact.radius = std::numeric_limits<double>::quiet_NaN(); }),
+      "not finite"));
+  CHECK(contains(said([](BallPress& p) {
+                   p.photograph = Image<Rgb8>(width, height, {9, 9, 9});
+                 }),
+                 "constant"));
+  CHECK(contains(said([](BallPress& p) {
+                   for (Index i = 0; i < width * height / 2; ++i) {
+                     p.photograph.pixels()[static_cast<std::size_t>(i)][1] = 255;
+                   }
+                 }),
+                 "saturated"));
+  CHECK(contains(said([](BallPress& p) { p.contact.x = -3; }), known[1].name));
+  CalibrationOptions too_many;
+  too_many.lights = 9;
+  CHECK(contains(refusal([&] { (void)calibrate(background, known, too_many); }), "9 lights"));
+  CalibrationOptions cancelled;
+  cancelled.cancelled = [] { return true; };
+  CHECK_THROWS_AS((void)calibrate(background, known, cancelled), Cancelled);
+}
+
+TEST_CASE("half of the photographs of a sensor foretell the other half") {
+  for (const auto& [name, most] : {std::pair<std::string, double>{"gelsight_mini", 4.2},
+                                   std::pair<std::string, double>{"gelsight", 5.0}}) {
+    const std::string folder = std::string(GELIGHT_REAL_DIR) + "/" + name;
+    if (!std::filesystem::exists(folder + "/presses.csv")) {
+      MESSAGE("skipped: no photographs at " << folder);
+      continue;
+    }
+    const PressFolder all = read_presses(folder);
+    std::vector<BallPress> known, unseen;
+    for (std::size_t i = 0; i < all.presses.size(); ++i) {
+      (i % 4 == 1 ? unseen : known).push_back(all.presses[i]);
+    }
+    const Calibration fit = calibrate(all.background, known);
+    double mean = 0;
+    for (const BallPress& press : unseen) {
+      // Levelled: less the mean offset from the background beyond 2.5 radii.
+      const auto ours = predict(fit.sensor, press.contact, press.ball_radius);
+      for (std::size_t c = 0; c < 3; ++c) {
+        double level = 0, far = 0, off = 0, inside = 0;
+        for (const bool is_level_known : {false, true}) {
+          for (Index y = 0; y < ours.height(); ++y) {
+            for (Index x = 0; x < ours.width(); ++x) {
+              const double r = std::hypot(x - press.contact.x, y - press.contact.y);
+              const double d = press.photograph(x, y)[c] - ours(x, y)[c];
+              if (!is_level_known && r > 2.5 * press.contact.radius) {
+                level += d;
+                ++far;
+              }
+              if (is_level_known && r <= 0.9 * press.contact.radius) {
+                off += std::abs(d - level / far);
+                ++inside;
+              }
+            }
+          }
+        }
+        mean += off / inside / (3 * static_cast<double>(unseen.size()));
+      }
+    }
+    MESSAGE(name << ": " << mean << " grey levels");
+    CHECK(mean < most);
+  }
+}
