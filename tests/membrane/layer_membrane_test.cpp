@@ -106,3 +106,13 @@ TEST_CASE("by a force, and with a hole in what is seen") {
   CHECK(-work.contact->force.z() == doctest::Approx(0.02).epsilon(2e-3));
   for (const double z : surface.pixels()) CHECK(std::isfinite(z));
 }
+
+TEST_CASE("a renderer's Gaussian for a gel that it is told") {
+  const Gel gel{1e5, 0.3, 3e-3};
+  const auto options = TactileOptions::for_gel(gel, 2e-3, pitch);
+  CHECK(options.smoothing_sigma == doctest::Approx(gaussian_sigma(gel, 2e-3) / pitch));
+  CHECK(options.smoothing_radius >= 4 * options.smoothing_sigma);
+  CHECK(options.smoothing_radius < 4 * options.smoothing_sigma + 1);
+  CHECK_THROWS_AS((void)TactileOptions::for_gel(gel, 2e-3, 0), InvalidInput);
+  CHECK_THROWS_AS((void)TactileOptions::for_gel(gel, -1, pitch), InvalidInput);
+}
