@@ -1,7 +1,8 @@
 #pragma once
 
-// Everything but the opt-in headers: io/, mesh/cholmod, membrane/layer, membrane/fftw and the views
-// of CGAL, Eigen, OpenCV and OpenMesh, which need libraries of their own.
+// Everything but the opt-in headers: io/, mesh/cholmod, membrane/layer, membrane/layer_membrane,
+// membrane/fftw and the views of CGAL, Eigen, OpenCV and OpenMesh, which need libraries of their
+// own.
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/concepts/light.hpp"
@@ -65,6 +66,7 @@
 #include "gelight/membrane/smoothing.hpp"
 #include "gelight/membrane/spring_membrane.hpp"
 #include "gelight/membrane/springs.hpp"
+#include "gelight/membrane/tension.hpp"
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/linear_factor.hpp"
@@ -96,3 +98,7 @@
 #include "gelight/views/image_view.hpp"
 #include "gelight/views/mdspan.hpp"
 #include "gelight/views/mesh_view.hpp"
+
+#if defined(GELIGHT_COMPILED)
+#include "gelight/compiled.hpp"
+#endif

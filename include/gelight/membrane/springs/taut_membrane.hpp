@@ -163,7 +163,7 @@ class TautMembrane {
     for (Index k = 0; k < 3; ++k) {
       const RigidMotion& moved = motions[static_cast<std::size_t>(k)];
       if (moved.is_none()) continue;
-      Vec3<double> load = Vec3<double>::Zero();
+      Vec3<double> load(0, 0, 0);
       const Array<double>& change = change_by(static_cast<std::size_t>(k), moved);
       for_contact(change, [&](Index x, Index y, double p) {
         for (Index i = 0; i < 3; ++i) load[i] += p * motions[static_cast<std::size_t>(i)].at(x, y);
