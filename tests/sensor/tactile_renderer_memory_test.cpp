@@ -9,6 +9,7 @@
 #include <new>
 #include <vector>
 
+#include "gelight/membrane/bulge.hpp"
 #include "gelight/membrane/flat_gelsight.hpp"
 #include "gelight/membrane/pyramid.hpp"
 #include "gelight/membrane/shadowed.hpp"
@@ -73,6 +74,8 @@ TEST_CASE("a frame after the first takes no memory, whatever it shows") {
       TactileRenderer(camera, rest, PyramidMembrane<float>(sigmas), PhongLights<float>{lights}));
   check_frames(
       TactileRenderer(camera, rest, FlatGelSightMembrane<float>(), PhongLights<float>{lights}));
+  check_frames(TactileRenderer(camera, rest, BulgingMembrane<float>(camera, 0.03f),
+                               PhongLights<float>{lights}));
   check_frames(TactileRenderer(camera, rest,
                                ShadowedMembrane<float>(camera, GaussianMembrane<float>()),
                                PhongLights<float>{lights}));

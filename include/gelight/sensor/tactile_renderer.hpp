@@ -22,6 +22,7 @@
 #include "gelight/image/mask.hpp"
 #include "gelight/image/normals.hpp"
 #include "gelight/membrane/gaussian.hpp"
+#include "gelight/membrane/gel.hpp"
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/frame/changed_blocks.hpp"
 #include "gelight/sensor/frame/light_check.hpp"
@@ -100,6 +101,18 @@ struct TactileOptions {
     options.rectify = rectify;
     options.clip_to_rest = false;
     options.specular = Specular::unclamped;
+    return options;
+  }
+
+  /// The options with the Gaussian that is nearest to a gel, for contacts of a radius, on pixels of
+  /// a width, both in m: as `gaussian_sigma` tells, cut off at 4 sigma. Throws InvalidInput as that
+  /// does, and for a width that is not positive and finite.
+  [[nodiscard]] static TactileOptions for_gel(const Gel& gel, double contact_radius, double pixel) {
+    detail::require(pixel > 0 && std::isfinite(pixel), "a pixel's width ", pixel,
+                    " is not positive and finite");
+    TactileOptions options;
+    options.smoothing_sigma = gaussian_sigma(gel, contact_radius) / pixel;
+    options.smoothing_radius = static_cast<Index>(std::ceil(4 * options.smoothing_sigma));
     return options;
   }
 };

@@ -27,16 +27,34 @@ struct RigidObject {
   Vec2<double> shift;  ///< how far it has moved sideways
   double twist = 0;    ///< and turned, about `axis`
   Vec2<double> axis;   ///< column and row
+
+  /// The same object tilted about its axis, by so much for every pixel along x and y.
+  [[nodiscard]] RigidObject tilted(const Vec2<double>& tilt, const LayerGrid& grid) const {
+    RigidObject result = *this;
+    result.deepest = nothing;
+    for (Index row = 0; row < grid.height; ++row) {
+      for (Index column = 0; column < grid.width; ++column) {
+        double& here = result.overlap[std::ptrdiff_t{row} * grid.width + column];
+        here += tilt.x() * (column - axis.x()) + tilt.y() * grid.aspect * (row - axis.y());
+        if (!(here > result.deepest)) continue;
+        result.deepest = here;
+        result.x = column;
+        result.y = row;
+      }
+    }
+    return result;
+  }
 };
 
 /// Loads on a layer, in shear moduli, in a box of pixels, row after row; and how they came about.
 struct LayerState {
   Box box;
   Array<double> pressure;
-  Array<double> traction;  ///< all along x, then all along y; empty: none
-  double travel = 0;       ///< of the object towards the layer
-  double residual = 0;     ///< see LayerContact
-  Array<double> down;      ///< by them, of the whole image's pixels; empty: not found yet
+  Array<double> traction;                    ///< all along x, then all along y; empty: none
+  double travel = 0;                         ///< of the object towards the layer
+  Vec2<double> tilt = Vec2<double>::Zero();  ///< how much more for every pixel along x and y
+  double residual = 0;                       ///< see LayerContact
+  Array<double> down;  ///< by them, of the whole image's pixels; empty: not found yet
 };
 
 /// The contact of a layer and a rigid object, in pixels' widths and shear moduli.
@@ -104,6 +122,62 @@ class PressedLayer {
     return state;
   }
 
+  /// The contact at which the layer bears a force along a line through `centre`, in pixels' widths
+  /// from the axis, by an object that tilts: force and two moments for three unknowns, by Broyden's
+  /// method (A class of methods for solving nonlinear simultaneous equations, 1965,
+  /// doi:10.1090/S0025-5718-1965-0198670-6) from the contact without tilt. None where the object
+  /// would have to come through the layer; where it tips over, `residual` says how far it came.
+  [[nodiscard]] std::optional<LayerState> balance_tilting(const RigidObject& object, double force,
+                                                          const Vec2<double>& centre,
+                                                          const LayerState& start,
+                                                          Effort& effort) const {
+    constexpr int most_steps = 40;
+    const double tolerance = effort.tolerance;
+    std::optional<LayerState> begin = balance(object, force, start, effort);
+    if (!begin) return {};
+    effort.tolerance = tolerance / 20;
+    const double press = object.deepest + begin->travel, size = reach(*begin);
+    LayerState state = *begin;
+    // Motions in shares of the press, at the middle and at the contact's rim.
+    Vec3<double> place(begin->travel / press, 0, 0);
+    const auto missing = [&](const Vec3<double>& at, LayerState& from) {
+      from.tilt = Vec2<double>(at.y(), at.z()) * (press / size);
+      const Vec2<double> tilt = from.tilt;
+      from = settle(object.tilted(tilt, grid_), at.x() * press, from, effort);
+      from.tilt = tilt;
+      return unbalanced(from, object, force, centre, size);
+    };
+    Vec3<double> left = missing(place, state);
+    Eigen::Matrix3d rate;
+    for (int k = 0; k < 3; ++k) {
+      constexpr double step = 0.02;
+      Vec3<double> moved = place;
+      moved[k] += step;
+      LayerState beside = state;
+      rate.col(k) = (missing(moved, beside) - left) / step;
+    }
+    for (int i = 0; i < most_steps && left.lpNorm<Eigen::Infinity>() > tolerance; ++i) {
+      Vec3<double> step = -solve(rate, left);
+      if (!step.allFinite()) break;
+      step *= std::min(1.0, 0.5 / step.lpNorm<Eigen::Infinity>());
+      LayerState next = state;
+      Vec3<double> there = missing(place + step, next);
+      for (int half = 0; half < 8 && there.norm() > 2 * left.norm(); ++half) {
+        step /= 2;
+        next = state;
+        there = missing(place + step, next);
+      }
+      rate += (there - left - rate * step) * (step.transpose() / step.squaredNorm());
+      place += step;
+      left = there;
+      state = std::move(next);
+    }
+    effort.tolerance = tolerance;
+    if (object.tilted(state.tilt, grid_).deepest + state.travel >= grid_.thickness) return {};
+    state.residual = std::max(state.residual, left.lpNorm<Eigen::Infinity>());
+    return state;
+  }
+
   /// The whole image's displacement: down, and where it is asked for along x, then along y.
   [[nodiscard]] Array<double> surface(const LayerState& state, bool sideways,
                                       Effort& effort) const {
@@ -147,6 +221,40 @@ class PressedLayer {
     const Spectrum& load;
     double sign = 1;
   };
+
+  // Half a contact's box, or a pixel.
+  [[nodiscard]] double reach(const LayerState& state) const {
+    return std::max(1.0, 0.5 * std::max<double>(state.box.width, grid_.aspect * state.box.height));
+  }
+
+  // How much more than a force a contact bears, and its moments about the line, as shares of the
+  // force and of its moment at the rim.
+  [[nodiscard]] Vec3<double> unbalanced(const LayerState& state, const RigidObject& object,
+                                        double force, const Vec2<double>& centre,
+                                        double size) const {
+    Vec3<double> sum = Vec3<double>::Zero();
+    std::size_t i = 0;
+    for (Index row = state.box.top; row < state.box.top + state.box.height; ++row) {
+      for (Index column = state.box.left; column < state.box.left + state.box.width; ++column) {
+        const double p = i < state.pressure.size() ? state.pressure.data()[i] : 0;
+        ++i;
+        sum += p * Vec3<double>(1, (column - object.axis.x() - centre.x()) / size,
+                                (grid_.aspect * (row - object.axis.y()) - centre.y()) / size);
+      }
+    }
+    return sum / force - Vec3<double>(1, 0, 0);
+  }
+
+  // By Cramer's rule.
+  [[nodiscard]] static Vec3<double> solve(const Eigen::Matrix3d& a, const Vec3<double>& b) {
+    const Vec3<double> x = a.col(0), y = a.col(1), z = a.col(2);
+    const auto volume = [](const Vec3<double>& u, const Vec3<double>& v, const Vec3<double>& w) {
+      return u.x() * (v.y() * w.z() - v.z() * w.y()) - u.y() * (v.x() * w.z() - v.z() * w.x()) +
+             u.z() * (v.x() * w.y() - v.y() * w.x());
+    };
+    const double all = volume(x, y, z);
+    return Vec3<double>(volume(b, y, z), volume(x, b, z), volume(x, y, b)) / all;
+  }
 
   [[nodiscard]] bool is_layer() const { return std::isfinite(grid_.thickness); }
   [[nodiscard]] Box whole() const { return {0, 0, grid_.width, grid_.height}; }

@@ -133,12 +133,13 @@ class TautGrids {
     }
   }
 
-  /// Near to the solution for a right hand side that is smooth, and 0 where `fixed` is not.
-  [[nodiscard]] const Array<float>& correction(const Array<double>& wanted,
+  /// Near to the solution for a right hand side, `scale` times `wanted`, that is smooth, and 0
+  /// where `fixed` is not.
+  [[nodiscard]] const Array<float>& correction(const Array<double>& wanted, double scale,
                                                const Array<char>& fixed) {
     Level& fine = levels_.front();
     std::transform(wanted.begin(), wanted.end(), fine.wanted.begin(),
-                   [](double value) { return static_cast<float>(value); });
+                   [&](double value) { return static_cast<float>(scale * value); });
     if (fixed != fine.fixed) {
       fine.fixed = fixed;
       for (std::size_t l = 1; l < levels_.size(); ++l) coarsen_fixed(levels_[l], levels_[l - 1]);

@@ -205,14 +205,14 @@ class TautMembrane {
   }
 
   // Moves the membrane as it would go if the same pixels touched, which is nearly where it goes;
-  // but nothing further than the object at its deepest.
+  // but neither up nor further than the object at its deepest.
   void follow(const RigidMotion& motion) {
     const bool is_known =
         is_straight_ && motion.per_column == last_.per_column && motion.per_row == last_.per_row;
     const double by = is_known ? (motion.offset - last_.offset) / moved_ : 0;
     const double deepest = std::max(0.0, object_.deepest(motion));
     for (std::size_t i = 0; i < w_.size(); ++i) {
-      const double value = std::min(w_.data()[i] + by * changes_[0].data()[i], deepest);
+      const double value = std::clamp(w_.data()[i] + by * changes_[0].data()[i], 0.0, deepest);
       w_.data()[i] = std::max(value, obstacle_.data()[i]);
     }
     last_ = motion;
@@ -276,13 +276,16 @@ class TautMembrane {
   template <class Constrain>
   void correct(Array<double>& w, const Constrain& constrain) {
     grid_.residual(left_, w, none_);
+    double scale = 0;  // so that floats hold the lightest
     for (std::size_t i = 0; i < w.size(); ++i) {
       if (touching_.data()[i] != 0) left_.data()[i] = 0;
+      scale = std::max(scale, std::abs(left_.data()[i]));
     }
-    const Array<float>& correction = grids_.correction(left_, touching_);
+    if (scale < std::numeric_limits<double>::min()) return;
+    const Array<float>& correction = grids_.correction(left_, 1 / scale, touching_);
     double along = 0, bending = 0;
     for (std::ptrdiff_t i = 0; i < std::ssize(w); ++i) {
-      step_[i] = constrain(i, w[i] + double{correction[i]}) - w[i];
+      step_[i] = constrain(i, w[i] + scale * double{correction[i]}) - w[i];
       along += step_[i] * left_[i];
     }
     grid_.residual(left_, step_, none_);

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "gelight/concepts/membrane.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/image/mask.hpp"
+#include "gelight/membrane/layer.hpp"
+#include "gelight/views/image_view.hpp"
+
+// Opt-in: includes Eigen's unsupported FFT.
+
+namespace gelight {
+
+/// An elastic layer as a renderer's membrane: what is seen in it is pressed in, or whatever touches
+/// it is pressed in by a force. Some 20 convolutions and memory from the heap for every frame; for
+/// the surface alone BulgingMembrane is far cheaper.
+///
+/// The layer's rest depth is to be that of the renderer. Where the object's depth is not known,
+/// nothing touches. A model of the concept MembraneModel, but for what `warm` says.
+template <std::floating_point T>
+class LayerMembrane {
+ public:
+  /// `load` as ElasticLayer::press takes it, which throws in a frame for one that cannot be; leave
+  /// `sideways` out of the layer's options, unless the displacement is looked at.
+  ///
+  /// `warm` starts each contact from the last of the same workspace. That saves convolutions where
+  /// objects move little from frame to frame; a frame then depends on those before it, by no more
+  /// than the layer's tolerance.
+  explicit LayerMembrane(ElasticLayer<T> layer, const LayerLoad& load = {}, bool warm = false)
+      : layer_(std::move(layer)), load_(load), is_warm_(warm) {}
+
+  /// The memory that `press_into` works in.
+  struct Workspace {
+    Image<T> depth;                          ///< of the object, where known
+    std::optional<LayerContact<T>> contact;  ///< of the last frame
+  };
+
+  /// What the concept MembraneModel asks for.
+  ///@{
+  [[nodiscard]] Index reach() const { return whole_image; }
+  [[nodiscard]] Workspace make_workspace(Index width, Index height) const {
+    return {Image<T>(width, height), {}};
+  }
+  void press_into(ImageView<T> surface, const Press<T>& press, Workspace& work) const {
+    for (Index y = 0; y < work.depth.height(); ++y) {
+      for (Index x = 0; x < work.depth.width(); ++x) {
+        const T z = press.depth(x, y);
+        work.depth(x, y) = detail::is_known(z) ? z : std::numeric_limits<T>::infinity();
+      }
+    }
+    const bool has_last = is_warm_ && work.contact.has_value();
+    work.contact = layer_.press(work.depth, load_, has_last ? &*work.contact : nullptr);
+    for (Index y = press.window.top; y < press.window.bottom; ++y) {
+      for (Index x = press.window.left; x < press.window.right; ++x) {
+        surface(x, y) = work.contact->depth(x, y);
+      }
+    }
+  }
+  ///@}
+
+ private:
+  ElasticLayer<T> layer_;
+  LayerLoad load_;
+  bool is_warm_;
+};
+
+static_assert(MembraneModel<LayerMembrane<float>, float>);
+
+}  // namespace gelight

@@ -1,0 +1,87 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "gelight/membrane/layer.hpp"
+#include "support/refusal.hpp"
+
+using namespace gelight;
+using test::contains;
+using test::refusal;
+
+namespace {
+
+constexpr double inf = std::numeric_limits<double>::infinity();
+constexpr double rest = 0.03, pitch = 1e-4;
+
+Camera<double> camera(Index width, Index height) {
+  return {rest / pitch, rest / pitch, (width - 1) / 2.0, (height - 1) / 2.0, width, height};
+}
+
+template <class Height>
+Image<double> object(const Camera<double>& eye, const Height& height) {
+  Image<double> depth(eye.width, eye.height);
+  for (Index v = 0; v < eye.height; ++v) {
+    for (Index u = 0; u < eye.width; ++u) {
+      depth(u, v) = rest + height((u - eye.cx) * pitch, (v - eye.cy) * pitch);
+    }
+  }
+  return depth;
+}
+
+}  // namespace
+
+TEST_CASE("a round punch on a half-space under a force beside its middle") {
+  // Johnson, Contact Mechanics, 1985, sections 3.8 and 5.5: with E* = E / (1 - nu^2) a force P
+  // sinks the punch by P / (2 a E*), a moment M tilts it by 3 M / (4 E* a^3).
+  const auto eye = camera(81, 71);
+  const double a = 24 * pitch, modulus = 1e5, nu = 0.4, force = 0.05;
+  const double plane = modulus / (1 - nu * nu);
+  const ElasticLayer layer(eye, rest, {modulus, nu, inf}, {.sideways = false});
+  // Seen tilted, which must not matter.
+  const auto punch = object(eye, [&](double x, double y) {
+    return std::hypot(x, y) <= a ? 2e-4 + 0.02 * x - 0.01 * y : inf;
+  });
+  const Vec2<double> centre(0.15 * a, -0.1 * a);
+  const auto contact = layer.press(punch, {.force = force, .centre = centre});
+  REQUIRE(contact.converged);
+  CHECK(-contact.force.z() == doctest::Approx(force).epsilon(1e-3));
+  const double sunk = force / (2 * a * plane);
+  CHECK(contact.travel - 2e-4 == doctest::Approx(sunk).epsilon(0.03));
+  const Vec2<double> tilt = 3 * force / (4 * plane * a * a * a) * centre;
+  CHECK(contact.tilt.x() - 0.02 == doctest::Approx(tilt.x()).epsilon(0.05));
+  CHECK(contact.tilt.y() + 0.01 == doctest::Approx(tilt.y()).epsilon(0.05));
+  // The force is along -z: its moment about the axis is centre x force.
+  CHECK(contact.moment.x() == doctest::Approx(-centre.y() * force).epsilon(5e-3));
+  CHECK(contact.moment.y() == doctest::Approx(centre.x() * force).epsilon(5e-3));
+}
+
+TEST_CASE("through its middle a body does not tilt; a ball rolls to where the force is") {
+  const auto eye = camera(91, 81);
+  const ElasticLayer layer(eye, rest, {1e5, 0.48, 3e-3}, {.sideways = false});
+  const auto ball = object(eye, [](double x, double y) { return (x * x + y * y) / 0.02; });
+  const auto straight = layer.press(ball, {.force = 0.05});
+  const auto middle = layer.press(ball, {.force = 0.05, .centre = Vec2<double>(0, 0)});
+  CHECK(middle.travel == doctest::Approx(straight.travel).epsilon(2e-3));
+  CHECK(middle.tilt.norm() < 2e-3 * straight.travel / 1e-3);
+  // Tilting moves a paraboloid x^2 / (2 R) sideways by R times the tilt.
+  const Vec2<double> centre(3e-4, -2e-4);
+  const auto beside = layer.press(ball, {.force = 0.05, .centre = centre});
+  REQUIRE(beside.converged);
+  CHECK(beside.tilt.x() == doctest::Approx(centre.x() / 0.01).epsilon(0.03));
+  CHECK(beside.tilt.y() == doctest::Approx(centre.y() / 0.01).epsilon(0.03));
+}
+
+TEST_CASE("bad input is named") {
+  const auto eye = camera(21, 21);
+  const ElasticLayer layer(eye, rest, {});
+  const auto flat = object(eye, [](double, double) { return -1e-4; });
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto says = [&](const LayerLoad& load) {
+    return refusal([&] { (void)layer.press(flat, load); });
+  };
+  CHECK(contains(says({.centre = Vec2<double>(0, 0)}), "there is no force"));
+  CHECK(contains(says({.force = 0.1, .centre = Vec2<double>(nan, 0)}), "centre"));
+}
