@@ -1,7 +1,7 @@
 #pragma once
 
-// Everything but the opt-in headers: io/, mesh/cholmod, membrane/layer, membrane/fftw and the views
-// of CGAL, Eigen, OpenCV and OpenMesh, which need libraries of their own.
+// Everything but the opt-in headers: io/, light/traced, mesh/cholmod, membrane/layer, membrane/fftw
+// and the views of CGAL, Eigen, OpenCV and OpenMesh, which need libraries of their own.
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/concepts/membrane.hpp"
