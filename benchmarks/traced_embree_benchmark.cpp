@@ -7,6 +7,7 @@
 //   levels_X   what a membrane tilted by 20 degrees (eight ways) changes in brightness, with light
 //              from X instead of the traced light: mean difference in grey levels. One gain, the
 //              best, for the whole sensor; 100 levels are the 99th percentile of the traced change
+//   given_X    the same, were X everywhere as strong as the traced light: direction alone counts
 //   levels_none  the same with no light at all: a model that is not below this is of no use
 //   tilt, directed, falloff: of the traced light, weighted by irradiance; the 5th percentile of the
 //              irradiance over the 95th
@@ -334,6 +335,12 @@ void measure(benchmark::State& state, const Sensor& sensor, const std::vector<Mo
       state.counters["seconds_" + model.name] = model.seconds;
     }
     state.counters["levels_" + model.name] = levels(truth, changes(model.field, places), places);
+    if (model.name == "none") continue;
+    Field as_strong = light.vector;
+    for (std::size_t v = 0; v < as_strong.size(); ++v) {
+      as_strong[v] = light.vector[v].norm() * detail::direction_of(model.field[v]);
+    }
+    state.counters["given_" + model.name] = levels(truth, changes(as_strong, places), places);
   }
   const auto& b = light.balance;
   const double sum = b.coating + b.gel + b.lost + b.cut;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene, stability*.
+"""Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene, stability*, traced*.
 
 charts.py RESULTS: reads RESULTS/*.json, writes SVG and PNG beside them. Needs matplotlib.
 """
@@ -42,7 +42,7 @@ EXACT = 1e-8  # where an error of rounding alone is drawn
 def load(folder):
     """All benchmarks of a folder's JSON files that succeeded, one context, and what failed."""
     rows, context, failed, commits = [], {}, [], {}
-    paths = [p for name in ("pareto*", "scene", "stability*") for p in glob.glob(
+    paths = [p for name in ("pareto*", "scene", "stability*", "traced*") for p in glob.glob(
         os.path.join(folder, name + ".json"))]
     for path in sorted(paths):
         with open(path) as file:
@@ -458,6 +458,59 @@ def chart_stability(rows, folder, context):
     save(figure, folder, "stability", context)
 
 
+def chart_traced(rows, folder, context):
+    """Light fields beside traced light: angle, and grey levels as a share of those without light."""
+    rows = [r for r in rows if r["path"][0] == "traced"]
+    if not rows:
+        return
+    models = {"linear": ("#56B4E9", "v"), "rectified": ("#009E73", "D"), "plane": ("#E69F00", "s"),
+              "geodesic": ("#000000", "o"), "transport": ("#CC79A7", "^"),
+              "radial": ("#D55E00", "X"), "linear_dimmed": ("#56B4E9", "v"),
+              "geodesic_dimmed": ("#000000", "o"), "near": ("#0072B2", "P"),
+              "mirrored": ("#7A4FBF", "*")}
+    names = list(dict.fromkeys(r["path"][1] for r in rows))
+    figure, axes = plt.subplots(2, len(names), figsize=(3.1 * len(names), 7.4), sharey="row")
+    for column, name in zip(axes.T, names):
+        here = [r for r in rows if r["path"][1] == name]
+        labels = [r["path"][3].replace("albedo ", "") for r in here]
+        for place, kind in zip(column, ("angle_", "levels_")):
+            for model, (colour, shape) in models.items():
+                dimmed = model.endswith("_dimmed")
+                if kind == "angle_" and (dimmed or model == "mirrored"):
+                    continue
+                values = [r[kind + model] / (1 if kind == "angle_" else r["levels_none"] / 100)
+                          for r in here]
+                for first in range(0, len(here), 3):
+                    place.plot(range(first, first + 3), values[first:first + 3], marker=shape,
+                               color=colour, linewidth=1, markersize=7, label=None if first else
+                               model.replace("_dimmed", ", 1 / distance"),
+                               markerfacecolor="none" if dimmed else colour,
+                               markeredgecolor=colour if dimmed else "white",
+                               linestyle=(0, (2, 2)) if dimmed else "-")
+            place.set_xticks(range(len(here)))
+            place.set_xticklabels(labels, fontsize=7)
+            for first in range(0, len(here), 3):
+                place.text(first + 1, -0.115, here[first]["path"][2], ha="center", va="top",
+                           fontsize=8, transform=place.get_xaxis_transform())
+                if first:
+                    place.axvline(first - 0.5, color="0.85", linewidth=0.8)
+            place.grid(True, axis="y", color="0.9", linewidth=0.6)
+        column[0].set_title(name, fontsize=10, fontweight="bold")
+        column[0].set_ylim(0, 90)
+        column[1].set_ylim(0, 108)
+        column[1].axhline(100, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
+        column[1].set_xlabel("albedo of the coating, thickness of the gel", labelpad=18, fontsize=8)
+    axes[0, 0].set_ylabel("angle to the traced light, degrees\n(weighted by irradiance)")
+    axes[1, 0].set_ylabel("error in grey levels, % of that\nwithout any light (broken line)")
+    figure.suptitle("Does light follow geodesics? Gel over air, one LED in the rim: the fields beside"
+                    " light traced ray by ray", fontsize=12, fontweight="bold")
+    figure.tight_layout(rect=(0, 0.06, 1, 0.99))
+    handles, labels = axes[1, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncol=len(labels), frameon=False, fontsize=8,
+                  bbox_to_anchor=(0.5, 0.015))
+    save(figure, folder, "traced", context)
+
+
 def main():
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.join(os.path.dirname(__file__),
                                                                 "..", "results")
@@ -465,7 +518,7 @@ def main():
                                 "axes.spines.right": False, "svg.fonttype": "none"})
     rows, context, failed = load(folder)
     for chart in (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images,
-                  chart_scene, chart_stability):
+                  chart_scene, chart_stability, chart_traced):
         chart(rows, folder, context)
     for line in failed:
         print("wrong answer:", line, file=sys.stderr)

@@ -63,8 +63,8 @@ auto mean_around(const Surface<double>& surface, Index vertex, const F& f) {
   double weights = 0;
   for (const Index h : surface.corners(vertex)) {
     const double area = detail::face_normal(surface, h / 3).norm();
-    const Vec3<double> a = surface.position(vertex), b = surface.position(surface.tip(h)),
-                       c = surface.position(surface.apex(h));
+    const Vec3<double>&a = surface.position(vertex), &b = surface.position(surface.tip(h)),
+          &c = surface.position(surface.apex(h));
     // The middles of n^2 equal triangles, those upside down among them.
     for (int i = 0; i < n; ++i) {
       for (int j = 0; i + j < n; ++j) {
@@ -194,7 +194,7 @@ TEST_CASE("a flat slab over air: the LED and its mirror image") {
   const auto light = tracer.trace(led, {.paths = 200'000});
   Within within;
   for (Index v = 0; v < top.vertex_count(); ++v) {
-    const Vec3<double> at = top.position(v);
+    const Vec3<double>& at = top.position(v);
     if (std::abs(at[0]) > 5.6 || at[0] < 0.9 || std::abs(at[1]) > 5.6) continue;
     const auto arriving = [&](const Vec3<double>& p) {
       double sum = 0;
