@@ -14,7 +14,7 @@
 //   seconds_X  to make the field, set-up and all
 // `linear_dimmed` and `geodesic_dimmed` fall off with distance (`Falloff`), `near` with its square
 // and the LED's cosine, from the LED's place in the gel; `mirrored` is that and its image in the
-// gel's inner side by Fresnel.
+// gel's inner side by Fresnel; `gel` is `gel_field`, which also knows of bends and of the hollow.
 
 #include <benchmark/benchmark.h>
 
@@ -31,6 +31,7 @@
 
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/light/field.hpp"
+#include "gelight/light/gel.hpp"
 #include "gelight/light/geodesic.hpp"
 #include "gelight/light/linear.hpp"
 #include "gelight/light/plane.hpp"
@@ -303,6 +304,18 @@ void measure(benchmark::State& state, const Sensor& sensor, const std::vector<Mo
         mirrored_light(surface, led, places.normals[at_led], thickness, GelOptics{}.index);
   });
   models.push_back(mirrored);
+  Model gel{"gel", {}, 0};
+  gel.seconds = seconds_of([&] {
+    std::vector<Vec3<double>> positions;
+    for (Index v = 0; v < surface.vertex_count(); ++v) positions.push_back(surface.position(v));
+    gel.field = gel_field<double>({.place = led.place,
+                                   .axis = led.axis,
+                                   .normal = places.normals[at_led],
+                                   .depth = thickness / 2,
+                                   .thickness = thickness},
+                                  positions, places.normals);
+  });
+  models.push_back(gel);
   models.push_back({"none", Field(places.normals.size(), Vec3<double>(0, 0, 0)), 0});
 
   const auto truth = changes(light.vector, places);

@@ -467,16 +467,19 @@ def chart_traced(rows, folder, context):
               "geodesic": ("#000000", "o"), "transport": ("#CC79A7", "^"),
               "radial": ("#D55E00", "X"), "linear_dimmed": ("#56B4E9", "v"),
               "geodesic_dimmed": ("#000000", "o"), "near": ("#0072B2", "P"),
-              "mirrored": ("#7A4FBF", "*")}
+              "mirrored": ("#7A4FBF", "d"), "gel": ("#8B0000", "h")}
     names = list(dict.fromkeys(r["path"][1] for r in rows))
-    figure, axes = plt.subplots(2, len(names), figsize=(3.1 * len(names), 7.4), sharey="row")
+    kinds = [("angle_", "angle to the traced light, degrees\n(weighted by irradiance)"),
+             ("given_", "error in grey levels,\ndirection alone"),
+             ("levels_", "error in grey levels,\ndirection and strength")]
+    figure, axes = plt.subplots(3, len(names), figsize=(3.1 * len(names), 10.2), sharey="row")
     for column, name in zip(axes.T, names):
         here = [r for r in rows if r["path"][1] == name]
         labels = [r["path"][3].replace("albedo ", "") for r in here]
-        for place, kind in zip(column, ("angle_", "levels_")):
+        for place, (kind, _) in zip(column, kinds):
             for model, (colour, shape) in models.items():
                 dimmed = model.endswith("_dimmed")
-                if kind == "angle_" and (dimmed or model == "mirrored"):
+                if kind != "levels_" and dimmed:
                     continue
                 values = [r[kind + model] / (1 if kind == "angle_" else r["levels_none"] / 100)
                           for r in here]
@@ -497,18 +500,87 @@ def chart_traced(rows, folder, context):
             place.grid(True, axis="y", color="0.9", linewidth=0.6)
         column[0].set_title(name, fontsize=10, fontweight="bold")
         column[0].set_ylim(0, 90)
-        column[1].set_ylim(0, 108)
-        column[1].axhline(100, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
-        column[1].set_xlabel("albedo of the coating, thickness of the gel", labelpad=18, fontsize=8)
-    axes[0, 0].set_ylabel("angle to the traced light, degrees\n(weighted by irradiance)")
-    axes[1, 0].set_ylabel("error in grey levels, % of that\nwithout any light (broken line)")
+        for place in column[1:]:
+            place.set_ylim(0, 108)
+            place.axhline(100, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
+        column[2].set_xlabel("albedo of the coating, thickness of the gel", labelpad=18, fontsize=8)
+    for place, (kind, label) in zip(axes[:, 0], kinds):
+        place.set_ylabel(label + ("" if kind == "angle_" else "\n(100 %: without any light)"))
     figure.suptitle("Does light follow geodesics? Gel over air, one LED in the rim: the fields beside"
                     " light traced ray by ray", fontsize=12, fontweight="bold")
-    figure.tight_layout(rect=(0, 0.06, 1, 0.99))
-    handles, labels = axes[1, 0].get_legend_handles_labels()
+    figure.tight_layout(rect=(0, 0.04, 1, 0.99))
+    handles, labels = axes[2, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncol=len(labels), frameon=False, fontsize=8,
-                  bbox_to_anchor=(0.5, 0.015))
+                  bbox_to_anchor=(0.5, 0.01))
     save(figure, folder, "traced", context)
+
+
+def words_traced(rows, folder, context):
+    """What the chart of traced light says, into README.md between its marks."""
+    rows = [r for r in rows if r["path"][0] == "traced"]
+    readme = os.path.join(folder, "README.md")
+    if not rows or not os.path.exists(readme):
+        return
+
+    def span(values, digits=0):
+        return f"{min(values):.{digits}f} to {max(values):.{digits}f}"
+
+    def share(kind, model, of):
+        return [100 * r[kind + model] / r["levels_none"] for r in of]
+
+    four = ["linear", "plane", "geodesic", "transport"]
+    lines = ["| | angle: geodesic | linear | near | gel | tilt | darkest / brightest | "
+             "error in grey levels: best of four | near | mirrored | gel |",
+             "|---|---|---|---|---|---|---|---|---|---|---|"]
+    for name in dict.fromkeys(r["path"][1] for r in rows):
+        here = [r for r in rows if r["path"][1] == name]
+        best = [min(share("levels_", m, [r])[0] for m in four) for r in here]
+        lines.append("| {} | {} | {} | {} | {} | {} | {} | {} % | {} % | {} % | {} % |".format(
+            name, *(span([r["angle_" + m] for r in here]) for m in ("geodesic", "linear", "near", "gel")),
+            span([r["tilt"] for r in here]),
+            f"1 : {1 / max(r['falloff'] for r in here):.0f} to "
+            f"1 : {1 / min(r['falloff'] for r in here):.0f}",
+            span(best), span(share("levels_", "near", here)),
+            span(share("levels_", "mirrored", here)), span(share("levels_", "gel", here))))
+    flat = [r for r in rows if r["path"][1] == "flat pad"]
+    curved = [r for r in rows if r["path"][1] != "flat pad"]
+    nearer = {m: sum(r["angle_" + m] < r["angle_geodesic"] for r in curved) for m in
+              ("linear", "rectified")}
+    left = [r["levels_gel"] / min(r["levels_" + m] for m in four) for r in rows]
+    lines += ["", "In degrees, and as shares of the error without any light.", "",
+              "- On curved membranes the straight line is nearer to the light than the geodesic in "
+              f"{nearer['linear']} of {len(curved)} cases; laid into the membrane in "
+              f"{nearer['rectified']}: it is the tilt that makes the difference.",
+              f"- Geodesic light is off by {span([r['angle_geodesic'] for r in curved])} degrees, most "
+              "of it tilt: in azimuth by "
+              f"{span([r['azimuth_geodesic'] for r in curved])}; the straight line, by "
+              f"{span([r['azimuth_linear'] for r in curved])}.",
+              "- With the traced strength at every place, direction alone leaves geodesic light "
+              f"{span(share('given_', 'geodesic', rows))} % of the error, the straight line "
+              f"{span(share('given_', 'linear', rows))} %, near light "
+              f"{span(share('given_', 'near', rows))} %.",
+              "- Without fall-off none of the four helps much over a whole curved sensor: "
+              f"{span([min(share('levels_', m, [r])[0] for m in four) for r in curved])} % of the "
+              f"error are left, {span([min(share('levels_', m, [r])[0] for m in four) for r in flat])}"
+              " % on the flat pad.",
+              f"- `gel_field` at least halves the error of the best of the four in "
+              f"{sum(x <= 0.5 for x in left)} of {len(rows)}, and brings it to a quarter in "
+              f"{sum(x <= 0.25 for x in left)}: {span([100 * x for x in left])} % are left, least "
+              "beneath dark coatings. Nothing in it is fitted but the gain. It takes "
+              f"{100 * max(r['seconds_gel'] / r['seconds_geodesic'] for r in rows):.0f} % of the "
+              "geodesic field's time, or less.",
+              "- The light is directed by "
+              f"{span([r['directed'] for r in rows], 2)} (1: a single ray); brighter coatings mix it. "
+              "Directions are known to "
+              f"{max(r['direction_error'] for r in rows):.1f} degrees (standard error), at "
+              f"{span([r['rays_a_second'] / 1e6 for r in rows], 1)} million rays a second."]
+    with open(readme) as file:
+        text = file.read()
+    begin, end = "<!-- traced: written by charts.py -->\n", "<!-- end of traced -->"
+    if begin in text and end in text:
+        head, rest = text.split(begin)
+        with open(readme, "w") as file:
+            file.write(head + begin + "\n".join(lines) + "\n" + end + rest.split(end)[1])
 
 
 def main():
@@ -518,7 +590,7 @@ def main():
                                 "axes.spines.right": False, "svg.fonttype": "none"})
     rows, context, failed = load(folder)
     for chart in (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images,
-                  chart_scene, chart_stability, chart_traced):
+                  chart_scene, chart_stability, chart_traced, words_traced):
         chart(rows, folder, context)
     for line in failed:
         print("wrong answer:", line, file=sys.stderr)

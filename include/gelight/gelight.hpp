@@ -42,6 +42,7 @@
 #include "gelight/image/smooth.hpp"
 #include "gelight/light/compact.hpp"
 #include "gelight/light/field.hpp"
+#include "gelight/light/gel.hpp"
 #include "gelight/light/geodesic.hpp"
 #include "gelight/light/led.hpp"
 #include "gelight/light/linear.hpp"

@@ -18,7 +18,7 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/light/field.hpp"
-#include "gelight/light/traced/optics.hpp"
+#include "gelight/light/optics/boundary.hpp"
 #include "gelight/light/traced/philox.hpp"
 #include "gelight/light/traced/ray_scene.hpp"
 #include "gelight/light/traced/tally.hpp"

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-// Rooms of light/traced.hpp.
+// A room of light/traced.hpp.
 
 namespace gelight::detail {
 

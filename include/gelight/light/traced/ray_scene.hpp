@@ -19,7 +19,7 @@
 #include "gelight/light/field.hpp"
 #include "gelight/mesh/surface.hpp"
 
-// Rooms of light/traced.hpp: surfaces that Embree finds what rays hit on.
+// A room of light/traced.hpp: surfaces that Embree finds what rays hit on.
 
 namespace gelight::detail {
 

@@ -8,7 +8,7 @@
 
 #include "gelight/core/types.hpp"
 
-// Rooms of light/traced.hpp: what is counted, and how sure it is.
+// A room of light/traced.hpp: what is counted, and how sure it is.
 
 namespace gelight::detail {
 

@@ -6,7 +6,7 @@
 
 #include "gelight/core/types.hpp"
 
-// Rooms of light/traced.hpp: what becomes of a ray at a boundary.
+// A room of light/traced.hpp and light/gel.hpp: what becomes of a ray at a boundary.
 
 namespace gelight::detail {
 
