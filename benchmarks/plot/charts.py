@@ -529,7 +529,7 @@ def words_traced(rows, folder, context):
         return [100 * r[kind + model] / r["levels_none"] for r in of]
 
     four = ["linear", "plane", "geodesic", "transport"]
-    lines = ["| | angle: geodesic | linear | near | gel | tilt | darkest / brightest | "
+    lines = ["| | angle: geodesic | linear | near | gel | tilt | irradiance, 5th : 95th percentile | "
              "error in grey levels: best of four | near | mirrored | gel |",
              "|---|---|---|---|---|---|---|---|---|---|---|"]
     for name in dict.fromkeys(r["path"][1] for r in rows):
@@ -565,8 +565,8 @@ def words_traced(rows, folder, context):
               " % on the flat pad.",
               f"- `gel_field` at least halves the error of the best of the four in "
               f"{sum(x <= 0.5 for x in left)} of {len(rows)}, and brings it to a quarter in "
-              f"{sum(x <= 0.25 for x in left)}: {span([100 * x for x in left])} % are left, least "
-              "beneath dark coatings. Nothing in it is fitted but the gain. It takes "
+              f"{sum(x <= 0.25 for x in left)}: {span([100 * x for x in left])} % are left. "
+              "Nothing in it is fitted but the gain. It takes "
               f"{100 * max(r['seconds_gel'] / r['seconds_geodesic'] for r in rows):.0f} % of the "
               "geodesic field's time, or less.",
               "- The light is directed by "
