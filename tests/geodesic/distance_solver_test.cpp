@@ -14,7 +14,6 @@
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
-#include "gelight/geodesic/heat.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/hard_meshes.hpp"
@@ -50,7 +49,6 @@ void for_each_solver(const auto& visit) {
   visit("fast marching", [](const auto& mesh) { return FastMarchingSolver(mesh); });
   visit("virtual source", [](const auto& mesh) { return VirtualSourceSolver(mesh); });
   visit("exact", [](const auto& mesh) { return ExactSolver(mesh); });
-  visit("heat", [](const auto& mesh) { return HeatSolver(mesh); });
 }
 
 std::vector<double> distances(const auto& solver, const std::vector<Source<double>>& sources) {
@@ -200,7 +198,6 @@ TEST_CASE("a distance that float cannot hold is refused by name, and nothing wri
     check(FastMarchingSolver(mesh), FastMarchingSolver<float>(mesh));
     check(VirtualSourceSolver(mesh), VirtualSourceSolver<float>(mesh));
     check(ExactSolver(mesh), ExactSolver<float>(mesh));
-    check(HeatSolver(mesh), HeatSolver<float>(mesh));
 
     // The farthest vertex, and a point of a face beside it.
     const auto d = ExactSolver(mesh).distance(7);
@@ -214,13 +211,11 @@ TEST_CASE("a distance that float cannot hold is refused by name, and nothing wri
     const std::vector<float> none(mesh.positions.size(), 0);
     if (is_held) {
       CHECK(std::isfinite(field.distance(far)));
-      CHECK(HeatSolver<float>(mesh).solve(7).distance.size() == none.size());
     } else {
       CHECK_THROWS_AS((void)field.distance(far), InvalidInput);
       CHECK_THROWS_AS((void)field.distance(point), InvalidInput);
       CHECK_THROWS_AS((void)field.distances(), InvalidInput);
       CHECK_THROWS_AS((void)field.arrivals(far), InvalidInput);
-      CHECK_THROWS_AS((void)HeatSolver<float>(mesh).solve(7), InvalidInput);
       CHECK(field.path(far).size() > 2);  // shares are of the same size at any scale
     }
     // Bounds stay bounds where they are rounded to 0, but not to +infinity.

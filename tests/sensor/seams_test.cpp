@@ -12,7 +12,10 @@
 
 #include "gelight/image/normals.hpp"
 #include "gelight/membrane/elastic.hpp"
+#include "gelight/membrane/flat_gelsight.hpp"
 #include "gelight/membrane/pyramid.hpp"
+#include "gelight/membrane/shadowed.hpp"
+#include "gelight/membrane/spring_membrane.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 
 using namespace gelight;
@@ -142,6 +145,7 @@ const std::array<double, 3> sigmas{4, 2, 0.7};
 
 TEST_CASE("frames of any membrane and reflectance: sparse, whole and in a sequence the same") {
   const PhongLights<float> phong{three_lights(), std::array{0.4f, 0.5f, 0.6f}};
+  const SpringMembrane<float> springs(SpringBed<float>(camera, 0.03f), 0.5);
   for (const bool mask : {false, true}) {
     check_frames(Rigid{}, phong, mask);
     check_frames(Rigid{}, NormalMap{}, mask);
@@ -149,6 +153,9 @@ TEST_CASE("frames of any membrane and reflectance: sparse, whole and in a sequen
     check_frames(Plugged(3, 9), NormalMap{}, mask);
     check_frames(PyramidMembrane<float>(sigmas), phong, mask);
     check_frames(GaussianMembrane<float>(3, 9), NormalMap{}, mask);
+    check_frames(FlatGelSightMembrane<float>(), phong, mask);
+    check_frames(ShadowedMembrane<float>(camera, GaussianMembrane<float>(3, 9)), phong, mask);
+    check_frames(springs, NormalMap{}, mask);
   }
 }
 

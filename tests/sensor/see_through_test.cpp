@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "gelight/image/plane_fit.hpp"
-#include "gelight/shading/shadow.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -93,7 +92,6 @@ TEST_CASE("the frame is its parts, one after the other") {
     Image<double> gel = contact;
     for (double& z : gel.pixels()) z = std::clamp(z, 0.03 - 0.004, 0.03);
     const auto normals = plane_fit_normals(gel, camera, radius);
-    const auto lost = penetration_darkening(gel, rest, 0.3, 0.002);
     Image<Rgb8> expected(width, height);
     for (Index y = 0; y < height; ++y) {
       for (Index x = 0; x < width; ++x) {
@@ -103,7 +101,8 @@ TEST_CASE("the frame is its parts, one after the other") {
             light += l.rgb[c] * phong<double>(normals(x, y), -l.direction(x, y),
                                               -camera.ray(x, y).normalized(), 1.0, 0.5, 5);
           }
-          const double inner = 0.4 * 0.9 * light * colours(x, y)[c] * (1 - lost(x, y));
+          const double pressed = std::clamp((rest(x, y) - gel(x, y)) / 0.002, 0.0, 1.0);
+          const double inner = 0.4 * 0.9 * light * colours(x, y)[c] * (1 - 0.3 * pressed);
           const double outer = 0.25 * 0.6 * visual(x, y)[c];
           expected(x, y)[c] = to_level(1.5 * (inner + outer));
         }
@@ -408,4 +407,26 @@ TEST_CASE_TEMPLATE("what is seen beyond is refused by pixel where it is no share
   auto rounded = picture();
   rounded(3, 4) = {1.001, -0.0, 1};
   CHECK(refusal([&] { renderer.render_into(out, rest, rounded); }) == "accepted");
+}
+
+TEST_CASE_TEMPLATE("beside holes no pixel's light hangs on a rounding", T, float, double) {
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> one(0, 1);
+  const auto eye = camera.cast<T>();
+  for (const double known : {0.15, 0.3, 0.6, 0.9}) {
+    for (const Index radius : {1, 2}) {
+      const SeeThroughOptions options{.thickness = 0.02, .normal_radius = radius};
+      const std::array<T, 3> colour{T(0.7), T(0.7), T(0.8)};
+      const SeeThroughRenderer renderer(eye, rest, edge_lights(eye, T(0.3)), colour, options);
+      auto contact = ball(0.01, 35, 27, 20);
+      for (double& z : contact.pixels()) {
+        z = one(random) < known ? z - 1e-4 * one(random) : unknown;
+      }
+      auto beside = contact;
+      for (double& z : beside.pixels()) {
+        z *= 1 + 4 * double{std::numeric_limits<T>::epsilon()} * (one(random) - 0.5);
+      }
+      CHECK(worst(renderer.render(contact), renderer.render(beside)) <= 1);
+    }
+  }
 }

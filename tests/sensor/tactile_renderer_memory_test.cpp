@@ -9,7 +9,9 @@
 #include <new>
 #include <vector>
 
+#include "gelight/membrane/flat_gelsight.hpp"
 #include "gelight/membrane/pyramid.hpp"
+#include "gelight/membrane/shadowed.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 
 // Every byte that this program takes from the heap is counted.
@@ -69,4 +71,9 @@ TEST_CASE("a frame after the first takes no memory, whatever it shows") {
   check_frames(TactileRenderer(camera, rest, lights));
   check_frames(
       TactileRenderer(camera, rest, PyramidMembrane<float>(sigmas), PhongLights<float>{lights}));
+  check_frames(
+      TactileRenderer(camera, rest, FlatGelSightMembrane<float>(), PhongLights<float>{lights}));
+  check_frames(TactileRenderer(camera, rest,
+                               ShadowedMembrane<float>(camera, GaussianMembrane<float>()),
+                               PhongLights<float>{lights}));
 }

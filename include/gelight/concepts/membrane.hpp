@@ -78,7 +78,9 @@ struct Press {
 /// the surface's depth in the press's window, and no other pixel: the same, bit for bit, whatever
 /// the window and whatever was computed before, or a frame would not be the same as in a sequence.
 /// Where `rest` is NaN so is the surface; where `depth` is not known, it is where the model takes
-/// it to be. Calls may come from several threads, each with a workspace of its own.
+/// it to be, or NaN, and then dark beside. Calls may come from several threads, each with a
+/// workspace of its own. A model that has images may have `require_fits(camera)`, which throws
+/// InvalidInput where they are not of the camera's size; a renderer asks it once.
 template <class M, class T>
 concept MembraneModel = std::floating_point<T> && requires(const M& membrane, Index size) {
   { membrane.reach() } -> std::convertible_to<Index>;

@@ -33,6 +33,9 @@ struct SurfaceRow {
   const T *nx, *ny, *nz;  ///< unit normals towards the camera, in its frame; zero: not known
   /// The share of the ambient light that is left where the gel is pressed in; null: all of it.
   const T* kept;
+  /// Not zero where an object touches the gel; null unless the reflectance has a member
+  /// `static constexpr bool reads_touched = true`.
+  const T* touched = nullptr;
 };
 
 /// Where colours are written to: linear red, green and blue in shares of full light; what is not
@@ -46,7 +49,7 @@ struct ColourRow {
 /// compilers vectorise it.
 ///
 /// `shade_row(out, row)` writes `row.count` colours. A pixel's colour depends on nothing but its
-/// normal, place and `kept`. Where the normal is zero it is that of ambient light alone. A model
+/// normal, place, `kept` and `touched`. Where the normal is zero it is that of ambient light alone. A model
 /// that has images may have `require_fits(camera)`, which throws InvalidInput where they are not of
 /// the camera's size; a renderer asks it once. Calls may come from several threads.
 template <class R, class T>

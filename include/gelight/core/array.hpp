@@ -20,7 +20,7 @@ template <class T>
 class Slice : public std::span<T> {
  public:
   using std::span<T>::span;
-  Slice(std::span<T> span) : std::span<T>(span) {}
+  Slice(std::span<T> whole) : std::span<T>(whole) {}
   [[nodiscard]] T& operator[](std::ptrdiff_t i) const { return this->data()[i]; }
 };
 

@@ -59,15 +59,7 @@ class Surface {
   /// and two faces with the same three vertices. An edge of less than 1e-75 counts as of no length;
   /// a mesh of such edges only is refused.
   template <TriangleMesh M>
-  requires(!std::same_as<M, Surface>) explicit Surface(const M& mesh) {
-    auto data = std::make_shared<Data>();
-    copy_positions(mesh, *data);
-    copy_faces(mesh, *data);
-    link_corners(*data);
-    link_twins(*data);
-    measure(*data);
-    data_ = std::move(data);
-  }
+  requires(!std::same_as<M, Surface>) explicit Surface(const M& mesh) : data_(snapshot(mesh)) {}
 
   /// The parts of the mesh, numbered as they were in the mesh that it is a snapshot of.
   ///@{
@@ -220,19 +212,30 @@ class Surface {
   }
 
   template <TriangleMesh M>
+  static std::shared_ptr<const Data> snapshot(const M& mesh);
+
+  template <TriangleMesh M>
   static void copy_positions(const M& mesh, Data& data) {
     const auto count = checked_count(MeshTraits<M>::vertex_count(mesh), 1, "vertices");
     data.positions.resize(static_cast<std::size_t>(count));
     for (Index v = 0; v < count; ++v) {
       const auto& p = MeshTraits<M>::position(mesh, v);
       const Vec3<T> q(static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2]));
-      detail::require(q.allFinite(), "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
-                      "), which is not finite");
-      detail::require(q.template cast<double>().cwiseAbs().maxCoeff() <= detail::largest_coordinate,
-                      "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
-                      "), too far out: products of lengths would overflow");
+      const double x = std::fabs(double{q[0]}), y = std::fabs(double{q[1]});
+      const double largest = std::max({x, y, std::fabs(double{q[2]})});
+      if (!(x + y + largest <= detail::largest_coordinate)) require_in_reach(v, q);
       data.positions[v] = q;
     }
+  }
+
+  [[gnu::cold, gnu::noinline]] static void require_in_reach(Index v, const Vec3<T>& q) {
+    const double x = double{q[0]}, y = double{q[1]}, z = double{q[2]};
+    detail::require(std::isfinite(x) && std::isfinite(y) && std::isfinite(z), "vertex ", v,
+                    " has position (", q[0], ", ", q[1], ", ", q[2], "), which is not finite");
+    detail::require(
+        std::max({std::fabs(x), std::fabs(y), std::fabs(z)}) <= detail::largest_coordinate,
+        "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
+        "), too far out: products of lengths would overflow");
   }
 
   template <TriangleMesh M>
@@ -339,6 +342,18 @@ class Surface {
 
   std::shared_ptr<const Data> data_;
 };
+
+template <std::floating_point T>
+template <TriangleMesh M>
+auto Surface<T>::snapshot(const M& mesh) -> std::shared_ptr<const Data> {
+  auto data = std::make_shared<Data>();
+  copy_positions(mesh, *data);
+  copy_faces(mesh, *data);
+  link_corners(*data);
+  link_twins(*data);
+  measure(*data);
+  return data;
+}
 
 template <TriangleMesh M>
 explicit Surface(const M&) -> Surface<MeshScalar<M>>;

@@ -49,6 +49,13 @@ struct RowsOf<T, GaussianMembrane<T>> {
   using Type = MembraneRows<T>;
 };
 
+/// Whether a reflectance asks where an object touches the gel.
+template <class Shine>
+[[nodiscard]] constexpr bool reads_touched() {
+  if constexpr (requires { Shine::reads_touched; }) return Shine::reads_touched;
+  return false;
+}
+
 template <std::floating_point T, class Shine>
 struct ShadingOf {
   using Type = ModelShading<T, Shine>;
@@ -164,13 +171,8 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   template <ImageOf<T> D>
   TactileRenderer(const Camera<T>& camera, const D& rest_depth, Membrane membrane, Shine shine,
                   const FrameOptions& options = {})
-      : camera_(camera),
-        options_(checked(options, camera, rest_depth)),
-        membrane_(membrane_rows(std::move(membrane), rest_depth, camera)),
-        shading_(shaded_rows(camera, rest_depth, std::move(shine), options)),
-        rest_image_(camera.width, camera.height) {
-    render_all(rest_image_, rest_depth, Extent::everything);
-  }
+      : TactileRenderer(Direct(), camera, as_view(rest_depth), std::move(membrane),
+                        std::move(shine), options) {}
 
   /// The camera that it was built with.
   [[nodiscard]] const Camera<T>& camera() const { return camera_; }
@@ -220,16 +222,41 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
     detail::require_camera_size(frame.depth, camera_, "the frame's depth image");
     detail::require_camera_size(frame.image, camera_, "the frame's image");
     detail::require_apart(frame.image, depth, "the depth image");
-    lend_workspace([&](Workspace& work) {
-      if (!work.changes.update(frame.depth, depth, work.membrane.buffer.data())) return;
-      render_rows(frame.image, ImageView<const T>(frame.depth), Extent::changed, work);
-    });
+    if constexpr (std::convertible_to<const D&, View>) {
+      render_next_view(frame, depth);
+    } else {
+      render_next(frame, depth);
+    }
   }
 
  private:
+  // Images that views can look at are compiled for once; others are copied, or have their own.
+  struct Direct {};
+  using View = ImageView<const T>;
+  TactileRenderer(Direct, const Camera<T>& camera, const View& rest_depth, Membrane membrane,
+                  Shine shine, const FrameOptions& options);
+
+  template <class D>
+  [[nodiscard]] static auto as_view(const D& depth) {
+    if constexpr (std::convertible_to<const D&, View>) {
+      return View(depth);
+    } else {
+      const auto width = static_cast<Index>(ImageTraits<D>::width(depth));
+      const auto height = static_cast<Index>(ImageTraits<D>::height(depth));
+      Image<T> copy(width, height);
+      for (Index y = 0; y < height; ++y) {
+        for (Index x = 0; x < width; ++x) {
+          copy(x, y) = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
+        }
+      }
+      return copy;
+    }
+  }
+
   // What comes most often has loops of its own.
   using MembraneRows = typename detail::RowsOf<T, Membrane>::Type;
   using ShadedRows = typename detail::ShadingOf<T, Shine>::Type;
+  static constexpr bool reads_touched = detail::reads_touched<Shine>();
 
   /// What is computed of a frame; the rest of it is at rest, or as it was.
   enum class Extent : std::uint8_t { everything, not_at_rest, changed };
@@ -238,6 +265,7 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
     typename MembraneRows::Workspace membrane;
     typename ShadedRows::Workspace shading;
     std::vector<T> kept;        // of each pixel of a row: the share of ambient light that is left
+    std::vector<T> touched;     // of each pixel of a row: 1 where the object and the surface meet
     std::vector<char> changed;  // of each block of a row
     detail::ChangedBlocks changes;
     std::vector<detail::Run> runs;
@@ -280,6 +308,7 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
       return {rest_depth, camera.width, camera.height, membrane.weights(),
               membrane.clips_to_rest()};
     } else {
+      if constexpr (requires { membrane.require_fits(camera); }) membrane.require_fits(camera);
       return {std::move(membrane), rest_depth, camera.width, camera.height};
     }
   }
@@ -324,9 +353,11 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
                    shading_.make_workspace(),
                    {},
                    {},
+                   {},
                    detail::ChangedBlocks(camera_.width, camera_.height),
                    {}};
     work.kept.resize(static_cast<std::size_t>(camera_.width));
+    if (reads_touched) work.touched.resize(static_cast<std::size_t>(camera_.width));
     work.changed.resize(blocks);
     work.runs.reserve(blocks);
     return work;
@@ -339,13 +370,24 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
 
   template <class D>
   void render_all(ImageView<Rgb8> out, const D& depth, Extent extent) const {
-    if constexpr (std::convertible_to<const D&, ImageView<const T>>) {
-      const ImageView<const T> view = depth;  // so that what follows is compiled once for them all
-      lend_workspace([&](Workspace& work) { render_rows(out, view, extent, work); });
+    if constexpr (std::convertible_to<const D&, View>) {
+      render_view(out, depth, extent);
     } else {
       lend_workspace([&](Workspace& work) { render_rows(out, depth, extent, work); });
     }
   }
+
+  void render_view(ImageView<Rgb8> out, const View& depth, Extent extent) const;
+
+  template <class D>
+  void render_next(TactileFrame<T>& frame, const D& depth) const {
+    lend_workspace([&](Workspace& work) {
+      if (!work.changes.update(frame.depth, depth, work.membrane.buffer.data())) return;
+      render_rows(frame.image, View(frame.depth), Extent::changed, work);
+    });
+  }
+
+  void render_next_view(TactileFrame<T>& frame, const View& depth) const;
 
   template <class D>
   void render_rows(ImageView<Rgb8> out, const D& depth, Extent extent, Workspace& work) const {
@@ -429,6 +471,7 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
                          static_cast<T>(options_.darkening_depth), camera_.width);
       });
     }
+    if constexpr (reads_touched) find_touched(depth, work, y);
     for (const detail::Run& run : work.runs) {
       shade_run(work, y, run, darkens ? work.kept.data() : nullptr);
     }
@@ -440,6 +483,18 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
     }
   }
 
+  template <class D>
+  void find_touched(const D& depth, Workspace& work, Index y) const {
+    const T* const z = detail::row_of(depth, y, work.membrane.buffer.data(), camera_.width);
+    const T *const surface = membrane_.row(work.membrane, y), *const rest = membrane_.rest(y);
+    T* const touched = work.touched.data();
+    detail::vectorised([&] {
+      for (Index x = 0; x < camera_.width; ++x) {
+        touched[x] = z[x] > 0 && z[x] < rest[x] && z[x] <= surface[x] ? T(1) : T(0);
+      }
+    });
+  }
+
   void shade_run(Workspace& work, Index y, const detail::Run& run, const T* kept) const {
     const T *const above = membrane_.row(work.membrane, y - 1),
                    *const middle = membrane_.row(work.membrane, y),
@@ -449,7 +504,11 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
       const auto n = shading_.normals(work.shading, y, part, above, middle, below);
       if (masked) detail::clear_unknown(n, part.end - part.begin);
       if (options_.border_normals == BorderNormals::none) clear_border(n, y, part);
-      shading_.shade(work.shading, y, part, n, kept);
+      if constexpr (reads_touched) {
+        shading_.shade(work.shading, y, part, n, kept, work.touched.data());
+      } else {
+        shading_.shade(work.shading, y, part, n, kept);
+      }
     });
   }
 
@@ -497,6 +556,31 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   Image<Rgb8> rest_image_;
   mutable detail::Store<Workspace> workspaces_;
 };
+
+template <std::floating_point T, MembraneModel<T> Membrane, class Shine>
+requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>)
+    TactileRenderer<T, Membrane, Shine>::TactileRenderer(Direct, const Camera<T>& camera,
+                                                         const View& rest_depth, Membrane membrane,
+                                                         Shine shine, const FrameOptions& options)
+    : camera_(camera),
+      options_(checked(options, camera, rest_depth)),
+      membrane_(membrane_rows(std::move(membrane), rest_depth, camera)),
+      shading_(shaded_rows(camera, rest_depth, std::move(shine), options)),
+      rest_image_(camera.width, camera.height) {
+  render_all(rest_image_, rest_depth, Extent::everything);
+}
+
+template <std::floating_point T, MembraneModel<T> Membrane, class Shine>
+requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) void TactileRenderer<
+    T, Membrane, Shine>::render_view(ImageView<Rgb8> out, const View& depth, Extent extent) const {
+  lend_workspace([&](Workspace& work) { render_rows(out, depth, extent, work); });
+}
+
+template <std::floating_point T, MembraneModel<T> Membrane, class Shine>
+requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) void TactileRenderer<
+    T, Membrane, Shine>::render_next_view(TactileFrame<T>& frame, const View& depth) const {
+  render_next(frame, depth);
+}
 
 template <std::floating_point T, class D>
 TactileRenderer(const Camera<T>&, const D&, const std::type_identity_t<std::vector<Light<T>>>&,

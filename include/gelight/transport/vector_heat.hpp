@@ -108,6 +108,7 @@ class VectorHeatSolver {
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
   /// Two unit vectors, x and y, that span the tangent plane at a vertex; x cross y is the normal.
+  /// They are those of ExactLogMapSolver (see TangentFrames).
   [[nodiscard]] std::array<Vec3<T>, 2> tangent_basis(Index vertex) const {
     surface_.require_vertex(vertex);
     const auto& basis = planes_.frames().basis(vertex);

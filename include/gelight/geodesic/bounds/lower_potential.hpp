@@ -31,46 +31,47 @@ namespace gelight::detail {
 template <std::floating_point Real>
 class LowerPotentialOf {
  public:
-  LowerPotentialOf(const Surface<double>& surface, const PlanarFaces& faces)
+  LowerPotentialOf(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces)
       : surface_(surface), faces_(faces) {}
 
   /// Of each vertex, at least `-inf` and +infinity where `potential` is; that is finite, not
   /// negative, or +infinity where no path leads. Rounding is on the safe side. The sources' start
   /// distances and the potential both count from the least start distance. Linear time.
-  [[nodiscard]] Array<double> bounds(const Array<double>& potential, const Sources& sources) const {
+  [[nodiscard]] Array<Real> bounds(const Array<Real>& potential,
+                                   const std::vector<Source<Real>>& sources) const {
     Levels levels = levels_of(potential);
     for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto [a, b, c] = surface_.face(f);
-      if (potential[a] < unreachable<double>) levels.add(steepness(f, potential));
+      if (potential[a] < unreachable<Real>) levels.add(steepness(f, potential));
     }
     levels.integrate();
-    double start = unreachable<double>;
+    double start = unreachable<Real>;
     for (const auto& source : sources) {
       const double level = level_at(source.point, potential);
-      if (level < unreachable<double>) {
+      if (level < unreachable<Real>) {
         start = std::min(start, source.distance - levels.at_most(level));
       }
     }
-    Array<double> out;
+    Array<Real> out;
     out.reserve(potential.size());
     for (const double level : potential) {
-      out.push_back(level < unreachable<double> ? levels.at_least(level) + start : level);
+      out.push_back(level < unreachable<Real> ? levels.at_least(level) + start : level);
     }
     return out;
   }
 
   /// Lowers the potential, vertex after vertex away from the sources, to what the nearer vertices
   /// of its faces allow for k >= 0. Where faces are not very obtuse that leaves few with k < 0.
-  [[nodiscard]] Array<double> lowered(Array<double> potential) const {
+  [[nodiscard]] Array<Real> lowered(Array<Real> potential) const {
     const Index count = surface_.vertex_count();
-    std::vector<std::pair<double, Index>> order;
+    std::vector<std::pair<Real, Index>> order;
     order.reserve(potential.size());
     for (Index v = 0; v < count; ++v) order.emplace_back(potential[v], v);
     std::sort(order.begin(), order.end());
     Array<Index> rank(potential.size());
     for (Index i = 0; i < count; ++i) rank[order[static_cast<std::size_t>(i)].second] = i;
     for (const auto& [level, v] : order) {
-      if (!(level < unreachable<double>)) break;
+      if (!(level < unreachable<Real>)) break;
       for (const Index h : surface_.corners(v)) {
         const Index a = surface_.tip(h), b = surface_.apex(h);
         const bool after_a = rank[a] < rank[v], after_b = rank[b] < rank[v];
@@ -83,8 +84,8 @@ class LowerPotentialOf {
   }
 
  private:
-  using Mesh = Surface<double>;
-  static constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  using Mesh = Surface<Real>;
+  static constexpr double epsilon = std::numeric_limits<Real>::epsilon();
   // A face is taken for its longest edge where that is so many times as good, and only if the face
   // loses more than this share of its range.
   static constexpr double clearly_better = 10, least_loss = 0.01;
@@ -132,7 +133,7 @@ class LowerPotentialOf {
         jumped_[i] = jumped += jump_[i];
         gained += gain(step_ * i, step_ * (i + 1), excess_[i]);
       }
-      rounding_ = 4 * epsilon * static_cast<double>(excess_.size() + 16);
+      rounding_ = 4 * epsilon * static_cast<Real>(excess_.size() + 16);
     }
 
     // The integral up to a level, rounded up, and down less the jumps.
@@ -152,26 +153,26 @@ class LowerPotentialOf {
     }
 
     double step_, rounding_ = 0;
-    Array<double> excess_, jump_, gained_, jumped_;
+    Array<Real> excess_, jump_, gained_, jumped_;
   };
 
-  [[nodiscard]] Levels levels_of(const Array<double>& potential) const {
+  [[nodiscard]] Levels levels_of(const Array<Real>& potential) const {
     double top = 0, ranges = 0;
     Index faces = 0;
     for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto [a, b, c] = surface_.face(f);
       const auto [low, high] = std::minmax({potential[a], potential[b], potential[c]});
-      if (!(high < unreachable<double>)) continue;
+      if (!(high < unreachable<Real>)) continue;
       top = std::max(top, high);
       ranges += high - low;
       ++faces;
     }
     const double step = ranges / (levels_per_face * std::max(Index{1}, faces));
     const double least = top / most_levels;
-    return {top, std::max({step, least, std::numeric_limits<double>::min()})};
+    return {top, std::max({step, least, std::numeric_limits<Real>::min()})};
   }
 
-  [[nodiscard]] Steepness steepness(Index f, const Array<double>& potential) const {
+  [[nodiscard]] Steepness steepness(Index f, const Array<Real>& potential) const {
     Index h = 3 * f;
     for (Index g = 3 * f + 1; g < 3 * f + 3; ++g) {
       if (surface_.length(g) > surface_.length(h)) h = g;
@@ -182,7 +183,7 @@ class LowerPotentialOf {
     const double highest = std::max({fu, fw, fv}), lowest_corner = std::min({fu, fw, fv});
     if (length == 0) return {lowest_corner, highest, 0, highest - lowest_corner};
     const double to_u = surface_.length(Mesh::previous(h)), to_w = surface_.length(Mesh::next(h));
-    const Vec2<double> at = faces_.apex(h);
+    const Vec2<Real> at = faces_.apex(h);
 
     // The centre's foot on the longest edge, its squared distance from there, and how much larger
     // F^2 there is at the apex' foot than it would have to be for the centre to be on the edge.
@@ -209,7 +210,7 @@ class LowerPotentialOf {
     const double off = std::max(std::abs(at.y() * at.y() - fall), std::abs(fall)) + fall_error +
                        8 * epsilon * highest * highest;
     const double least = std::max(0.0, (fu + fw - length) / 2);
-    as_edge.jump = 2 * std::min(std::sqrt(off), least > 0 ? off / least : unreachable<double>);
+    as_edge.jump = 2 * std::min(std::sqrt(off), least > 0 ? off / least : unreachable<Real>);
     if (!(at.y() > 0)) return as_edge;
 
     const double centre = fall / (2 * at.y());
@@ -239,9 +240,9 @@ class LowerPotentialOf {
   }
 
   // F at a point, rounded up.
-  [[nodiscard]] double level_at(const SurfacePoint<double>& point,
-                                const Array<double>& potential) const {
-    using Kind = SurfacePoint<double>::Kind;
+  [[nodiscard]] double level_at(const SurfacePoint<Real>& point,
+                                const Array<Real>& potential) const {
+    using Kind = typename SurfacePoint<Real>::Kind;
     const auto& [a, b] = point.element;
     const auto& w = point.weights;
     if (point.kind == Kind::vertex) return potential[a];
@@ -260,25 +261,25 @@ class LowerPotentialOf {
     return std::sqrt(std::max(0.0, squared) + 64 * epsilon * (std::abs(squared) + size));
   }
 
-  static void lower(Index v, double level, Array<double>& potential) {
+  static void lower(Index v, double level, Array<Real>& potential) {
     potential[v] = std::min(potential[v], level);
   }
 
   // How far the apex is from the place that has the right distances from a half-edge's ends.
-  [[nodiscard]] double across(Index h, const Array<double>& potential) const {
+  [[nodiscard]] double across(Index h, const Array<Real>& potential) const {
     const double length = surface_.length(h);
     const double a = potential[surface_.origin(h)], b = potential[surface_.tip(h)];
-    if (!(length > 0)) return unreachable<double>;
+    if (!(length > 0)) return unreachable<Real>;
     const double foot = (length + (a - b) * (a + b) / length) / 2;
     const double squared = (a - foot) * (a + foot);
-    if (!(squared >= 0)) return unreachable<double>;
-    const Vec2<double> at = faces_.apex(h);
+    if (!(squared >= 0)) return unreachable<Real>;
+    const Vec2<Real> at = faces_.apex(h);
     const double aside = at.x() - foot, above = at.y() + std::sqrt(squared);
     return std::sqrt(aside * aside + above * above);
   }
 
-  const Surface<double>& surface_;
-  const PlanarFaces& faces_;
+  const Surface<Real>& surface_;
+  const PlanarFacesOf<Real>& faces_;
 };
 
 using LowerPotential = LowerPotentialOf<double>;

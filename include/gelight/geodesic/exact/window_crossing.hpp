@@ -9,6 +9,7 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact/lane.hpp"
 #include "gelight/geodesic/exact/window_list.hpp"
 
 namespace gelight::detail {
@@ -45,7 +46,6 @@ template <std::floating_point Real>
 class FaceCrossingOf {
   using Columns = WindowColumnsOf<Real>;
   using List = WindowListOf<Real>;
-  using Lane = Eigen::Array<Real, lane_size, 1>;
 
  public:
   /// The window by which the apex is nearest, and how its path there crosses the base.
@@ -67,14 +67,14 @@ class FaceCrossingOf {
       distance_.resize(2 * room);
     }
     for (std::ptrdiff_t i = 0; i < size_; i += lane_size) {
-      const Lane x = load(list.x + i), y = load(list.y + i);
+      const Lane x = Lane::load(list.x + i), y = Lane::load(list.y + i);
       const Lane aim = x + (apex_.x() - x) * (y / (y - apex_.y()));
-      const Lane p = aim.max(load(list.begin + i)).min(load(list.end + i));
+      const Lane p = min(max(aim, Lane::load(list.begin + i)), Lane::load(list.end + i));
       // Bent at p, which where the line is straight costs nothing but rounding.
-      const Lane before = (p - x).square() + y.square();
-      const Lane after = (apex_.x() - p).square() + apex_.y() * apex_.y();
-      store(&aim_[i], aim);
-      store(&distance_[i], load(list.start + i) + before.sqrt() + after.sqrt());
+      const Lane before = (p - x) * (p - x) + y * y;
+      const Lane after = (apex_.x() - p) * (apex_.x() - p) + apex_.y() * apex_.y();
+      aim.store(&aim_[i]);
+      (Lane::load(list.start + i) + sqrt(before) + sqrt(after)).store(&distance_[i]);
     }
     nearest_ = {};
     for (std::ptrdiff_t i = 0; i < size_; ++i) {
@@ -122,17 +122,17 @@ class FaceCrossingOf {
   /// in the frame from the base's origin to the apex. Returns how many there are.
   [[nodiscard]] std::ptrdiff_t cross_left(const List& list, std::ptrdiff_t count, Real length,
                                           const Columns& out) const {
-    const Real ax = apex_.x(), ay = apex_.y(), norm = apex_.norm();
+    const Real ax = apex_.x(), ay = apex_.y(), norm = std::sqrt(ax * ax + ay * ay);
     const Real ux = ax / norm, uy = ay / norm;
     for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
-      const Lane x = load(list.x + i), y = load(list.y + i), aim = load(&aim_[i]);
-      const auto share = [&](const Lane& p) -> Lane {
-        return ((y * p) / (ax * y - ay * (x - p))).max(0.0).min(1.0);
+      const Lane x = Lane::load(list.x + i), y = Lane::load(list.y + i), aim = Lane::load(&aim_[i]);
+      const auto share = [&](Lane p) {
+        return min(max((y * p) / (ax * y - ay * (x - p)), 0.0), 1.0);
       };
-      store(out.begin + i, share(load(list.begin + i).min(aim)) * length);
-      store(out.end + i, share(load(list.end + i).min(aim)) * length);
-      store(out.x + i, ux * x + uy * y);
-      store(out.y + i, (ux * y - uy * x).min(-on_line * length));
+      (share(min(Lane::load(list.begin + i), aim)) * length).store(out.begin + i);
+      (share(min(Lane::load(list.end + i), aim)) * length).store(out.end + i);
+      (ux * x + uy * y).store(out.x + i);
+      min(ux * y - uy * x, -on_line * length).store(out.y + i);
     }
     for (std::ptrdiff_t i = 0; i < count; ++i) {
       if (!(list.end[i] < aim_[i])) out.end[i] = list.begin[i] < aim_[i] ? length : 0;
@@ -154,15 +154,16 @@ class FaceCrossingOf {
     const Real norm = std::sqrt(ax * ax + ay * ay), ux = ax / norm, uy = ay / norm;
     for (std::ptrdiff_t i = first; i < size_; i += lane_size) {
       const std::ptrdiff_t o = i - first;
-      const Lane x = base_ - load(list.x + i), y = load(list.y + i), aim = load(&aim_[i]);
-      const auto share = [&](const Lane& position) -> Lane {
+      const Lane x = base_ - Lane::load(list.x + i), y = Lane::load(list.y + i);
+      const Lane aim = Lane::load(&aim_[i]);
+      const auto share = [&](Lane position) {
         const Lane p = base_ - position;
-        return ((y * p) / (ax * y - ay * (x - p))).max(0.0).min(1.0);
+        return min(max((y * p) / (ax * y - ay * (x - p)), 0.0), 1.0);
       };
-      store(out.begin + o, length - share(load(list.begin + i).max(aim)) * length);
-      store(out.end + o, length - share(load(list.end + i).max(aim)) * length);
-      store(out.x + o, length - (ux * x + uy * y));
-      store(out.y + o, (ux * y - uy * x).min(-on_line * length));
+      (length - share(max(Lane::load(list.begin + i), aim)) * length).store(out.begin + o);
+      (length - share(max(Lane::load(list.end + i), aim)) * length).store(out.end + o);
+      (length - (ux * x + uy * y)).store(out.x + o);
+      min(ux * y - uy * x, -on_line * length).store(out.y + o);
     }
     for (std::ptrdiff_t i = first; i < size_; ++i) {
       const std::ptrdiff_t o = i - first;
@@ -205,9 +206,6 @@ class FaceCrossingOf {
     }
     return kept;
   }
-
-  static Lane load(const Real* column) { return Eigen::Map<const Lane>(column); }
-  static void store(Real* column, const Lane& lane) { Eigen::Map<Lane>(column).operator=(lane); }
 
   Real base_ = 0;
   Vec2<Real> apex_{0, 0};

@@ -137,8 +137,38 @@ class WindowPropagationOf {
     limits_ = &limits;
     ask(0);
     reset(surface, faces, sources, limits);
+    propagate_sources(sources);
+  }
+
+  /// The same from further sources, where they are nearer than those of the run before: distances
+  /// only ever fall, and arrivals are those of this run alone, so that `came_nearer` tells which
+  /// vertices they reached.
+  void run_further(const std::vector<Source<Real>>& sources, const Limits& limits) {
+    limits_ = &limits;
+    ask(0);
+    for (const Index v : reached_) {
+      arrivals[v] = {};
+      settled_[v] = 0;
+    }
+    reached_.clear();
+    is_done_ = false;
+    is_further_ = true;
+    prepare(sources, limits);
+    propagate_sources(sources);
+  }
+
+  /// Vertices that had their turn in the last run; in a further one some only lie at the edge of
+  /// it.
+  [[nodiscard]] const Array<Index>& reached() const { return reached_; }
+  /// Whether the last run brought a vertex nearer.
+  [[nodiscard]] bool came_nearer(Index vertex) const {
+    return arrivals[vertex].entry != Arrival::none;
+  }
+
+ private:
+  void propagate_sources(const std::vector<Source<Real>>& sources) {
     for (std::size_t s = 0; s < sources.size(); ++s) add_source(sources[s], static_cast<Index>(s));
-    const auto vertices = static_cast<double>(surface.vertex_count());
+    const auto vertices = static_cast<double>(surface_->vertex_count());
     for (int pops = 0; !heap_.empty(); ++pops) {
       if (pops % pops_between_polls == 0) ask(static_cast<double>(reached_.size()) / vertices);
       settle(heap_.pop());
@@ -148,7 +178,6 @@ class WindowPropagationOf {
     is_done_ = true;
   }
 
- private:
   using Mesh = Surface<Real>;
   using PlanarFaces = PlanarFacesOf<Real>;
   static constexpr int pops_between_polls = 256;
@@ -170,23 +199,27 @@ class WindowPropagationOf {
              const std::vector<Source<Real>>& sources, const Limits& limits) {
     surface_ = &surface;
     faces_ = &faces;
-    sources_ = &sources;
-    bound_ = limits.distance;
-    forget_vertices(surface.vertex_count());
-    origins.clear();
-    if (keeps_any() || kept.bytes() > 0) kept.reset(surface.halfedge_count());
-    counts = {};
-    waiting_.reset(surface.halfedge_count());
+    forget_vertices(surface.vertex_count(), std::exchange(is_further_, false));
     most_lists_ = most_lists_per_halfedge * surface.halfedge_count();
     longest_edge_ = faces.longest_edge();
+    prepare(sources, limits);
+  }
+
+  void prepare(const std::vector<Source<Real>>& sources, const Limits& limits) {
+    sources_ = &sources;
+    bound_ = limits.distance;
+    origins.clear();
+    if (keeps_any() || kept.bytes() > 0) kept.reset(surface_->halfedge_count());
+    counts = {};
+    waiting_.reset(surface_->halfedge_count());
     active_.clear();
     settled_since_bound_ = 0;
   }
 
   // As nothing is known of any vertex; in time proportional to those that the last run reached,
   // where it came to its end on a mesh of this size.
-  void forget_vertices(Index count) {
-    if (is_done_ && std::ssize(distances) == count) {
+  void forget_vertices(Index count, bool was_further) {
+    if (is_done_ && !was_further && std::ssize(distances) == count) {
       for (const Index v : reached_) {
         distances[v] = unreachable<Real>;
         arrivals[v] = {};
@@ -297,7 +330,10 @@ class WindowPropagationOf {
     lists_in_turn_ = 0;
     // Looking at all targets costs as much as they are many.
     if (++settled_since_bound_ > std::ssize(limits_->targets)) update_bound();
-    if (distances[vertex] + rest_at_vertex(vertex) <= bound_at(vertex)) leave(vertex);
+    const bool is_passed_by = is_further_ && !came_nearer(vertex);
+    if (!is_passed_by && distances[vertex] + rest_at_vertex(vertex) <= bound_at(vertex)) {
+      leave(vertex);
+    }
     if (settled_[vertex]) return;
     settled_[vertex] = 1;
     reached_.push_back(vertex);
@@ -499,7 +535,12 @@ class WindowPropagationOf {
     if (lists_in_turn_ > most_lists_) return waiting_.release(batch);
     counts.created += count;
     waiting_.add(h, batch, count);
-    if (settled_[surface_->origin(h)] || settled_[surface_->tip(h)]) activate(h);
+    if (settled_[surface_->origin(h)] || settled_[surface_->tip(h)]) return activate(h);
+    if (!is_further_) return;
+    // Its ends may be nearer to other sources and never have a turn; then that is when they are.
+    for (const Index v : {surface_->origin(h), surface_->tip(h)}) {
+      if (distances[v] < unreachable<Real>) heap_.push(v, distances[v]);
+    }
   }
 
   // The trace back must know from which of the other faces the windows came.
@@ -674,6 +715,7 @@ class WindowPropagationOf {
   IndexedHeapOf<Real> heap_;
   Array<char> settled_;   // of each vertex: whether it was ever the nearest one
   Array<Index> reached_;  // vertices with a distance
+  bool is_further_ = false;
   bool is_done_ = false;  // the last run came to its end: nothing waits to be settled
   WindowStore waiting_;
   Array<char> is_active_;  // of each half-edge: whether it is in the queue

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
@@ -96,8 +98,9 @@ struct Waves {
 };
 
 /// A source that was named before starts no wave of its own, nor does one that starts later there.
-inline void keep_different(const Surface<double>& surface, Sources& sources) {
-  const auto less = [](const Source<double>& a, const Source<double>& b) {
+template <std::floating_point Real>
+void keep_different(const Surface<Real>& surface, std::vector<Source<Real>>& sources) {
+  const auto less = [](const Source<Real>& a, const Source<Real>& b) {
     return std::tie(a.point.kind, a.point.element, a.point.weights, a.distance) <
            std::tie(b.point.kind, b.point.element, b.point.weights, b.distance);
   };

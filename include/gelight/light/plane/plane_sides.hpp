@@ -168,7 +168,7 @@ class PlaneSides {
     if (std::abs(round) > 1) return false;  // the normal goes through the face
     const auto [least, most] = std::minmax({angles[0], angles[1], angles[2]});
     const auto planes_before = [&](T angle) { return std::floor((angle * planes_t() - 1) / 2); };
-    if (cuts_[f] < planes_before(most) - planes_before(least)) return false;
+    if (static_cast<T>(cuts_[f]) < planes_before(most) - planes_before(least)) return false;
     for (int half_turns = -2; half_turns < 4; ++half_turns) {
       const T from = least - T(2 * half_turns);
       const auto saddle = std::lower_bound(saddles_.begin(), saddles_.end(), from);

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <functional>
 #include <numeric>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -16,7 +17,8 @@
 #include "gelight/core/types.hpp"
 #include "gelight/views/mesh_view.hpp"
 
-// What check finds and repair mends, on the vertices and faces of any mesh.
+// What check finds and repair mends, on the vertices and faces of any mesh. (Templates where that
+// keeps them from being compiled for who does not call them.)
 
 namespace gelight::detail {
 
@@ -30,8 +32,7 @@ struct FaceSide {
   }
 };
 
-[[nodiscard]] inline Array<FaceSide> sorted_sides(const std::vector<std::array<Index, 3>>& faces,
-                                                  const Array<char>& is_usable) {
+[[nodiscard]] inline Array<FaceSide> sorted_sides(const auto& faces, const Array<char>& is_usable) {
   Array<FaceSide> sides;
   sides.reserve(3 * faces.size());
   for (std::size_t f = 0; f < faces.size(); ++f) {
@@ -77,8 +78,7 @@ class DisjointSets {
 };
 
 /// The fan of each corner 3 f + k: corners at one vertex whose faces meet in an edge of two faces.
-[[nodiscard]] inline DisjointSets fans(const std::vector<std::array<Index, 3>>& faces,
-                                       const Array<FaceSide>& sides) {
+[[nodiscard]] inline DisjointSets fans(const auto& faces, const Array<FaceSide>& sides) {
   DisjointSets sets(3 * faces.size());
   const auto corner = [&](Index f, Index v) {
     const auto& face = faces[static_cast<std::size_t>(f)];
@@ -117,7 +117,10 @@ template <std::floating_point T>
   const double longest =
       std::max({stable_norm(edges[0]), stable_norm(edges[1]), stable_norm(edges[2])});
   if (!(longest > 0)) return true;
-  return cross<double>(edges[0] / longest, edges[1] / longest).norm() <= share;
+  const auto unit = [&](const Vec3<double>& edge) {
+    return Vec3<double>(edge[0] / longest, edge[1] / longest, edge[2] / longest);
+  };
+  return stable_norm(cross<double>(unit(edges[0]), unit(edges[1]))) <= share;
 }
 
 /// What Surface refuses in a face, if anything.
@@ -132,9 +135,9 @@ enum class FaceFault { none, out_of_range, repeated_vertex };
 }
 
 /// Faces, ascending, with the same three vertices as an earlier one among the usable.
-[[nodiscard]] inline Array<Index> repeated_faces(const std::vector<std::array<Index, 3>>& faces,
-                                                 const Array<char>& is_usable) {
-  Array<std::pair<std::array<Index, 3>, Index>> keys;
+[[nodiscard]] inline Array<Index> repeated_faces(const auto& faces, const Array<char>& is_usable) {
+  using Face = typename std::remove_cvref_t<decltype(faces)>::value_type;
+  Array<std::pair<Face, Index>> keys;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     if (!is_usable.data()[f]) continue;
     auto key = faces[f];

@@ -56,13 +56,17 @@ class ModelShading {
   }
 
   /// The colours of a run of row y within a tile with these normals, into `packed`; `kept` is the
-  /// share of the ambient light that is left at each pixel of the row, or null for all of it.
-  void shade(Workspace& work, Index y, const Run& run, const VectorRow<T>& n, const T* kept) const {
+  /// share of the ambient light that is left at each pixel of the row, or null for all of it,
+  /// `touched` not zero where an object touches, or null.
+  void shade(Workspace& work, Index y, const Run& run, const VectorRow<T>& n, const T* kept,
+             const T* touched = nullptr) const {
     const std::ptrdiff_t count = run.end - run.begin;
     const T* const kept_here = kept != nullptr ? kept + run.begin : nullptr;
     auto& [r, g, b] = work.rgb;
     const ColourRow<T> out{r.data(), g.data(), b.data()};
-    const SurfaceRow<T> row{run.begin, y, count, n.x, n.y, n.z, kept_here};
+    const SurfaceRow<T> row{
+        run.begin, y,   count,     n.x,
+        n.y,       n.z, kept_here, touched != nullptr ? touched + run.begin : nullptr};
     std::int32_t* const packed = work.packed.data() + run.begin;
     vectorised([&] {
       model_.shade_row(out, row);

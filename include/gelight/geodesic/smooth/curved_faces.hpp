@@ -1,0 +1,170 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/smooth/fans.hpp"
+#include "gelight/mesh/surface.hpp"
+
+namespace gelight::detail {
+
+/// The smooth surface over a mesh, as its vertices and normals tell: a cubic curve over each edge,
+/// a normal at each of its points, and the curvature of each face (after A. Vlachos, J. Peters,
+/// C. Boyd, J. L. Mitchell, "Curved PN triangles", 2001, doi:10.1145/364338.364387). (A template
+/// only so that it costs nothing to include.)
+template <std::floating_point Real>
+class CurvedFacesOf {
+ public:
+  using Mesh = Surface<Real>;
+
+  /// From a unit normal of each fan; a zero one makes all edges there straight.
+  CurvedFacesOf(const FansOf<Real>& fans, const Array<Vec3<Real>>& normals) : fans_(fans) {
+    const Mesh& surface = fans_.surface();
+    normals_.reserve(static_cast<std::size_t>(surface.halfedge_count()));
+    for (Index h = 0; h < surface.halfedge_count(); ++h) normals_.push_back(normals[fans_.at(h)]);
+    find_curves();
+    find_curvatures();
+  }
+
+  [[nodiscard]] const Mesh& surface() const { return fans_.surface(); }
+  [[nodiscard]] const FansOf<Real>& fans() const { return fans_; }
+
+  /// Unit normal at the origin of a half-edge, as its face has it.
+  [[nodiscard]] const Vec3<Real>& normal(Index h) const { return normals_[h]; }
+  /// Gaussian curvature of a face, as its corners' normals turn.
+  [[nodiscard]] Real curvature(Index f) const { return curvatures_[f]; }
+
+  /// Mean square by which normals turn along an edge, in radians.
+  [[nodiscard]] Real mean_turn() const { return mean_turn_; }
+
+  /// A point of an edge's curve, and the derivative by the share of the way.
+  struct CurvePoint {
+    Vec3<Real> place, derivative;
+  };
+
+  /// At a share of the way along half-edge h, from its origin.
+  [[nodiscard]] CurvePoint on_edge(Index h, Real t) const {
+    const Curve& curve = curves_[curve_of_[h]];
+    const Mesh& surface = fans_.surface();
+    const bool is_along = surface.origin(h) == curve.from;
+    const Real s = is_along ? t : 1 - t, r = 1 - s;
+    const Vec3<Real>& begin = surface.position(curve.from);
+    const Vec3<Real> way = surface.position(curve.to) - begin;
+    const Vec3<Real> derivative =
+        6 * s * r * way + r * (r - 2 * s) * curve.leaving + s * (s - 2 * r) * curve.arriving;
+    return {begin + s * s * (3 - 2 * s) * way + s * r * (r * curve.leaving - s * curve.arriving),
+            is_along ? derivative : Vec3<Real>(-derivative)};
+  }
+
+  /// The normal of h's face at a point of h.
+  [[nodiscard]] Vec3<Real> normal_on_edge(Index h, Real t, const Vec3<Real>& derivative) const {
+    const Vec3<Real> mean = (1 - t) * normals_[h] + t * normals_[Mesh::next(h)];
+    const Real square = derivative.squaredNorm();
+    if (!(square > 0)) return stable_unit(mean);
+    return stable_unit(Vec3<Real>(mean - mean.dot(derivative) / square * derivative));
+  }
+
+  /// A point over a face: the cubic triangle with these curves for sides.
+  [[nodiscard]] Vec3<Real> in_face(Index f, const std::array<Real, 3>& w) const {
+    const Mesh& surface = fans_.surface();
+    Vec3<Real> place(0, 0, 0), sides(0, 0, 0), corners(0, 0, 0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index h = 3 * f + static_cast<Index>(k);
+      const Real a = w[k], b = w[(k + 1) % 3];
+      const Vec3<Real> p = surface.position(surface.origin(h)),
+                       q = surface.position(surface.tip(h));
+      const Curve& curve = curves_[curve_of_[h]];
+      const bool is_along = surface.origin(h) == curve.from;
+      const Vec3<Real> near_p =
+          is_along ? Vec3<Real>(p + curve.leaving / 3) : Vec3<Real>(p - curve.arriving / 3);
+      const Vec3<Real> near_q =
+          is_along ? Vec3<Real>(q - curve.arriving / 3) : Vec3<Real>(q + curve.leaving / 3);
+      place += a * a * a * p + 3 * a * b * (a * near_p + b * near_q);
+      sides += (near_p + near_q) / 6;
+      corners += p / 3;
+    }
+    return place + 6 * w[0] * w[1] * w[2] * (sides + (sides - corners) / 2);
+  }
+  [[nodiscard]] Vec3<Real> normal_in_face(Index f, const std::array<Real, 3>& w) const {
+    return stable_unit(Vec3<Real>(w[0] * normals_[3 * f] + w[1] * normals_[3 * f + 1] +
+                                  w[2] * normals_[3 * f + 2]));
+  }
+
+ private:
+  // A cubic by its ends and its derivatives there.
+  struct Curve {
+    Vec3<Real> leaving, arriving;
+    Index from, to;
+  };
+
+  void find_curves() {
+    const Mesh& surface = fans_.surface();
+    curve_of_.assign(static_cast<std::size_t>(surface.halfedge_count()), -1);
+    for (Index h = 0; h < surface.halfedge_count(); ++h) {
+      if (curve_of_[h] >= 0) continue;
+      const Vec3<Real> way = surface.position(surface.tip(h)) - surface.position(surface.origin(h));
+      Index g = h;
+      do {
+        curve_of_[g] = static_cast<Index>(curves_.size());
+        g = surface.twin(g);
+      } while (g != h);
+      curves_.push_back({tangent(h, way, surface.origin(h)), tangent(h, way, surface.tip(h)),
+                         surface.origin(h), surface.tip(h)});
+    }
+  }
+
+  // The derivative of an edge's curve at one of its ends: along the tangent plane, or along the
+  // line in which the planes of both sides of a crease meet. It is as long as makes the curve's
+  // middle that of a circle.
+  [[nodiscard]] Vec3<Real> tangent(Index h, const Vec3<Real>& way, Index end) const {
+    const Mesh& surface = fans_.surface();
+    const Index t = surface.twin(h);
+    const Vec3<Real> m = normal_at(h, end);
+    const Vec3<Real> other = t != h && surface.twin(t) == h ? normal_at(t, end) : m;
+    if (t != h && surface.twin(t) != h) return way;
+    const Vec3<Real> ridge = cross(m, other);
+    constexpr Real least_ridge = 0.05;
+    const bool is_ridge = fans_.is_sharp(h) && ridge.norm() > least_ridge;
+    const Vec3<Real> along = is_ridge ? Vec3<Real>(ridge * (ridge.dot(way) / ridge.squaredNorm()))
+                                      : Vec3<Real>(way - way.dot(m) * m);
+    const Real length = stable_norm(way), projected = stable_norm(along);
+    // A plane across the edge tells nothing of it.
+    if (!(2 * projected > length)) return way;
+    return along * (2 * length / (projected * (1 + projected / length)));
+  }
+  [[nodiscard]] const Vec3<Real>& normal_at(Index h, Index end) const {
+    return normals_[fans_.surface().origin(h) == end ? h : Mesh::next(h)];
+  }
+
+  void find_curvatures() {
+    const Mesh& surface = fans_.surface();
+    curvatures_.reserve(static_cast<std::size_t>(surface.face_count()));
+    for (Index h = 0; h < surface.halfedge_count(); h += 3) {
+      const Vec3<Real> a = surface.position(surface.tip(h)) - surface.position(surface.origin(h));
+      const Vec3<Real> b = surface.position(surface.apex(h)) - surface.position(surface.origin(h));
+      const Vec3<Real> area = cross(a, b);
+      const Vec3<Real> turn =
+          cross<Real>(normals_[h + 1] - normals_[h], normals_[h + 2] - normals_[h]);
+      const Real square = area.squaredNorm();
+      curvatures_.push_back(square > 0 ? area.dot(turn) / square : 0);
+      for (Index g = h; g < h + 3; ++g) {
+        mean_turn_ +=
+            (normals_[Mesh::next(g)] - normals_[g]).squaredNorm() / surface.halfedge_count();
+      }
+    }
+  }
+
+  FansOf<Real> fans_;
+  Array<Vec3<Real>> normals_;  // of each half-edge's origin, as its face has it
+  Array<Index> curve_of_;      // of each half-edge
+  Array<Curve> curves_;
+  Array<Real> curvatures_;  // of each face
+  Real mean_turn_ = 0;
+};
+
+}  // namespace gelight::detail

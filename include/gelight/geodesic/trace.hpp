@@ -1,0 +1,482 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "gelight/concepts/mesh.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
+#include "gelight/core/tolerance.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/path.hpp"
+#include "gelight/mesh/simplified.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+namespace gelight {
+namespace detail {
+
+/// Walks straight on over the faces of a surface.
+template <std::floating_point T>
+class StraightWalk {
+ public:
+  StraightWalk(const Surface<T>& surface, const SurfacePoint<T>& from, double length,
+               const CancelHook& cancelled)
+      : surface_(surface), cancelled_(cancelled), left_(length), length_(length), path_{from} {}
+
+  /// The path from the point at which the walk was begun.
+  Path<T> run(const Vec3<T>& direction) {
+    const SurfacePoint<T> from = path_[0];
+    const Vec3<double> way = stable_unit(direction.template cast<double>().eval());
+    if (from.kind == Kind::vertex) {
+      leave_vertex(from.element[0], way);
+    } else if (from.kind == Kind::edge) {
+      leave_edge(from, way);
+    } else {
+      leave_face(from, way);
+    }
+    while (halfedge_ >= 0) cross_face();
+    return std::move(path_);
+  }
+
+ private:
+  using Mesh = Surface<T>;
+  using Kind = typename SurfacePoint<T>::Kind;
+  static constexpr double pi = std::numbers::pi;
+  // A line that passes a vertex or runs beside an edge by no more than this, as a share of the edge
+  // or as an angle, meets it.
+  static constexpr double on_it = share_rounding<double>;
+  // A direction no farther than this from a face's plane, as a sine, was given as one of the face.
+  static constexpr double in_plane = std::is_same_v<T, float> ? 1e-5 : 1e-10;
+
+  // --- faces laid flat ---------------------------------------------------------------------------
+
+  [[nodiscard]] Vec3<double> place(Index vertex) const {
+    return surface_.position(vertex).template cast<double>();
+  }
+  [[nodiscard]] double length(Index h) const { return static_cast<double>(surface_.length(h)); }
+
+  // The frame of a half-edge's face: x along it, y into the face.
+  struct Frame {
+    Vec3<double> x, y;
+    double length;
+    Vec2<double> apex;
+  };
+  [[nodiscard]] Frame frame(Index h) const {
+    const Vec3<double> origin = place(surface_.origin(h));
+    const Vec3<double> along = place(surface_.tip(h)) - origin;
+    const Vec3<double> to_apex = place(surface_.apex(h)) - origin;
+    Frame out;
+    out.length = stable_norm(along);
+    out.x = out.length > 0 ? Vec3<double>(along / out.length) : stable_unit(to_apex);
+    const double x = out.x.dot(to_apex);
+    const Vec3<double> up = to_apex - x * out.x;
+    const double y = stable_norm(up);
+    out.y = y > 0 ? Vec3<double>(up / y) : Vec3<double>(0, 0, 0);
+    out.apex = {x, y};
+    return out;
+  }
+  // Angle of h's face at h's origin.
+  [[nodiscard]] double corner(Index h) const {
+    const Vec3<double> origin = place(surface_.origin(h));
+    const Vec3<double> a = place(surface_.tip(h)) - origin;
+    const Vec3<double> b = place(surface_.apex(h)) - origin;
+    return std::atan2(stable_norm(gelight::cross(a, b)), a.dot(b));
+  }
+
+  // --- how it begins -----------------------------------------------------------------------------
+
+  void leave_face(const SurfacePoint<T>& from, const Vec3<double>& way) {
+    const Index f = from.element[0];
+    Index out = -1;
+    double least = unreachable<double>, x_out = 0;
+    Vec2<double> direction;
+    for (Index h = 3 * f; h < 3 * f + 3; ++h) {
+      const Frame face = frame(h);
+      const auto k = static_cast<std::size_t>(h % 3);
+      const double at_tip = double{from.weights[(k + 1) % 3]};
+      const double at_apex = double{from.weights[(k + 2) % 3]};
+      const Vec2<double> at(at_tip * face.length + at_apex * face.apex.x(),
+                            at_apex * face.apex.y());
+      const Vec2<double> d = stable_unit(Vec2<double>(way.dot(face.x), way.dot(face.y)));
+      require(d.squaredNorm() > 0, "the direction is at a right angle to face ", f);
+      if (!(d.y() < 0)) continue;
+      const double t = at.y() / -d.y();
+      if (!(t < least)) continue;
+      least = t;
+      out = h;
+      x_out = at.x() + t * d.x();
+      direction = d;
+    }
+    // Where a face has no area, there is no way into it.
+    require(out >= 0, "face ", f, " has no area and no directions");
+    if (least >= left_) {
+      const double rest = least - left_;
+      return end_in(out, {x_out - rest * direction.x(), -rest * direction.y()});
+    }
+    left_ -= least;
+    leave_by(out, x_out, {direction.x(), direction.y()});
+  }
+
+  void leave_edge(const SurfacePoint<T>& from, const Vec3<double>& way) {
+    const Index first = surface_.find_halfedge(from.element[0], from.element[1]);
+    // The face in which the direction lies; else that on which side of the edge it points, in the
+    // plane that halves the angle between two faces, which is unfolded.
+    Index best = first;
+    double most = -1;
+    Vec3<double> across(0, 0, 0);
+    Index h = first;
+    do {
+      const Frame face = frame(h);
+      const double side = way.dot(face.y);
+      const double off = std::abs(way.dot(gelight::cross(face.x, face.y)));
+      if (off <= in_plane && side >= 0) most = unreachable<double>, best = h;
+      if (side > most) most = side, best = h;
+      across = h == first ? face.y : Vec3<double>(across - face.y);
+      h = surface_.twin(h);
+    } while (h != first);
+    const Frame face = frame(best);
+    if (surface_.is_border(first) && way.dot(face.y) < -in_plane) return;  // out over it
+    Vec2<double> d(way.dot(face.x), way.dot(face.y));
+    if (most < unreachable<double> && surface_.twin(first) != first &&
+        surface_.is_manifold(first)) {
+      d.y() = std::abs(way.dot(stable_unit(across)));
+    }
+    require(d.norm() > in_plane, "the direction is at a right angle to the edge between vertices ",
+            from.element[0], " and ", from.element[1]);
+    d.y() = std::max(0.0, d.y());
+    d = stable_unit(d);
+    const bool same = surface_.origin(best) == from.element[0];
+    const double x = double{from.weights[same ? 1 : 0]} * face.length;
+    if (d.y() <= on_it) return go_along(best, x, d.x() > 0);
+    halfedge_ = best;
+    x_ = x;
+    direction_ = d;
+  }
+
+  void leave_vertex(Index vertex, const Vec3<double>& way) {
+    require(!surface_.corners(vertex).empty(), "vertex ", vertex,
+            " is in no face, no way leads from it");
+    for (const Index h : surface_.corners(vertex)) {
+      const Frame face = frame(h);
+      const double x = way.dot(face.x), y = way.dot(face.y);
+      const double off = std::abs(way.dot(gelight::cross(face.x, face.y)));
+      const double angle = std::atan2(y, x), opening = std::atan2(face.apex.y(), face.apex.x());
+      if (off <= in_plane && angle >= -in_plane && angle <= opening + in_plane) {
+        return leave_corner(h, std::clamp(angle, 0.0, opening), opening);
+      }
+    }
+    const auto [h, angle] = in_tangent_plane(vertex, way);
+    if (h >= 0) leave_corner(h, angle, corner(h));
+  }
+
+  // The corner into which a direction of a vertex' tangent plane leads, with angles scaled as in
+  // TangentFrames.
+  [[nodiscard]] std::pair<Index, double> in_tangent_plane(Index vertex,
+                                                          const Vec3<double>& way) const {
+    Vec3<double> normal(0, 0, 0);
+    for (const Index h : surface_.corners(vertex)) {
+      const Frame face = frame(h);
+      normal += corner(h) * stable_unit(gelight::cross(face.x, face.y));
+    }
+    normal = stable_unit(normal);
+    const Vec3<double> x = stable_unit(Vec3<double>(way - way.dot(normal) * normal));
+    require(x.squaredNorm() > 0, "the direction is at a right angle to the surface at vertex ",
+            vertex);
+    const Vec3<double> y = gelight::cross(normal, x);
+    const auto flat = [&](Index other) {
+      const Vec3<double> to = place(other) - place(vertex);
+      return std::complex<double>(to.dot(x), to.dot(y));
+    };
+    const Ring ring = ring_of(first_of(surface_.corners(vertex)[0]));
+    const double scale = ring.is_closed ? 2 * pi / ring.total : 1;
+    std::complex<double> turn = 0;
+    double sum = 0;
+    for (std::size_t i = 0; i < ring.halfedges.size(); ++i) {
+      turn += flat(surface_.tip(ring.halfedges[i])) * std::polar(1.0, -scale * sum);
+      sum += ring.angles[i];
+    }
+    if (!ring.is_closed) {
+      turn += flat(surface_.apex(ring.halfedges.back())) * std::polar(1.0, -sum);
+    }
+    // The direction is along x, and the first half-edge at arg(turn).
+    double angle = turn == 0.0 ? 0 : -std::arg(turn);
+    if (angle < 0) angle += 2 * pi;
+    return at_angle(ring, angle / scale);
+  }
+
+  // --- round a vertex ----------------------------------------------------------------------------
+
+  // Corners round a place, in order, by their half-edges; over edges of no length those of the
+  // vertices at their other ends belong to it.
+  struct Ring {
+    std::vector<Index> halfedges;
+    std::vector<double> angles;
+    double total = 0;
+    bool is_closed = false;
+  };
+
+  // The half-edge from the place after that of a corner, or -1 at a border or where faces are
+  // turned over.
+  [[nodiscard]] Index after(Index h) const {
+    const Index before = Mesh::previous(h);
+    // To the left of h lies an edge of no length: the next leads from its other end.
+    return across(surface_.length(before) > 0 ? before : Mesh::next(h));
+  }
+  [[nodiscard]] Index before(Index h) const {
+    const Index t = across(h);
+    if (t < 0) return -1;
+    return surface_.length(Mesh::next(t)) > 0 ? Mesh::next(t) : Mesh::previous(t);
+  }
+  [[nodiscard]] Index across(Index h) const {
+    const Index t = surface_.twin(h);
+    const bool goes_on =
+        t != h && surface_.twin(t) == h && surface_.origin(t) != surface_.origin(h);
+    return goes_on ? t : -1;
+  }
+  [[nodiscard]] Index first_of(Index h) const {
+    Index first = surface_.length(h) > 0 ? h : Mesh::next(h);
+    const Index start = first;
+    for (Index left = surface_.halfedge_count(); left > 0; --left) {
+      const Index other = before(first);
+      if (other < 0 || other == start) break;
+      first = other;
+    }
+    return first;
+  }
+  [[nodiscard]] Ring ring_of(Index first) const {
+    Ring ring;
+    Index h = first;
+    for (Index left = surface_.halfedge_count(); h >= 0 && left > 0; --left) {
+      const bool has_angle = surface_.length(h) > 0 && surface_.length(Mesh::previous(h)) > 0;
+      ring.halfedges.push_back(h);
+      ring.angles.push_back(has_angle ? corner(h) : 0);
+      ring.total += ring.angles.back();
+      h = after(h);
+      if (h != first) continue;
+      ring.is_closed = true;
+      break;
+    }
+    return ring;
+  }
+  // The corner of a ring at an angle from its first half-edge, and the angle there.
+  [[nodiscard]] std::pair<Index, double> at_angle(const Ring& ring, double angle) const {
+    if (!ring.is_closed && (angle < 0 || angle > ring.total)) {
+      // Beside the surface: along the nearer border, if that is near.
+      const double beyond = angle < 0 ? -angle : std::min(angle - ring.total, 2 * pi - angle);
+      if (beyond > in_plane) return {-1, 0};
+      angle = angle - ring.total > pi - ring.total / 2 ? 0 : std::clamp(angle, 0.0, ring.total);
+    }
+    for (std::size_t i = 0; i < ring.halfedges.size(); ++i) {
+      if (angle <= ring.angles[i]) return {ring.halfedges[i], std::max(0.0, angle)};
+      angle -= ring.angles[i];
+    }
+    return {ring.halfedges.back(), ring.angles.back()};
+  }
+
+  // Goes on from a vertex that was reached in h's face, h's origin, with the way back at an angle
+  // from h.
+  void pass_vertex(Index h, double back) {
+    append(vertex_point<T>(surface_.origin(h)));
+    if (!(left_ > 0)) return finish();
+    const Ring ring = ring_of(first_of(h));
+    double from = back;
+    for (std::size_t i = 0; i < ring.halfedges.size() && ring.halfedges[i] != h; ++i) {
+      from += ring.angles[i];
+    }
+    double onward = 0;
+    if (ring.is_closed) {
+      onward = std::fmod(from + 1.5 * ring.total, ring.total);
+    } else {
+      from = std::clamp(from, 0.0, ring.total);
+      // At a border there is a straight way on where one side is at least half a turn.
+      const bool left = from >= pi - in_plane, right = ring.total - from >= pi - in_plane;
+      if (!left && !right) return finish();
+      onward = left && right ? from + (from > ring.total / 2 ? -1 : 1) * ring.total / 2
+               : left        ? std::max(0.0, from - pi)
+                             : std::min(ring.total, from + pi);
+    }
+    const auto [corner_out, angle] = at_angle(ring, onward);
+    if (corner_out < 0) return finish();
+    leave_corner(corner_out, angle, corner(corner_out));
+  }
+
+  // From h's origin into its face, at an angle of the corner's.
+  void leave_corner(Index h, double angle, double opening) {
+    if (angle <= on_it) return go_along(h, 0, true);
+    if (angle >= opening - on_it) {
+      const Index in = Mesh::previous(h);
+      return go_along(in, length(in), false);
+    }
+    halfedge_ = h;
+    x_ = 0;
+    direction_ = {std::cos(angle), std::sin(angle)};
+  }
+
+  // Along a half-edge, from a place on it to one of its ends.
+  void go_along(Index h, double x, bool to_tip) {
+    halfedge_ = -1;
+    const double rest = to_tip ? length(h) - x : x;
+    if (left_ < rest) return end_in(h, {to_tip ? x + left_ : x - left_, 0});
+    left_ -= rest;
+    if (to_tip) return pass_vertex(Mesh::next(h), corner(Mesh::next(h)));
+    pass_vertex(h, 0);
+  }
+
+  // --- across a face -----------------------------------------------------------------------------
+
+  void cross_face() {
+    if ((++crossings_ & 4095) == 0) watch();
+    const Index h = halfedge_;
+    const Vec3<double> origin = place(surface_.origin(h));
+    const Vec3<double> to_apex = place(surface_.apex(h)) - origin;
+    const double base = length(h);
+    const Vec3<double> x = (place(surface_.tip(h)) - origin) / base;
+    const double apex_x = x.dot(to_apex);
+    const double apex_y = (to_apex - apex_x * x).norm();
+    const double dx = direction_.x(), dy = direction_.y();
+    // On which side of the line the apex lies, as a length.
+    const double beside = (apex_x - x_) * dy - apex_y * dx;
+    const bool is_right = beside < 0 || (beside == 0 && dx > 0);
+    const Index out = is_right ? Mesh::next(h) : Mesh::previous(h);
+    const double side = length(out);
+    // Of the side: from the end on h, how far along it goes, x and y.
+    const double start = is_right ? base : 0;
+    const double sx = apex_x - start, sy = apex_y;
+    const double area = dx * sy - dy * sx;
+    const double share = area == 0 ? 1 : ((start - x_) * dy) / area;
+    const double way = area == 0 ? 0 : ((start - x_) * sy) / area;
+    if (way >= left_) return end_in(h, {x_ + left_ * dx, left_ * dy});
+    left_ -= std::max(0.0, way);
+    if (std::abs(beside) <= on_it * side || share >= 1 - on_it) {
+      const double along_x = -dx, along_y = -dy;  // the way back, from the apex
+      const Vec2<double> to_origin(-apex_x, -apex_y);
+      const double back = std::atan2(to_origin.x() * along_y - to_origin.y() * along_x,
+                                     to_origin.x() * along_x + to_origin.y() * along_y);
+      halfedge_ = -1;
+      return pass_vertex(Mesh::previous(h), back);
+    }
+    // The direction in the frame of `out`: to the right side runs up, the left one down.
+    const double ux = (is_right ? sx : -sx) / side, uy = (is_right ? sy : -sy) / side;
+    leave_by(out, is_right ? share * side : (1 - share) * side,
+             {ux * dx + uy * dy, ux * dy - uy * dx});
+  }
+
+  // Over half-edge `out` at x along it, with a direction in its frame that points out of the face.
+  void leave_by(Index out, double x, const Vec2<double>& d) {
+    const double side = length(out), share = std::clamp(x / side, 0.0, 1.0);
+    if (share <= on_it || share >= 1 - on_it) {
+      halfedge_ = -1;
+      const Index at = share <= on_it ? out : Mesh::next(out);
+      const double back =
+          share <= on_it ? std::atan2(-d.y(), -d.x()) : corner(at) - std::atan2(-d.y(), d.x());
+      return pass_vertex(at, back);
+    }
+    append(edge_point<T>(surface_.origin(out), surface_.tip(out), static_cast<T>(share)));
+    const Index t = surface_.twin(out);
+    if (t == out || surface_.twin(t) != out) return finish();  // a border, or three faces and more
+    const bool is_turned = surface_.origin(t) == surface_.origin(out);
+    halfedge_ = t;
+    x_ = is_turned ? share * side : (1 - share) * side;
+    // Kept unit to first order.
+    const double unit = 1.5 - 0.5 * d.squaredNorm();
+    direction_ = {(is_turned ? d.x() : -d.x()) * unit, -d.y() * unit};
+  }
+
+  // --- how it ends -------------------------------------------------------------------------------
+
+  void end_in(Index h, const Vec2<double>& at) {
+    const Frame face = frame(h);
+    const double at_apex = face.apex.y() > 0 ? std::clamp(at.y() / face.apex.y(), 0.0, 1.0) : 0;
+    const double at_tip =
+        std::clamp((at.x() - at_apex * face.apex.x()) / face.length, 0.0, 1 - at_apex);
+    std::array<T, 3> weights;
+    const auto k = static_cast<std::size_t>(h % 3);
+    weights[(k + 1) % 3] = static_cast<T>(at_tip);
+    weights[(k + 2) % 3] = static_cast<T>(at_apex);
+    weights[k] = std::max(T(0), 1 - weights[(k + 1) % 3] - weights[(k + 2) % 3]);
+    append(simplified(surface_, face_point<T>(Mesh::face_of(h), weights)));
+    finish();
+  }
+  void append(const SurfacePoint<T>& point) {
+    if (!(path_.back() == point)) path_.push_back(point);
+  }
+  void finish() {
+    halfedge_ = -1;
+    left_ = 0;
+  }
+
+  void watch() {
+    cancelled_.check(1 - left_ / length_, "tracing a geodesic");
+    // Round a needle's tip of no girth it would go for ever.
+    if (left_ == left_before_ && (crossings_ >> 12) % (1 + surface_.face_count() / 1024) == 0)
+      finish();
+    if ((crossings_ >> 12) % (1 + surface_.face_count() / 1024) == 0) left_before_ = left_;
+  }
+
+  const Surface<T>& surface_;
+  const CancelHook& cancelled_;
+  double left_, length_;
+  double left_before_ = -1;
+  std::int64_t crossings_ = 0;
+  Path<T> path_;
+  // Where it enters a face: by which half-edge, how far along it, and which way in its frame.
+  Index halfedge_ = -1;
+  double x_ = 0;
+  Vec2<double> direction_{0, 0};
+};
+
+}  // namespace detail
+
+/// The straightest geodesic from a point in a direction for a length: straight in every face and
+/// over every edge, with equal angles on both sides at a vertex. The exponential map.
+///
+/// The direction is a vector in space of any length. In a face its part in the plane counts. At an
+/// edge and at a vertex one that lies in the plane of a face there, and points into it, leaves
+/// there (as `ExactField::departure` tells); any other is one of the tangent plane: on an edge that
+/// which halves the angle of the two faces, at a vertex that of TangentFrames, whose angles sum to
+/// 2 pi. So it undoes ExactLogMap.
+///
+/// It ends before its length at a border, and at an edge of three faces or more. At a vertex of a
+/// border it goes on where one side leaves half a turn: along a straight border, past a re-entrant
+/// corner. It stays in the fan by which it reaches a vertex. Edges of no length are points: what
+/// meets around both ends is met as at one vertex.
+///
+/// Returns the point, each point where the path crosses an edge or meets a vertex, and its end.
+/// Throws InvalidInput for a point that is not of the surface, a direction that is zero, not finite
+/// or at a right angle to the surface, a length that is negative or not finite; Cancelled where the
+/// hook says so. Constant time for each face crossed.
+///
+/// K. Polthier, M. Schmies, "Straightest geodesics on polyhedral surfaces", 1998,
+/// doi:10.1007/978-3-662-03567-2_11.
+template <TriangleMesh M>
+[[nodiscard]] Path<MeshScalar<M>> trace_geodesic(const M& mesh,
+                                                 const SurfacePoint<MeshScalar<M>>& point,
+                                                 const Vec3<MeshScalar<M>>& direction,
+                                                 MeshScalar<M> length,
+                                                 const CancelHook& cancelled = {}) {
+  using T = MeshScalar<M>;
+  const Surface<T> surface(mesh);
+  surface.require_point(point);
+  detail::require(direction.allFinite() && !direction.isZero(0), "the direction (", direction[0],
+                  ", ", direction[1], ", ", direction[2], ") is zero or not finite");
+  detail::require(length >= 0 && std::isfinite(length), "the length ", length,
+                  " is negative or not finite");
+  cancelled.check(0, "tracing a geodesic");
+  const SurfacePoint<T> from = detail::simplified(surface, point);
+  if (length == 0) return {from};
+  return detail::StraightWalk<T>(surface, from, static_cast<double>(length), cancelled)
+      .run(direction);
+}
+
+}  // namespace gelight

@@ -1,0 +1,320 @@
+#include "gelight/geodesic/smooth.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "gelight/mesh/shapes.hpp"
+#include "support/hard_meshes.hpp"
+#include "support/refusal.hpp"
+#include "support/scan_meshes.hpp"
+#include "support/smooth_surfaces.hpp"
+
+using namespace gelight;
+using test::Random;
+
+namespace {
+
+static_assert(DistanceSolver<SmoothDistanceSolver<double>, double>);
+static_assert(DistanceSolver<SmoothDistanceSolver<float>, float>);
+
+using Normals = std::span<const std::array<double, 3>>;
+
+double mean_error(const std::vector<double>& distance, const std::vector<double>& truth) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t v = 0; v < truth.size(); ++v) {
+    if (!(truth[v] > 0)) continue;
+    sum += std::abs(distance[v] / truth[v] - 1);
+    ++count;
+  }
+  return sum / count;
+}
+
+Vec3<double> place(const Mesh<double>& mesh, std::size_t v) {
+  const auto& [x, y, z] = mesh.positions[v];
+  return {x, y, z};
+}
+
+double great_circle(const Vec3<double>& a, const Vec3<double>& b) {
+  return std::atan2(cross(a, b).norm(), a.dot(b));
+}
+
+}  // namespace
+
+TEST_CASE("spheroids from a pole: hundreds of times nearer than the mesh, of higher order") {
+  Random random(4);
+  for (const double height : {1.0, 0.5, 3.0}) {
+    for (const double jitter : {0.0, 0.2}) {
+      CAPTURE(height);
+      CAPTURE(jitter);
+      double given_before = 0, fitted_before = 0;
+      for (const int level : {3, 4}) {
+        const test::SmoothCase c = test::spheroid(level, height, jitter, random);
+        const double mesh = mean_error(ExactSolver(c.mesh).distance(0), c.truth);
+        const double given =
+            mean_error(SmoothDistanceSolver(c.mesh, Normals(c.normals)).distance(0), c.truth);
+        const double fitted = mean_error(SmoothDistanceSolver(c.mesh).distance(0), c.truth);
+        CHECK(given < mesh / (level == 3 ? 100 : 400));
+        CHECK(fitted < mesh / (level == 3 ? 25 : 400));
+        if (level == 4) {
+          CHECK(given < given_before / std::pow(2, 3.5));
+          CHECK(fitted < fitted_before / std::pow(2, 3));
+        }
+        given_before = given;
+        fitted_before = fitted;
+      }
+    }
+  }
+}
+
+TEST_CASE("a torus, against geodesics integrated on it") {
+  Random random(6);
+  const auto c = test::jittered_torus(72, 36, 0.25, random);
+  const ExactField<double> field = ExactSolver(c.mesh).solve(0);
+  std::vector<double> truth(c.places.size(), -1);
+  int known = 0;
+  for (std::size_t v = 5; v < truth.size(); v += 23) {
+    // The geodesic beside the mesh's shortest path, where that is well before its cut locus.
+    const double length = field.distance(static_cast<Index>(v));
+    if (length > 1.5) continue;
+    const Vec3<double> leaves = field.departure(static_cast<Index>(v)).direction;
+    auto [x, y] = c.places[v];
+    x = std::remainder(x, 2 * std::numbers::pi);
+    y = std::remainder(y, 2 * std::numbers::pi);
+    if (std::abs(y) > 2) continue;
+    truth[v] = test::torus_geodesic(1, 0.4, x, y, std::atan2(leaves[1], leaves[2]), length);
+    known += truth[v] > 0;
+  }
+  REQUIRE(known > 20);
+  const double mesh = mean_error(field.distances(), truth);
+  CHECK(mean_error(SmoothDistanceSolver(c.mesh, Normals(c.normals)).distance(0), truth) <
+        mesh / 200);
+  CHECK(mean_error(SmoothDistanceSolver(c.mesh).distance(0), truth) < mesh / 100);
+}
+
+TEST_CASE("sources and queries anywhere on a sphere; paths and directions") {
+  Random random(8);
+  const test::SmoothCase c = test::spheroid(4, 1, 0.2, random);
+  const SmoothDistanceSolver solver(c.mesh, Normals(c.normals));
+  for (int i = 0; i < 6; ++i) {
+    const Index f = test::uniform_index(random, static_cast<Index>(c.mesh.faces.size()));
+    const double a = test::uniform(random, 0, 0.5), b = test::uniform(random, 0, 0.5);
+    const auto& corners = c.mesh.faces[static_cast<std::size_t>(f)];
+    const std::vector<Source<double>> sources{
+        {i % 2 == 0 ? face_point<double>(f, {a, b, 1 - a - b})
+                    : edge_point<double>(corners[0], corners[1], a),
+         0.3},
+        {vertex_point<double>(test::uniform_index(random, 2562)), 0.4}};
+    const auto solved = solver.solve(std::span<const Source<double>>(sources));
+    std::array<Vec3<double>, 2> from{solver.position(sources[0].point),
+                                     solver.position(sources[1].point)};
+    for (auto& p : from) {
+      CHECK(std::abs(p.norm() - 1) < 1e-6);
+      p.normalize();
+    }
+    for (std::size_t v = 0; v < solved.distance.size(); v += 7) {
+      CAPTURE(v);
+      const Vec3<double> p = place(c.mesh, v);
+      const double one = 0.3 + great_circle(from[0], p), two = 0.4 + great_circle(from[1], p);
+      const double truth = std::min(one, two);
+      // The mesh errs by 6e-4 of the distance; about the antipode Newton's step by 2e-6.
+      CHECK(std::abs(solved.distance[v] - truth) < 4e-6);
+      const auto vertex = static_cast<Index>(v);
+      const SmoothPath<double> path = solver.path(solved, vertex);
+      if (truth > 2 || path.positions.size() < 2 || solved.trust[v] != SmoothTrust::smooth)
+        continue;
+      const Vec3<double>& q = from[one < two ? 0 : 1];
+      const Vec3<double> tangent = (p * p.dot(q) - q).normalized();
+      CHECK((solved.direction[v] - tangent).norm() < 2e-3);
+      CHECK(path.length == doctest::Approx(truth - (one < two ? 0.3 : 0.4)).epsilon(1e-5));
+      const Vec3<double> across = cross(q, p).normalized();
+      for (const Vec3<double>& r : path.positions) {
+        CHECK(std::abs(r.norm() - 1) < 2e-4);
+        CHECK(std::abs(r.dot(across)) < 5e-4);  // a 150th of an edge
+      }
+    }
+  }
+}
+
+TEST_CASE("a cylinder's rim is a crease and stays one; its sides become round") {
+  constexpr Index around = 48, up = 16, rings = 7;
+  std::vector<ProfilePoint<double>> profile;
+  for (Index i = 0; i <= rings; ++i) profile.push_back({double(i) / rings, -1});
+  for (Index i = 1; i <= up; ++i) profile.push_back({1, -1 + 2.0 * i / up});
+  for (Index i = rings; i-- > 0;) profile.push_back({double(i) / rings, 1});
+  const auto mesh = revolve<double>(profile, 2 * std::numbers::pi / around);
+  Index source = 0;
+  while (std::abs(place(mesh, std::size_t(source))[2]) > 1e-9 ||
+         std::hypot(place(mesh, std::size_t(source))[0], place(mesh, std::size_t(source))[1]) <
+             0.99)
+    ++source;
+  const Vec3<double> s = place(mesh, std::size_t(source));
+  std::vector<double> truth(mesh.positions.size(), -1);
+  for (std::size_t v = 0; v < truth.size(); ++v) {
+    const Vec3<double> p = place(mesh, v);
+    const double angle = std::abs(
+        std::remainder(std::atan2(p[1], p[0]) - std::atan2(s[1], s[0]), 2 * std::numbers::pi));
+    const double r = std::hypot(p[0], p[1]);
+    if (r > 1 - 1e-9) {
+      if (angle < 1.2) truth[v] = std::hypot(angle, p[2]);  // a helix
+      continue;
+    }
+    if (angle > 0.6 || r < 0.3) continue;
+    // Over the rim, at the angle where that is shortest.
+    double low = -1, high = 1;
+    const auto over = [&](double t) {
+      return std::hypot(t, 1) +
+             std::hypot(std::cos(t) - r * std::cos(angle), std::sin(t) - r * std::sin(angle));
+    };
+    for (int i = 0; i < 100; ++i) {
+      const double a = low + (high - low) / 3, b = high - (high - low) / 3;
+      (over(a) < over(b) ? high : low) = over(a) < over(b) ? b : a;
+    }
+    truth[v] = over(low);
+  }
+  truth[std::size_t(source)] = 0;
+  const double on_mesh = mean_error(ExactSolver(mesh).distance(source), truth);
+  CHECK(mean_error(SmoothDistanceSolver(mesh).distance(source), truth) < on_mesh / 50);
+  CHECK(SmoothDistanceSolver(mesh).normals(source).size() == 1);
+}
+
+TEST_CASE("what is flat or has creases everywhere is as exact as the mesh") {
+  Random random(3);
+  for (const auto& mesh : {box<double>(1, 2, 3), test::jittered_grid(12, 0.3, random)}) {
+    const auto exact = ExactSolver(mesh).distance(1);
+    const auto smooth = SmoothDistanceSolver(mesh).solve(1);
+    for (std::size_t v = 0; v < exact.size(); ++v) {
+      CHECK(smooth.distance[v] == doctest::Approx(exact[v]).epsilon(1e-12));
+      CHECK(smooth.trust[v] != SmoothTrust::rough);
+    }
+  }
+  // As creases are given, so they are found.
+  const auto sphere = icosphere<double>(3);
+  SmoothOptions<double> options;
+  for (const auto& [a, b, c] : sphere.faces) {
+    options.creases.insert(options.creases.end(), {{a, b}, {b, c}, {c, a}});
+  }
+  const auto exact = ExactSolver(sphere).distance(5);
+  const auto all_creases = SmoothDistanceSolver(sphere, options).distance(5);
+  for (std::size_t v = 0; v < exact.size(); ++v) {
+    // Faces stay flat, and edges are curved along the ridge between their planes: straight.
+    CHECK(all_creases[v] == doctest::Approx(exact[v]).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("noise: never worse than the mesh by more than a tenth, and it says so") {
+  for (const double height : {1.0, 0.5, 3.0}) {
+    for (const double noise : {0.001, 0.01, 0.03, 0.1, 0.3}) {
+      CAPTURE(height);
+      CAPTURE(noise);
+      Random random(11);
+      test::SmoothCase c = test::spheroid(4, height, 0.2, random);
+      c.mesh = test::scans::noisy(c.mesh, noise, random);
+      const auto exact = ExactSolver(c.mesh).distance(0);
+      const auto smooth = SmoothDistanceSolver(c.mesh).solve(0);
+      const double on_mesh = mean_error(exact, c.truth);
+      CHECK(mean_error(smooth.distance, c.truth) < 1.1 * on_mesh);
+      std::size_t rough = 0;
+      for (std::size_t v = 0; v < exact.size(); ++v) {
+        if (smooth.trust[v] != SmoothTrust::rough) continue;
+        ++rough;
+        CHECK(smooth.distance[v] == exact[v]);
+      }
+      if (noise < 0.01) CHECK(rough == 0);
+      if (noise >= 0.1) CHECK(rough > exact.size() * 8 / 10);
+    }
+  }
+}
+
+TEST_CASE("scale, float, parts, cancelling and the mesh's orientation") {
+  Random random(2);
+  const test::SmoothCase c = test::spheroid(3, 0.5, 0.2, random);
+  const auto once = SmoothDistanceSolver(c.mesh, Normals(c.normals)).distance(7);
+  for (const double scale : {1e-6, 1e6}) {
+    Mesh<double> mesh = c.mesh;
+    for (auto& p : mesh.positions) {
+      for (double& x : p) x *= scale;
+    }
+    const auto scaled = SmoothDistanceSolver(mesh, Normals(c.normals)).distance(7);
+    for (std::size_t v = 0; v < once.size(); ++v) {
+      CHECK(scaled[v] == doctest::Approx(scale * once[v]).epsilon(1e-9));
+    }
+  }
+  Mesh<double> flipped = c.mesh;
+  for (auto& f : flipped.faces) std::swap(f[0], f[1]);
+  const auto inside_out = SmoothDistanceSolver(flipped, Normals(c.normals)).distance(7);
+  for (std::size_t v = 0; v < once.size(); ++v) {
+    CHECK(inside_out[v] == doctest::Approx(once[v]).epsilon(1e-6));
+  }
+  const auto narrow = SmoothDistanceSolver(icosphere<float>(4)).distance(0);
+  const auto sphere = icosphere<float>(4);
+  for (std::size_t v = 0; v < narrow.size(); ++v) {
+    const auto& [x, y, z] = sphere.positions[v];
+    const auto& [a, b, d] = sphere.positions[0];
+    CHECK(narrow[v] == doctest::Approx(great_circle({x, y, z}, {a, b, d})).epsilon(3e-6));
+  }
+  const auto parts = joined<double>(std::vector<Mesh<double>>{c.mesh, box<double>(1, 1, 1)});
+  const auto solved = SmoothDistanceSolver(parts).solve(0);
+  CHECK(std::isinf(solved.distance.back()));
+  CHECK(solved.direction.back().isZero(0));
+
+  SmoothOptions<double> options;
+  bool stop = false;
+  options.cancelled = [&stop] { return stop; };
+  const SmoothDistanceSolver solver(c.mesh, options);
+  std::vector<double> out(once.size(), -1);
+  stop = true;
+  CHECK_THROWS_AS(solver.distance_into(out, 0), Cancelled);
+  CHECK(out == std::vector<double>(once.size(), -1));
+  stop = false;
+  CHECK(solver.distance(0) == SmoothDistanceSolver(c.mesh).distance(0));
+}
+
+TEST_CASE(
+    "every mesh of a scanner's kind is answered, and no longer than along its edges' curves") {
+  for (const auto& [name, mesh] : test::scan_meshes(2)) {
+    CAPTURE(name);
+    const auto exact = ExactSolver(mesh).distance(0);
+    const auto smooth = SmoothDistanceSolver(mesh).solve(0);
+    for (std::size_t v = 0; v < exact.size(); ++v) {
+      CHECK(std::isfinite(smooth.distance[v]) == std::isfinite(exact[v]));
+      if (!std::isfinite(exact[v])) continue;
+      CHECK(smooth.distance[v] < 1.5 * exact[v] + 1e-12);
+      CHECK(smooth.distance[v] > 0.7 * exact[v] - 1e-12);
+    }
+  }
+}
+
+TEST_CASE("bad input") {
+  using test::refusal;
+  Random random(2);
+  const test::SmoothCase c = test::spheroid(2, 1, 0, random);
+  auto normals = c.normals;
+  normals.pop_back();
+  CHECK_THROWS_AS(SmoothDistanceSolver(c.mesh, Normals(normals)), InvalidInput);
+  normals = c.normals;
+  normals[17] = {0, 0, 2};
+  CHECK_THROWS_AS(SmoothDistanceSolver(c.mesh, Normals(normals)), InvalidInput);
+  normals[17] = {std::numeric_limits<double>::quiet_NaN(), 0, 1};
+  CHECK_THROWS_AS(SmoothDistanceSolver(c.mesh, Normals(normals)), InvalidInput);
+  normals = c.normals;
+  for (double& x : normals[17]) x = -x;
+  CHECK_THROWS_WITH_AS(
+      SmoothDistanceSolver(c.mesh, Normals(normals)),
+      "the normal of vertex 17 points to the other side of its faces than those of most vertices",
+      InvalidInput);
+  CHECK_THROWS_AS(SmoothDistanceSolver(c.mesh, SmoothOptions<double>{.crease_angle = 0}),
+                  InvalidInput);
+  CHECK_THROWS_AS(SmoothDistanceSolver(c.mesh, SmoothOptions<double>{.creases = {{0, 1}}}),
+                  InvalidInput);
+  const SmoothDistanceSolver solver(c.mesh);
+  CHECK_THROWS_AS((void)solver.distance(-1), InvalidInput);
+  CHECK_THROWS_AS((void)solver.distance(std::span<const Index>()), InvalidInput);
+}

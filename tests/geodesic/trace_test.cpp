@@ -1,0 +1,298 @@
+#include "gelight/geodesic/trace.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/mesh/nearest.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/transport/log_map.hpp"
+#include "support/hard_meshes.hpp"
+#include "support/scan_meshes.hpp"
+
+using namespace gelight;
+using test::Random;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+SurfacePoint<double> random_point(const Surface<double>& surface, int kind, Random& random) {
+  const Index f = test::uniform_index(random, surface.face_count());
+  const double a = test::uniform(random, 0.1, 0.5), b = test::uniform(random, 0.1, 0.4);
+  if (kind == 0) return vertex_point<double>(surface.face(f)[0]);
+  if (kind == 1) return edge_point(surface.face(f)[0], surface.face(f)[1], a);
+  return face_point<double>(f, {a, b, 1 - a - b});
+}
+
+// Whether each piece is in a face: the points' elements are in one.
+void check_pieces(const Surface<double>& surface, const Path<double>& path) {
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    bool in_face = false;
+    for (Index f = 0; f < surface.face_count() && !in_face; ++f) {
+      const auto corners = surface.face(f);
+      const auto holds = [&](const SurfacePoint<double>& p) {
+        if (p.kind == SurfacePoint<double>::Kind::face) return p.element[0] == f;
+        const auto has = [&](Index v) {
+          return std::find(corners.begin(), corners.end(), v) != corners.end();
+        };
+        return has(p.element[0]) &&
+               (p.kind == SurfacePoint<double>::Kind::vertex || has(p.element[1]));
+      };
+      in_face = holds(path[i - 1]) && holds(path[i]);
+    }
+    CHECK(in_face);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("on a flat sheet it is the straight line") {
+  Random random(1);
+  for (const double scale : {1e-6, 1.0, 1e6}) {
+    Mesh<double> mesh = test::jittered_grid(14, 0.3, random);
+    for (auto& p : mesh.positions) {
+      for (double& x : p) x = scale * (x + 1e3);
+    }
+    const Surface<double> surface(mesh);
+    for (int i = 0; i < 60; ++i) {
+      const auto from = random_point(surface, i % 3, random);
+      const double angle = test::uniform(random, -pi, pi);
+      const Vec3<double> d(std::cos(angle), std::sin(angle), 0);
+      const Vec3<double> p = surface.position(from);
+      const double wanted = scale * test::uniform(random, 0.1, 6);
+      const auto path = trace_geodesic(surface, from, d, wanted);
+      const Vec3<double> end = surface.position(path.back());
+      const double gone = length(surface, path);
+      CHECK((end - p - gone * d).norm() <= 1e-11 * scale);
+      CHECK(gone <= wanted * (1 + 1e-13));
+      if (gone >= wanted * (1 - 1e-12)) continue;
+      // Then it met the border.
+      const auto last = path.back();
+      bool is_border = false;
+      if (last.kind == SurfacePoint<double>::Kind::edge) {
+        is_border = surface.is_border(surface.find_halfedge(last.element[0], last.element[1]));
+      } else if (last.kind == SurfacePoint<double>::Kind::vertex) {
+        for (const Index h : surface.corners(last.element[0])) {
+          is_border |= surface.is_border(h) || surface.is_border(Surface<double>::previous(h));
+        }
+      }
+      CHECK(is_border);
+    }
+  }
+}
+
+TEST_CASE("along grid lines, through vertices and along a border") {
+  const auto mesh = grid<double>(8, 8, 8, 8);
+  const Surface<double> surface(mesh);
+  Index corner = 0, far = 0;
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    const auto p = surface.position(v);
+    if (p[0] + p[1] < surface.position(corner)[0] + surface.position(corner)[1]) corner = v;
+    if (p[0] + p[1] > surface.position(far)[0] + surface.position(far)[1]) far = v;
+  }
+  const Vec3<double> diagonal = surface.position(far) - surface.position(corner);
+  const auto path =
+      trace_geodesic(surface, vertex_point<double>(corner), diagonal, diagonal.norm());
+  CHECK((surface.position(path.back()) - surface.position(far)).norm() < 1e-12);
+  const Vec3<double> side(diagonal[0], 0, 0);
+  const auto border = trace_geodesic(surface, vertex_point<double>(corner), side, side.norm());
+  CHECK((surface.position(border.back()) - surface.position(corner) - side).norm() < 1e-12);
+  CHECK(trace_geodesic(surface, vertex_point<double>(corner), Vec3<double>(side), 100.0).size() ==
+        border.size());
+}
+
+TEST_CASE("what leaves in the direction of a shortest path arrives at its end") {
+  Random random(7);
+  for (const auto& [name, mesh] : test::scan_meshes(2)) {
+    CAPTURE(name);
+    const Surface<double> surface(mesh);
+    const ExactSolver solver(mesh);
+    for (int i = 0; i < 6; ++i) {
+      const auto from = random_point(surface, i % 3, random);
+      const ExactField<double> field = solver.solve(from);
+      for (int j = 0; j < 6; ++j) {
+        const auto to = random_point(surface, j % 3, random);
+        const double distance = field.distance(to);
+        if (!(distance > 0) || !std::isfinite(distance)) continue;
+        // Paths that bend at vertices on the way are shortest, not straightest.
+        const auto shortest = field.path(to);
+        bool bends = false;
+        for (std::size_t k = 1; k + 1 < shortest.size(); ++k) {
+          bends |= shortest[k].kind == SurfacePoint<double>::Kind::vertex;
+        }
+        if (bends) continue;
+        const auto leaves = field.departure(to);
+        const auto path = trace_geodesic(surface, from, leaves.direction, distance);
+        const double off = (surface.position(path.back()) - surface.position(to)).norm();
+        CHECK(off < 1e-9 * distance);
+        CHECK(length(surface, path) == doctest::Approx(distance).epsilon(1e-12));
+      }
+    }
+  }
+}
+
+TEST_CASE("it undoes the exact log map") {
+  Random random(9);
+  Mesh<double> saddle = test::jittered_grid(16, 0.2, random);
+  for (auto& [x, y, z] : saddle.positions) z = 0.05 * (x - 8) * (y - 8);
+  for (const auto& mesh :
+       {test::scans::blob(2), icosphere<double>(2), box<double>(1, 2, 3), saddle}) {
+    const Surface<double> surface(mesh);
+    const ExactLogMapSolver solver(mesh);
+    for (int i = 0; i < 12; ++i) {
+      const auto from = random_point(surface, i % 3, random);
+      const auto map = solver.solve(from);
+      const auto& [x, y] = map.tangent_basis();
+      for (int j = 0; j < 10; ++j) {
+        const auto to = random_point(surface, j % 3, random);
+        const auto shortest = map.field().path(to);
+        bool bends = shortest.size() < 2;
+        for (std::size_t k = 1; k + 1 < shortest.size(); ++k) {
+          bends |= shortest[k].kind == SurfacePoint<double>::Kind::vertex;
+        }
+        if (bends) continue;
+        const Vec2<double> at = map(to);
+        const auto path =
+            trace_geodesic(surface, from, Vec3<double>(at[0] * x + at[1] * y), at.norm());
+        CHECK((surface.position(path.back()) - surface.position(to)).norm() < 1e-9 * at.norm());
+      }
+    }
+  }
+}
+
+TEST_CASE("equal angles at a cone's tip and at a saddle") {
+  // Fans of n faces of one angle: from the middle of a face through the centre, it leaves where
+  // both sides are equal.
+  for (const Index n : {5, 6, 7, 9}) {
+    Mesh<double> mesh;
+    mesh.positions.push_back({0, 0, 0});
+    for (Index k = 0; k < n; ++k) {
+      // Any heights with equal angles between neighbours would do; for n > 6 they go up and down.
+      const double a = 2 * pi * k / n;
+      const double lift =
+          n <= 6 ? std::sqrt(std::max(0.0, 1 - std::pow(0.5 / std::sin(pi / n), 2))) : 0;
+      const double r = n <= 6 ? 0.5 / std::sin(pi / n) : 1;
+      mesh.positions.push_back(
+          {r * std::cos(a), r * std::sin(a), n <= 6 ? lift : 0.3 * std::cos(2 * a)});
+      mesh.faces.push_back({0, 1 + k, 1 + (k + 1) % n});
+    }
+    const Surface<double> surface(mesh);
+    double total = 0;
+    const auto angle_at = [&](Index k) {
+      const auto a = surface.position(1 + k), b = surface.position(1 + (k + 1) % n);
+      return std::atan2(cross<double>(a, b).norm(), a.dot(b));
+    };
+    for (Index k = 0; k < n; ++k) total += angle_at(k);
+    const auto from = face_point<double>(0, {0.4, 0.35, 0.25});
+    const Vec3<double> p = surface.position(from);
+    const auto path = trace_geodesic(surface, from, Vec3<double>(-p), p.norm() + 0.2);
+    const Vec3<double> end = surface.position(path.back());
+    CHECK(end.norm() == doctest::Approx(0.2).epsilon(1e-9));
+    // The angle from p to the end, counted through faces 0, 1, 2 and so on.
+    const auto a0 = surface.position(2);
+    double sum = std::atan2(cross<double>(p, a0).norm(), p.dot(a0));
+    REQUIRE(path.back().kind != SurfacePoint<double>::Kind::vertex);
+    for (Index k = 1; k < n; ++k) {
+      const auto a = surface.position(1 + k);
+      const double within = std::atan2(cross<double>(a, end).norm(), a.dot(end));
+      const auto b = surface.position(1 + (k + 1) % n);
+      const double rest = std::atan2(cross<double>(b, end).norm(), b.dot(end));
+      if (std::abs(within + rest - angle_at(k)) < 1e-9) {
+        CHECK(sum + within == doctest::Approx(total / 2).epsilon(1e-8));
+        break;
+      }
+      sum += angle_at(k);
+      CHECK(k + 1 < n);
+    }
+  }
+}
+
+TEST_CASE("great circles of a fine sphere; a cylinder's helix; float") {
+  const auto mesh = icosphere<float>(5);
+  const Surface<float> surface(mesh);
+  const auto p = surface.position(100);
+  const Vec3<float> d = detail::unit_orthogonal<float>(p);
+  const auto path = trace_geodesic(surface, vertex_point<float>(100), d, 3.0F);
+  const Vec3<float> q = surface.position(path.back());
+  CHECK((q - (std::cos(3.0F) * p + std::sin(3.0F) * d)).norm() < 0.02F);
+  CHECK(length(surface, path) == doctest::Approx(3).epsilon(1e-5));
+
+  // An unrolled prism: x is the way round.
+  constexpr Index around = 24;
+  Mesh<double> tube;
+  for (Index i = 0; i <= 40; ++i) {
+    for (Index j = 0; j < around; ++j) {
+      const double a = 2 * pi * j / around;
+      tube.positions.push_back({std::cos(a), std::sin(a), i * 0.25});
+      const Index v = i * around + j, w = i * around + (j + 1) % around;
+      if (i < 40) {
+        tube.faces.push_back({v, w, v + around});
+        tube.faces.push_back({w, w + around, v + around});
+      }
+    }
+  }
+  const Surface<double> side(tube);
+  const double circle = around * 2 * std::sin(pi / around);
+  const auto start = face_point<double>(2 * around, {0.3, 0.4, 0.3});
+  const Vec3<double> first = side.position(start);
+  const double rise = 0.01, run = 20 * circle;
+  const Vec3<double> round = detail::stable_unit(side.position(around + 1) - side.position(around));
+  const Vec3<double> up(0, 0, 1);
+  const auto helix =
+      trace_geodesic(side, start, Vec3<double>(round + rise * up), std::hypot(run, rise * run));
+  const Vec3<double> above = first + rise * run * up;
+  CHECK((side.position(helix.back()) - above).norm() < 1e-10);
+  check_pieces(side, trace_geodesic(side, start, Vec3<double>(round + 0.5 * up), 6.0));
+}
+
+TEST_CASE("edges of no length are points; three faces on an edge end it") {
+  // A sheet split along a line of which one edge has both ends at one place.
+  Mesh<double> mesh;
+  mesh.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}, {0, 0, 0}, {0, 0, 0}};
+  mesh.faces = {{0, 1, 4}, {1, 5, 4}, {1, 2, 5}, {2, 3, 5}, {3, 4, 5}, {3, 0, 4}};
+  const Surface<double> surface(mesh);
+  Random random(3);
+  for (int i = 0; i < 200; ++i) {
+    const double a = test::uniform(random, -pi, pi);
+    const Vec3<double> d(std::cos(a), std::sin(a), 0);
+    for (const double off : {0.0, 1e-3}) {
+      const Vec3<double> start = -0.4 * d + off * Vec3<double>(-d[1], d[0], 0);
+      const auto from = nearest_point(surface, start);
+      const auto path = trace_geodesic(surface, from, d, 0.8);
+      CHECK((surface.position(path.back()) - start - 0.8 * d).norm() < 1e-9);
+    }
+  }
+  Mesh<double> book;
+  book.positions = {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 0, 1}};
+  book.faces = {{0, 2, 1}, {0, 1, 3}, {0, 1, 4}};
+  const Surface<double> pages(book);
+  const auto path =
+      trace_geodesic(pages, face_point<double>(0, {0.3, 0.4, 0.3}), Vec3<double>(-1, 0, 0), 5.0);
+  CHECK(path.back().kind == SurfacePoint<double>::Kind::edge);
+  CHECK(path.size() == 2);
+}
+
+TEST_CASE("bad input and cancelling") {
+  const Surface<double> surface(icosphere<double>(2));
+  const auto p = face_point<double>(3, {0.2, 0.3, 0.5});
+  const Vec3<double> d(1, 0.3, 0.2);
+  CHECK_THROWS_AS((void)trace_geodesic(surface, p, Vec3<double>(0, 0, 0), 1.0), InvalidInput);
+  CHECK_THROWS_AS((void)trace_geodesic(surface, p, d, -1.0), InvalidInput);
+  CHECK_THROWS_AS((void)trace_geodesic(surface, p, d, std::numeric_limits<double>::infinity()),
+                  InvalidInput);
+  CHECK_THROWS_AS((void)trace_geodesic(surface, p, Vec3<double>(std::nan(""), 0, 0), 1.0),
+                  InvalidInput);
+  CHECK_THROWS_AS((void)trace_geodesic(surface, face_point<double>(3, {0.2, 0.3, 0.6}), d, 1.0),
+                  InvalidInput);
+  CHECK(trace_geodesic(surface, p, d, 0.0) == Path<double>{p});
+  int asked = 0;
+  const CancelHook stop([&asked] { return ++asked > 3; });
+  CHECK_THROWS_AS((void)trace_geodesic(surface, p, d, 1e6, stop), Cancelled);
+}
