@@ -9,6 +9,10 @@
 #include <span>
 #include <vector>
 
+#include "gelight/light/models.hpp"
+#include "gelight/mesh/nearest.hpp"
+#include "gelight/mesh/shapes.hpp"
+
 namespace {
 
 using namespace gelight;
@@ -117,6 +121,40 @@ TEST_CASE("behind the LED, beneath its horizon and at its place nothing is lit")
   CHECK(field[2].allFinite());
   // From below the membrane's plane only the mirror image reaches it.
   CHECK(field[1][2] > 0);
+}
+
+TEST_CASE_TEMPLATE("the light model of a gel: an LED of several points in flat gel", T, float,
+                   double) {
+  const auto sheet = grid<T>(40, 40, 4, 4);
+  const Surface<T> surface(sheet);
+  constexpr double h = 0.5, full = 0.6;
+  const GelLight<T> model(sheet, {.thickness = T(h), .full_within = T(full)});
+  const auto points = vertex_points(surface);
+  Led<T> led{.points = {}, .emission = {0, 3, 0}};
+  for (const T x : {T(1), T(1.5), T(2)}) {
+    led.points.push_back(vertex_point<T>(nearest_vertex<T>(surface, {x, 0, 0})));
+  }
+  const auto field = model.field(led, points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3<double> to = surface.position(points[i]).template cast<double>();
+    Vec3<double> truth(0, 0, 0);
+    for (const double x : {1.0, 1.5, 2.0}) {
+      for (const double z : {-h / 2, -3 * h / 2}) {
+        const Vec3<double> way = to - Vec3<double>(x, 0, z);
+        const double d = way.norm(), left = z == -h / 2 ? 1 : pane(std::acos(-z / d), T(1.41));
+        truth += full * full / 3 * left * std::max(0.0, way[1]) / std::pow(d, 4) * way;
+      }
+    }
+    if (truth.norm() > 1) truth.normalize();
+    CHECK((field[i].template cast<double>() - truth).norm() < 1e-3 * truth.norm() + 1e-12);
+  }
+  led.emission.setZero();
+  CHECK_THROWS_AS((void)model.field(led, points), InvalidInput);
+  led.emission = {0, 1, 0};
+  CHECK_THROWS_AS((void)model.field(led, points, [] { return true; }), Cancelled);
+  led.points.clear();
+  CHECK_THROWS_AS((void)model.field(led, points), InvalidInput);
+  CHECK_THROWS_AS(GelLight<T>(sheet, {.thickness = 0}), InvalidInput);
 }
 
 TEST_CASE("what is no LED is refused, and the hook cancels") {

@@ -232,6 +232,22 @@ TEST_CASE("an integrating sphere: the same light everywhere, 1 / (1 - albedo) ti
   }
 }
 
+TEST_CASE("what one spot of an integrating sphere reflects lights all of it alike") {
+  const Surface<double> ball(icosphere<double>(3, 1.0));
+  for (const double albedo : {0.3, 0.8}) {
+    const LightTracer tracer(ball, {.albedo = albedo});
+    // A beam from the middle into the middle of a face, which is not quite on the sphere.
+    const auto light = tracer.trace({.axis = {0.1, 0.2, 1}, .narrowness = 1e12}, {.paths = 40'000});
+    Within within;
+    for (Index v = 0; v < ball.vertex_count(); ++v) {
+      const auto i = static_cast<std::size_t>(v);
+      if (ball.position(v)[2] > 0.7) continue;
+      within.add(light.irradiance[i], albedo / (1 - albedo) / (4 * pi), light.irradiance_error[i]);
+    }
+    within.check();
+  }
+}
+
 TEST_CASE("absorption along the chords of a sphere") {
   // From a Lambertian point of the wall the length of the way l is found with density l / (2 R^2).
   const Surface<double> ball(icosphere<double>(5, 1.0));
