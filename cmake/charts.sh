@@ -16,11 +16,11 @@ while [ $# -gt 0 ]; do
   shift
 done
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libbenchmark-dev libcgal-dev \
-  python3-matplotlib
+  libembree-dev python3-matplotlib
 programs="pareto_benchmark pareto_image_benchmark scene_benchmark stability_benchmark
-  pareto_cgal_benchmark stability_cgal_benchmark"
+  pareto_cgal_benchmark stability_cgal_benchmark traced_embree_benchmark"
 cmake --preset benchmark >/dev/null
-# CGAL's programs are left out where CGAL is absent.
+# CGAL's programs are left out where CGAL is absent, and so is Embree's.
 known=$(cmake --build --preset benchmark --target help)
 for program in $programs; do
   echo "$known" | grep -qw "$program" || programs=$(echo "$programs" | sed "s/$program//")

@@ -19,6 +19,7 @@ describe() {
     libbullet-dev) echo "Bullet 3" ;;
     libbenchmark-dev) echo "Google Benchmark 1.7" ;;
     libcgal-dev) echo "CGAL 5.5" ;;
+    libembree-dev) echo "Embree 3" ;;
     libfftw3-dev) echo "FFTW 3.3" ;;
     libsuitesparse-dev) echo "SuiteSparse 5.12 (CHOLMOD)" ;;
     doxygen) echo "Doxygen 1.9" ;;

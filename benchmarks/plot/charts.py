@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene, stability*.
+"""Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene, stability*, traced*.
 
 charts.py RESULTS: reads RESULTS/*.json, writes SVG and PNG beside them. Needs matplotlib.
 """
@@ -42,7 +42,7 @@ EXACT = 1e-8  # where an error of rounding alone is drawn
 def load(folder):
     """All benchmarks of a folder's JSON files that succeeded, one context, and what failed."""
     rows, context, failed, commits = [], {}, [], {}
-    paths = [p for name in ("pareto*", "scene", "stability*") for p in glob.glob(
+    paths = [p for name in ("pareto*", "scene", "stability*", "traced*") for p in glob.glob(
         os.path.join(folder, name + ".json"))]
     for path in sorted(paths):
         with open(path) as file:
@@ -458,6 +458,131 @@ def chart_stability(rows, folder, context):
     save(figure, folder, "stability", context)
 
 
+def chart_traced(rows, folder, context):
+    """Light fields beside traced light: angle, and grey levels as a share of those without light."""
+    rows = [r for r in rows if r["path"][0] == "traced"]
+    if not rows:
+        return
+    models = {"linear": ("#56B4E9", "v"), "rectified": ("#009E73", "D"), "plane": ("#E69F00", "s"),
+              "geodesic": ("#000000", "o"), "transport": ("#CC79A7", "^"),
+              "radial": ("#D55E00", "X"), "linear_dimmed": ("#56B4E9", "v"),
+              "geodesic_dimmed": ("#000000", "o"), "near": ("#0072B2", "P"),
+              "mirrored": ("#7A4FBF", "d"), "gel": ("#8B0000", "h")}
+    names = list(dict.fromkeys(r["path"][1] for r in rows))
+    kinds = [("angle_", "angle to the traced light, degrees\n(weighted by irradiance)"),
+             ("given_", "error in grey levels,\ndirection alone"),
+             ("levels_", "error in grey levels,\ndirection and strength")]
+    figure, axes = plt.subplots(3, len(names), figsize=(3.1 * len(names), 10.2), sharey="row")
+    for column, name in zip(axes.T, names):
+        here = [r for r in rows if r["path"][1] == name]
+        labels = [r["path"][3].replace("albedo ", "") for r in here]
+        for place, (kind, _) in zip(column, kinds):
+            for model, (colour, shape) in models.items():
+                dimmed = model.endswith("_dimmed")
+                if kind != "levels_" and dimmed:
+                    continue
+                values = [r[kind + model] / (1 if kind == "angle_" else r["levels_none"] / 100)
+                          for r in here]
+                for first in range(0, len(here), 3):
+                    place.plot(range(first, first + 3), values[first:first + 3], marker=shape,
+                               color=colour, linewidth=1, markersize=7, label=None if first else
+                               model.replace("_dimmed", ", 1 / distance"),
+                               markerfacecolor="none" if dimmed else colour,
+                               markeredgecolor=colour if dimmed else "white",
+                               linestyle=(0, (2, 2)) if dimmed else "-")
+            place.set_xticks(range(len(here)))
+            place.set_xticklabels(labels, fontsize=7)
+            for first in range(0, len(here), 3):
+                place.text(first + 1, -0.115, here[first]["path"][2], ha="center", va="top",
+                           fontsize=8, transform=place.get_xaxis_transform())
+                if first:
+                    place.axvline(first - 0.5, color="0.85", linewidth=0.8)
+            place.grid(True, axis="y", color="0.9", linewidth=0.6)
+        column[0].set_title(name, fontsize=10, fontweight="bold")
+        column[0].set_ylim(0, 90)
+        for place in column[1:]:
+            place.set_ylim(0, 108)
+            place.axhline(100, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
+        column[2].set_xlabel("albedo of the coating, thickness of the gel", labelpad=18, fontsize=8)
+    for place, (kind, label) in zip(axes[:, 0], kinds):
+        place.set_ylabel(label + ("" if kind == "angle_" else "\n(100 %: without any light)"))
+    figure.suptitle("Does light follow geodesics? Gel over air, one LED in the rim: the fields beside"
+                    " light traced ray by ray", fontsize=12, fontweight="bold")
+    figure.tight_layout(rect=(0, 0.04, 1, 0.99))
+    handles, labels = axes[2, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncol=len(labels), frameon=False, fontsize=8,
+                  bbox_to_anchor=(0.5, 0.01))
+    save(figure, folder, "traced", context)
+
+
+def words_traced(rows, folder, context):
+    """What the chart of traced light says, into README.md between its marks."""
+    rows = [r for r in rows if r["path"][0] == "traced"]
+    readme = os.path.join(folder, "README.md")
+    if not rows or not os.path.exists(readme):
+        return
+
+    def span(values, digits=0):
+        return f"{min(values):.{digits}f} to {max(values):.{digits}f}"
+
+    def share(kind, model, of):
+        return [100 * r[kind + model] / r["levels_none"] for r in of]
+
+    four = ["linear", "plane", "geodesic", "transport"]
+    lines = ["| | angle: geodesic | linear | near | gel | tilt | irradiance, 5th : 95th percentile | "
+             "error in grey levels: best of four | near | mirrored | gel |",
+             "|---|---|---|---|---|---|---|---|---|---|---|"]
+    for name in dict.fromkeys(r["path"][1] for r in rows):
+        here = [r for r in rows if r["path"][1] == name]
+        best = [min(share("levels_", m, [r])[0] for m in four) for r in here]
+        lines.append("| {} | {} | {} | {} | {} | {} | {} | {} % | {} % | {} % | {} % |".format(
+            name, *(span([r["angle_" + m] for r in here]) for m in ("geodesic", "linear", "near", "gel")),
+            span([r["tilt"] for r in here]),
+            f"1 : {1 / max(r['falloff'] for r in here):.0f} to "
+            f"1 : {1 / min(r['falloff'] for r in here):.0f}",
+            span(best), span(share("levels_", "near", here)),
+            span(share("levels_", "mirrored", here)), span(share("levels_", "gel", here))))
+    flat = [r for r in rows if r["path"][1] == "flat pad"]
+    curved = [r for r in rows if r["path"][1] != "flat pad"]
+    nearer = {m: sum(r["angle_" + m] < r["angle_geodesic"] for r in curved) for m in
+              ("linear", "rectified")}
+    left = [r["levels_gel"] / min(r["levels_" + m] for m in four) for r in rows]
+    lines += ["", "In degrees, and as shares of the error without any light.", "",
+              "- On curved membranes the straight line is nearer to the light than the geodesic in "
+              f"{nearer['linear']} of {len(curved)} cases; laid into the membrane in "
+              f"{nearer['rectified']}: it is the tilt that makes the difference.",
+              f"- Geodesic light is off by {span([r['angle_geodesic'] for r in curved])} degrees, most "
+              "of it tilt: in azimuth by "
+              f"{span([r['azimuth_geodesic'] for r in curved])}; the straight line, by "
+              f"{span([r['azimuth_linear'] for r in curved])}.",
+              "- With the traced strength at every place, direction alone leaves geodesic light "
+              f"{span(share('given_', 'geodesic', rows))} % of the error, the straight line "
+              f"{span(share('given_', 'linear', rows))} %, near light "
+              f"{span(share('given_', 'near', rows))} %.",
+              "- Without fall-off none of the four helps much over a whole curved sensor: "
+              f"{span([min(share('levels_', m, [r])[0] for m in four) for r in curved])} % of the "
+              f"error are left, {span([min(share('levels_', m, [r])[0] for m in four) for r in flat])}"
+              " % on the flat pad.",
+              f"- `gel_field` at least halves the error of the best of the four in "
+              f"{sum(x <= 0.5 for x in left)} of {len(rows)}, and brings it to a quarter in "
+              f"{sum(x <= 0.25 for x in left)}: {span([100 * x for x in left])} % are left. "
+              "Nothing in it is fitted but the gain. It takes "
+              f"{100 * max(r['seconds_gel'] / r['seconds_geodesic'] for r in rows):.0f} % of the "
+              "geodesic field's time, or less.",
+              "- The light is directed by "
+              f"{span([r['directed'] for r in rows], 2)} (1: a single ray); brighter coatings mix it. "
+              "Directions are known to "
+              f"{max(r['direction_error'] for r in rows):.1f} degrees (standard error), at "
+              f"{span([r['rays_a_second'] / 1e6 for r in rows], 1)} million rays a second."]
+    with open(readme) as file:
+        text = file.read()
+    begin, end = "<!-- traced: written by charts.py -->\n", "<!-- end of traced -->"
+    if begin in text and end in text:
+        head, rest = text.split(begin)
+        with open(readme, "w") as file:
+            file.write(head + begin + "\n".join(lines) + "\n" + end + rest.split(end)[1])
+
+
 def main():
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.join(os.path.dirname(__file__),
                                                                 "..", "results")
@@ -465,7 +590,7 @@ def main():
                                 "axes.spines.right": False, "svg.fonttype": "none"})
     rows, context, failed = load(folder)
     for chart in (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images,
-                  chart_scene, chart_stability):
+                  chart_scene, chart_stability, chart_traced, words_traced):
         chart(rows, folder, context)
     for line in failed:
         print("wrong answer:", line, file=sys.stderr)

@@ -1,8 +1,8 @@
 #pragma once
 
-// Everything but the opt-in headers: io/, mesh/cholmod, membrane/layer, membrane/layer_membrane,
-// membrane/fftw and the views of CGAL, Eigen, OpenCV and OpenMesh, which need libraries of their
-// own.
+// Everything but the opt-in headers: io/, light/traced, mesh/cholmod, membrane/layer,
+// membrane/layer_membrane, membrane/fftw, sensor/calibrate and what it fits, and the views of CGAL,
+// Eigen, OpenCV and OpenMesh, which need libraries of their own.
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/concepts/light.hpp"
@@ -47,6 +47,7 @@
 #include "gelight/image/smooth.hpp"
 #include "gelight/light/compact.hpp"
 #include "gelight/light/field.hpp"
+#include "gelight/light/gel.hpp"
 #include "gelight/light/geodesic.hpp"
 #include "gelight/light/led.hpp"
 #include "gelight/light/linear.hpp"

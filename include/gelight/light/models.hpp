@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -12,6 +15,7 @@
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/light/field.hpp"
+#include "gelight/light/gel.hpp"
 #include "gelight/light/geodesic.hpp"
 #include "gelight/light/led.hpp"
 #include "gelight/light/linear.hpp"
@@ -21,7 +25,7 @@
 #include "gelight/mesh/surface_point.hpp"
 #include "gelight/transport/vector_heat.hpp"
 
-// The four light models, behind one door: each is made of a membrane once, and asked for the light
+// The light models, behind one door: each is made of a membrane once, and asked for the light
 // of one LED after the other. `field` gives directions; `rays` also the length of the way and how
 // the light comes. Both throw InvalidInput for an LED without a point and for points that are not
 // of the membrane.
@@ -171,6 +175,77 @@ class TransportLight {
   VectorHeatSolver<T> solver_;
 };
 
+/// The gel of a sensor, as its light sees it.
+template <std::floating_point T>
+struct GelSheet {
+  T thickness = T(0.003);    ///< in the unit of the positions; air is behind it
+  T full_within = T(0.005);  ///< the distance on an LED's axis within which its light is full
+  T index = T(1.41);         ///< refractive
+};
+
+/// Light that goes straight through gel with air behind it, and across the hollow: see `gel_field`.
+/// Its directions are shortened to the strength of the light, which falls off with the square of
+/// the distance. An LED is in the middle of the gel beneath its points, shines along its emission,
+/// and gives what its points give on average.
+template <std::floating_point T>
+class GelLight {
+ public:
+  /// Whether light runs in the membrane, so that at rest it is tangent to it.
+  static constexpr bool is_tangent = false;
+
+  /// Of a membrane with normals outwards. Throws InvalidInput as Surface does, and for a size or an
+  /// index that is not positive and finite.
+  explicit GelLight(const TriangleMesh auto& membrane, const GelSheet<T>& gel = {})
+      : surface_(membrane), gel_(gel) {
+    for (const T value : {gel.thickness, gel.full_within, gel.index}) {
+      detail::require(value > 0 && std::isfinite(value), "a gel of thickness ", gel.thickness,
+                      " and index ", gel.index, ", lit fully within ", gel.full_within);
+    }
+  }
+
+  /// See the top of the page. Throws InvalidInput also for an LED without an emission.
+  [[nodiscard]] LightField<T> field(const Led<T>& led, std::span<const SurfacePoint<T>> points,
+                                    const CancelHook& cancelled = {}) const {
+    detail::require_led(led);
+    detail::require(!led.emission.isZero(0), "light in a gel needs an LED with an emission");
+    std::vector<Vec3<T>> positions, normals;
+    for (const auto& point : points) {
+      positions.push_back(surface_.position(point));
+      normals.push_back(detail::mean_normal(surface_, point));
+    }
+    LightField<T> sum(points.size(), Vec3<T>::Zero());
+    const auto count = static_cast<double>(led.points.size());
+    for (std::size_t k = 0; k < led.points.size(); ++k) {
+      const auto done = static_cast<double>(k) / count;
+      const LightField<T> one = gel_field<T>(source(led, led.points[k]), positions, normals,
+                                             cancelled.part(done, done + 1 / count));
+      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += one[i];
+    }
+    const T unit = std::numbers::pi_v<T> * gel_.full_within * gel_.full_within / T(count);
+    for (Vec3<T>& light : sum) {
+      const T strength = unit * detail::stable_norm(light);
+      light = std::min(T(1), strength) * detail::direction_of(light);
+    }
+    cancelled.check(1, "the gel field");
+    return sum;
+  }
+
+ private:
+  [[nodiscard]] GelLed<T> source(const Led<T>& led, const SurfacePoint<T>& point) const {
+    const Vec3<T> normal = detail::direction_of(detail::mean_normal(surface_, point));
+    const T depth = gel_.thickness / 2;
+    return {.place = surface_.position(point) - depth * normal,
+            .axis = led.emission,
+            .normal = normal,
+            .depth = depth,
+            .thickness = gel_.thickness,
+            .index = gel_.index};
+  }
+
+  Surface<T> surface_;
+  GelSheet<T> gel_;
+};
+
 template <TriangleMesh M>
 explicit LinearLight(const M&) -> LinearLight<MeshScalar<M>>;
 template <TriangleMesh M>
@@ -179,8 +254,13 @@ template <TriangleMesh M>
 explicit GeodesicLight(const M&) -> GeodesicLight<MeshScalar<M>>;
 template <TriangleMesh M>
 explicit TransportLight(const M&) -> TransportLight<MeshScalar<M>>;
+template <TriangleMesh M>
+explicit GelLight(const M&) -> GelLight<MeshScalar<M>>;
+template <TriangleMesh M, std::floating_point T>
+explicit GelLight(const M&, GelSheet<T>) -> GelLight<MeshScalar<M>>;
 
 static_assert(LightModel<LinearLight<float>, float> && LightModel<PlaneLight<float>, float> &&
-              LightModel<GeodesicLight<float>, float> && LightModel<TransportLight<float>, float>);
+              LightModel<GeodesicLight<float>, float> && LightModel<TransportLight<float>, float> &&
+              LightModel<GelLight<float>, float>);
 
 }  // namespace gelight

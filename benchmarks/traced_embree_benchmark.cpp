@@ -1,0 +1,387 @@
+// Does light follow geodesics? The light fields of this library beside light traced ray by ray
+// through the gel of five sensors, for thin and thick gel over air and coatings dark to bright.
+//
+// For each sensor, over its vertices but those at the border and within 2.5 mm of the LED:
+//   angle_X    between the direction of field X and the mean one of the traced light, in degrees,
+//              weighted by irradiance; azimuth_X the same, both laid into the tangent plane
+//   levels_X   what a membrane tilted by 20 degrees (eight ways) changes in brightness, with light
+//              from X instead of the traced light: mean difference in grey levels. One gain, the
+//              best, for the whole sensor; 100 levels are the 99th percentile of the traced change
+//   given_X    the same, were X everywhere as strong as the traced light: direction alone counts
+//   levels_none  the same with no light at all: a model that is not below this is of no use
+//   tilt, directed, falloff: of the traced light, weighted by irradiance; the 5th percentile of the
+//              irradiance over the 95th
+//   seconds_X  to make the field, set-up and all
+// `linear_dimmed` and `geodesic_dimmed` fall off with distance (`Falloff`), `near` with its square
+// and the LED's cosine, from the LED's place in the gel; `mirrored` is that and its image in the
+// gel's inner side by Fresnel; `gel` is `gel_field`, which also knows of bends and of the hollow.
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <map>
+#include <numbers>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/light/field.hpp"
+#include "gelight/light/gel.hpp"
+#include "gelight/light/geodesic.hpp"
+#include "gelight/light/linear.hpp"
+#include "gelight/light/plane.hpp"
+#include "gelight/light/traced.hpp"
+#include "gelight/light/transport.hpp"
+#include "gelight/mesh/nearest.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/transport/vector_heat.hpp"
+#include "support/run.hpp"
+
+namespace {
+
+using namespace gelight;
+using Field = LightField<double>;
+constexpr double pi = std::numbers::pi, degree = pi / 180;
+constexpr double edge = 0.0013, near_led = 0.0025;
+
+double seconds_of(const auto& work) {
+  const std::clock_t before = std::clock();
+  work();
+  return static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+}
+
+/// A membrane and where on its border an LED is.
+struct Sensor {
+  std::string name;
+  Surface<double> surface;
+  Index led;
+  Vec3<double> axis;
+};
+
+Surface<double> turned(double height, const auto& radius_at, int rings) {
+  std::vector<ProfilePoint<double>> outline;
+  for (int i = 0; i <= rings; ++i) {
+    const double t = static_cast<double>(i) / rings;
+    outline.push_back({radius_at(t), height * t});
+  }
+  return Surface<double>(revolve<double>(outline, edge));
+}
+
+Surface<double> dome(double radius) {
+  std::vector<ProfilePoint<double>> outline;
+  const int rings = static_cast<int>(radius * pi / 2 / (0.87 * edge));
+  for (int i = 0; i < rings; ++i) {
+    const double angle = pi / 2 * i / rings;
+    outline.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+  }
+  outline.push_back({0, radius});
+  return Surface<double>(revolve<double>(outline, edge));
+}
+
+// A sheet of 24 mm about the origin, flat, or a saddle of this curvature either way.
+Surface<double> sheet(double curvature) {
+  constexpr double side = 0.024;
+  auto mesh = placed<double>(grid<double>(19, 19, side, side), Eigen::Matrix3d::Identity(),
+                             {-side / 2, -side / 2, 0});
+  for (auto& [x, y, z] : mesh.positions) z = curvature / 2 * (x * x - y * y);
+  return Surface<double>(mesh);
+}
+
+std::vector<Sensor> sensors() {
+  constexpr double radius = 0.01146, half = 0.012, curvature = 50;
+  const auto with_led = [](const char* name, const Surface<double>& surface,
+                           const Vec3<double>& led, const Vec3<double>& axis) {
+    return Sensor{name, surface, nearest_vertex<double>(surface, led), axis.normalized()};
+  };
+  return {with_led("fingertip", Surface<double>(membrane<double>(radius, 0.0455, edge)),
+                   {radius, 0, 0}, {0, 0, 1}),
+          with_led("dome", dome(radius), {radius, 0, 0}, {0, 0, 1}),
+          with_led("flat pad", sheet(0), {0, -half, 0}, {0, 1, 0}),
+          with_led("cylinder",
+                   turned(
+                       0.045, [](double) { return radius; }, 40),
+                   {radius, 0, 0}, {0, 0, 1}),
+          with_led("saddle", sheet(curvature), {0, -half, -curvature / 2 * half * half},
+                   {0, 1, curvature * half})};
+}
+
+std::vector<Vec3<double>> normals_of(const Surface<double>& surface) {
+  std::vector<Vec3<double>> normals;
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    normals.push_back(detail::direction_of(detail::mean_normal(surface, vertex_point<double>(v))));
+  }
+  return normals;
+}
+
+/// What shades a membrane: at each vertex a direction of light times its strength.
+struct Model {
+  std::string name;
+  Field field;
+  double seconds;
+};
+
+// Lambert's light from a place, as if nothing were in its way.
+Vec3<double> lambert(const Vec3<double>& from, const Vec3<double>& axis, const Vec3<double>& to) {
+  const Vec3<double> way = to - from;
+  const double d = way.norm();
+  return std::max(0.0, way.dot(axis)) / (d * d * d * d) * way;
+}
+
+Field near_light(const Surface<double>& surface, const TracedLed& led) {
+  Field field;
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    field.push_back(lambert(led.place, led.axis, surface.position(v)));
+  }
+  return field;
+}
+
+// And from its image in the gel's inner side, taken as flat.
+Field mirrored_light(const Surface<double>& surface, const TracedLed& led,
+                     const Vec3<double>& normal, double thickness, double index) {
+  const Vec3<double> image = led.place - thickness * normal;
+  Field field = near_light(surface, led);
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    const Vec3<double> way = detail::direction_of(Vec3<double>(surface.position(v) - image));
+    const double reflected = detail::fresnel(std::abs(way.dot(normal)), index).reflected;
+    field[static_cast<std::size_t>(v)] += reflected * lambert(image, led.axis, surface.position(v));
+  }
+  return field;
+}
+
+// Those that do not depend on the gel.
+std::vector<Model> models_of(const Sensor& sensor) {
+  const auto& surface = sensor.surface;
+  const auto points = vertex_points(surface);
+  const auto led = vertex_point<double>(sensor.led);
+  const std::vector<Vec3<double>> normals = normals_of(surface);
+  std::vector<Model> models;
+  const auto add = [&](const char* name, const auto& make) {
+    Model model{name, {}, 0};
+    model.seconds = seconds_of([&] { model.field = make(); });
+    models.push_back(std::move(model));
+  };
+  const Falloff<double> falloff{.full_within = near_led};
+  add("linear",
+      [&] { return linear_field<double>(surface, surface.position(sensor.led), points); });
+  add("rectified", [&] {
+    return rectified<double>(linear_field<double>(surface, surface.position(sensor.led), points),
+                             normals);
+  });
+  add("plane", [&] { return plane_field<double>(surface, led, points); });
+  add("geodesic",
+      [&] { return geodesic_field<double>(ExactSolver<double>(surface), led, points); });
+  add("transport", [&] {
+    return transport_field<double>(VectorHeatSolver<double>(surface), sensor.led, sensor.axis,
+                                   points);
+  });
+  add("radial", [&] {
+    return radial_transport_field<double>(VectorHeatSolver<double>(surface), sensor.led, points);
+  });
+  add("linear_dimmed", [&] {
+    std::vector<double> distance;
+    for (Index v = 0; v < surface.vertex_count(); ++v) {
+      distance.push_back((surface.position(v) - surface.position(sensor.led)).norm());
+    }
+    return dimmed<double>(linear_field<double>(surface, surface.position(sensor.led), points),
+                          strength<double>(distance, falloff));
+  });
+  add("geodesic_dimmed", [&] {
+    const Source<double> source{led, 0};
+    const auto rays =
+        geodesic_rays<double>(ExactSolver<double>(surface), std::span(&source, 1), points);
+    return dimmed<double>(rays.direction, strength<double>(rays.distance, falloff));
+  });
+  return models;
+}
+
+double angle(const Vec3<double>& a, const Vec3<double>& b) {
+  return std::atan2(cross(a, b).norm(), a.dot(b)) / degree;
+}
+
+Vec3<double> laid(const Vec3<double>& way, const Vec3<double>& normal) {
+  return way - way.dot(normal) * normal;
+}
+
+/// The vertices that count, their normals and areas.
+struct Places {
+  std::vector<std::size_t> vertices;
+  std::vector<Vec3<double>> normals;
+  std::vector<double> areas;
+};
+
+Places places_of(const Sensor& sensor) {
+  const auto& surface = sensor.surface;
+  Places places;
+  places.normals = normals_of(surface);
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    bool counts = (surface.position(v) - surface.position(sensor.led)).norm() > near_led;
+    double area = 0;
+    for (const Index h : surface.corners(v)) {
+      counts = counts && !surface.is_border(h) && !surface.is_border(surface.previous(h));
+      area += detail::face_normal(surface, h / 3).norm() / 6;
+    }
+    places.areas.push_back(area);
+    if (counts) places.vertices.push_back(static_cast<std::size_t>(v));
+  }
+  return places;
+}
+
+// By how much tilting the membrane changes its irradiance, place after place.
+std::vector<double> changes(const Field& light, const Places& places) {
+  constexpr double tilt = 20 * degree;
+  std::vector<double> all;
+  for (const std::size_t v : places.vertices) {
+    const Vec3<double>& n = places.normals[v];
+    const double flat = std::max(0.0, light[v].dot(n));
+    for (int k = 0; k < 8; ++k) {
+      const Vec3<double> tilted = detail::around_axis(n, std::cos(tilt), k / 8.0);
+      all.push_back(std::max(0.0, light[v].dot(tilted)) - flat);
+    }
+  }
+  return all;
+}
+
+double percentile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+// Mean difference in grey levels, with the gain that makes it least.
+double levels(const std::vector<double>& truth, const std::vector<double>& model,
+              const Places& places) {
+  std::vector<double> sizes;
+  for (const double t : truth) sizes.push_back(std::abs(t));
+  const double unit = 100 / percentile(sizes, 0.99);
+  const auto off = [&](double gain) {
+    double sum = 0, weights = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      const double area = places.areas[places.vertices[i / 8]];
+      sum += area * std::abs(truth[i] - gain * model[i]), weights += area;
+    }
+    return unit * sum / weights;
+  };
+  double most = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) most = std::max(most, std::abs(model[i]));
+  if (most == 0) return off(0);
+  // The difference is convex in the gain.
+  double low = 0, high = 4 * percentile(sizes, 1) / most;
+  for (int i = 0; i < 60; ++i) {
+    const double a = low + (high - low) / 3, b = high - (high - low) / 3;
+    (off(a) <= off(b) ? high : low) = off(a) <= off(b) ? b : a;
+  }
+  return off((low + high) / 2);
+}
+
+void measure(benchmark::State& state, const Sensor& sensor, const std::vector<Model>& cheap,
+             double thickness, double albedo) {
+  const auto& surface = sensor.surface;
+  const Places places = places_of(sensor);
+  const std::vector<InnerLayer> layers{{beneath(surface, thickness)}};
+  const LightTracer tracer(surface, {.albedo = albedo}, layers);
+  const auto at_led = static_cast<std::size_t>(sensor.led);
+  const TracedLed led{.place = surface.position(sensor.led) -
+                               thickness / 2 * places.normals[at_led] + 1e-5 * sensor.axis,
+                      .axis = sensor.axis,
+                      .radius = 0.4 * thickness};
+  TracedLight light;
+  for (auto _ : state) {
+    const double seconds = seconds_of([&] { light = tracer.trace(led, {.paths = 300'000}); });
+    state.SetIterationTime(seconds);
+    state.counters["rays_a_second"] = light.balance.segments / seconds;
+  }
+  std::vector<Model> models = cheap;
+  Model near{"near", {}, 0};
+  near.seconds = seconds_of([&] { near.field = near_light(surface, led); });
+  models.push_back(near);
+  Model mirrored{"mirrored", {}, 0};
+  mirrored.seconds = seconds_of([&] {
+    mirrored.field =
+        mirrored_light(surface, led, places.normals[at_led], thickness, GelOptics{}.index);
+  });
+  models.push_back(mirrored);
+  Model gel{"gel", {}, 0};
+  gel.seconds = seconds_of([&] {
+    std::vector<Vec3<double>> positions;
+    for (Index v = 0; v < surface.vertex_count(); ++v) positions.push_back(surface.position(v));
+    gel.field = gel_field<double>({.place = led.place,
+                                   .axis = led.axis,
+                                   .normal = places.normals[at_led],
+                                   .depth = thickness / 2,
+                                   .thickness = thickness},
+                                  positions, places.normals);
+  });
+  models.push_back(gel);
+  models.push_back({"none", Field(places.normals.size(), Vec3<double>(0, 0, 0)), 0});
+
+  const auto truth = changes(light.vector, places);
+  double weights = 0, tilt = 0, directed = 0, error = 0;
+  std::vector<double> irradiance;
+  for (const std::size_t v : places.vertices) {
+    irradiance.push_back(light.irradiance[v]);
+    const double weight = places.areas[v] * light.irradiance[v];
+    weights += weight;
+    tilt += weight * std::asin(std::clamp(light.direction[v].dot(places.normals[v]), -1.0, 1.0));
+    directed += weight * light.directed[v];
+    error += weight * std::min(pi, light.direction_error[v]);
+  }
+  state.counters["tilt"] = tilt / weights / degree;
+  state.counters["directed"] = directed / weights;
+  state.counters["direction_error"] = error / weights / degree;
+  state.counters["falloff"] = percentile(irradiance, 0.05) / percentile(irradiance, 0.95);
+  state.counters["lost"] = light.balance.lost;
+  for (const Model& model : models) {
+    double off = 0, azimuth = 0;
+    for (const std::size_t v : places.vertices) {
+      const double weight = places.areas[v] * light.irradiance[v] / weights;
+      off += weight * angle(light.direction[v], model.field[v]);
+      azimuth += weight * angle(laid(light.direction[v], places.normals[v]),
+                                laid(model.field[v], places.normals[v]));
+    }
+    if (model.name != "none") {
+      state.counters["angle_" + model.name] = off;
+      state.counters["azimuth_" + model.name] = azimuth;
+      state.counters["seconds_" + model.name] = model.seconds;
+    }
+    state.counters["levels_" + model.name] = levels(truth, changes(model.field, places), places);
+    if (model.name == "none") continue;
+    Field as_strong = light.vector;
+    for (std::size_t v = 0; v < as_strong.size(); ++v) {
+      as_strong[v] = light.vector[v].norm() * detail::direction_of(model.field[v]);
+    }
+    state.counters["given_" + model.name] = levels(truth, changes(as_strong, places), places);
+  }
+  const auto& b = light.balance;
+  const double sum = b.coating + b.gel + b.lost + b.cut;
+  if (!(std::abs(sum - 1) < 0.02)) state.SkipWithError("light was lost or made");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  static const auto all = sensors();
+  static std::map<std::string, std::vector<Model>> models;
+  for (const Sensor& sensor : all) {
+    for (const double thickness : {0.001, 0.0025, 0.005}) {
+      for (const double albedo : {0.0, 0.3, 0.7}) {
+        char name[80];
+        std::snprintf(name, sizeof name, "traced/%s/%g mm/albedo %g", sensor.name.c_str(),
+                      1e3 * thickness, albedo);
+        benchmark::RegisterBenchmark(name,
+                                     [&sensor, thickness, albedo](benchmark::State& state) {
+                                       auto& cheap = models[sensor.name];
+                                       if (cheap.empty()) cheap = models_of(sensor);
+                                       measure(state, sensor, cheap, thickness, albedo);
+                                     })
+            ->UseManualTime()
+            ->Iterations(1)
+            ->Unit(benchmark::kMillisecond);
+      }
+    }
+  }
+  return gelight::bench::run(argc, argv);
+}

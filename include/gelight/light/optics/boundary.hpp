@@ -1,0 +1,49 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "gelight/core/types.hpp"
+
+// A room of light/traced.hpp and light/gel.hpp: what becomes of a ray at a boundary.
+
+namespace gelight::detail {
+
+/// A direction at a cosine from a unit axis, turned about it by a share of a whole turn.
+[[nodiscard]] inline Vec3<double> around_axis(const Vec3<double>& axis, double cosine,
+                                              double turn) {
+  const Vec3<double> x = unit_orthogonal(axis), y = cross(axis, x);
+  const double angle = 2 * std::numbers::pi * turn;
+  const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+  return cosine * axis + sine * (std::cos(angle) * x + std::sin(angle) * y);
+}
+
+/// What an unpolarised ray meets at a boundary between two media.
+struct Boundary {
+  double reflected = 1;                  ///< share of the light, by Fresnel; 1 in total reflection
+  double cosine = 0, cosine_beyond = 0;  ///< of the angles to the normal, on both sides
+};
+
+/// For the cosine of incidence (0 to 1) and the index before over that beyond.
+[[nodiscard]] inline Boundary fresnel(double cosine, double ratio) {
+  const double sine_beyond_squared = ratio * ratio * (1 - cosine * cosine);
+  if (sine_beyond_squared >= 1) return {1, cosine, 0};
+  const double beyond = std::sqrt(1 - sine_beyond_squared);
+  const double across = (ratio * cosine - beyond) / (ratio * cosine + beyond);
+  const double along = (cosine - ratio * beyond) / (cosine + ratio * beyond);
+  return {(across * across + along * along) / 2, cosine, beyond};
+}
+
+/// A unit direction reflected by a plane of this unit normal.
+[[nodiscard]] inline Vec3<double> reflect(const Vec3<double>& way, const Vec3<double>& normal) {
+  return way - 2 * way.dot(normal) * normal;
+}
+
+/// A unit direction refracted; the normal is that on whose side the ray arrives.
+[[nodiscard]] inline Vec3<double> refract(const Vec3<double>& way, const Vec3<double>& normal,
+                                          double ratio, const Boundary& at) {
+  return stable_unit(Vec3<double>(ratio * way + (ratio * at.cosine - at.cosine_beyond) * normal));
+}
+
+}  // namespace gelight::detail
