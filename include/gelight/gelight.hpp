@@ -22,6 +22,7 @@
 #include "gelight/geodesic/heat.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/geodesic/plan.hpp"
+#include "gelight/geodesic/segment.hpp"
 #include "gelight/geodesic/smooth.hpp"
 #include "gelight/geodesic/smooth/curved_faces.hpp"
 #include "gelight/geodesic/smooth/fans.hpp"
