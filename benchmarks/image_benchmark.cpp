@@ -20,9 +20,10 @@
 #include "gelight/image/similarity.hpp"
 #include "gelight/image/smooth.hpp"
 #include "gelight/membrane/elastic.hpp"
-#include "gelight/sensor/detail/shaded_rows.hpp"
+#include "gelight/membrane/flat_gelsight.hpp"
+#include "gelight/membrane/shadowed.hpp"
 #include "gelight/sensor/noise.hpp"
-#include "gelight/shading/shadow.hpp"
+#include "gelight/sensor/rows/shaded_rows.hpp"
 
 using namespace gelight;
 
@@ -149,15 +150,17 @@ void sizes(benchmark::internal::Benchmark* b) {
       ->Apply(sizes)
 
 GELIGHT_STAGE(elastic_depth, 12, 2 * 61 + 3, elastic_depth(in.depth, in.rest));
-GELIGHT_STAGE(gelsight_flat_depth, 12, 1480, gelsight_flat_depth(in.depth));
+GELIGHT_STAGE(flat_gelsight_membrane, 12, 1480,
+              surface_depth(FlatGelSightMembrane<float>(), in.depth, in.rest));
 GELIGHT_STAGE(unproject, 16, 2, unproject(in.depth, in.camera));
 GELIGHT_STAGE(sobel, 12, 12, sobel(in.depth));
 GELIGHT_STAGE(sobel_normals, 16, 52, sobel_normals(in.depth, in.camera));
 GELIGHT_STAGE(central_normals, 16, 24, central_normals(in.depth, in.camera));
 GELIGHT_STAGE(plane_fit_normals_radius_2, 16, 270, plane_fit_normals(in.depth, in.camera, 2));
 GELIGHT_STAGE(plane_fit_normals_radius_10, 16, 300, plane_fit_normals(in.depth, in.camera, 10));
-GELIGHT_STAGE(contact_shadow, 12, 200, contact_shadow(in.depth, in.rest, in.camera));
-GELIGHT_STAGE(penetration_darkening, 12, 3, penetration_darkening(in.depth, in.rest));
+GELIGHT_STAGE(shadowed_membrane, 12, 320,
+              surface_depth(ShadowedMembrane<float>(in.camera, GaussianMembrane<float>()), in.depth,
+                            in.rest));
 GELIGHT_STAGE(resize_from_quarter, 4.25, 9,
               resize_bilinear(Image<float>(in.camera.width / 4, in.camera.height / 4, 1.f),
                               in.camera.width, in.camera.height));

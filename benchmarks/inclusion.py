@@ -23,7 +23,7 @@ def headers():
         name = str(path.relative_to(INCLUDE))
         opt_in = "/io/" in name or name == "gelight/mesh/cholmod.hpp" or (
             name.startswith("gelight/views/") and path.stem in ("cgal", "opencv", "openmesh"))
-        if "/detail/" not in name and not opt_in:
+        if name.count("/") < 3 and not opt_in:
             yield name
 
 

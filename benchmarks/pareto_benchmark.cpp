@@ -18,11 +18,11 @@
 #include <stdexcept>
 
 #include "gelight/geodesic/certify.hpp"
-#include "gelight/geodesic/detail/target_search.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
 #include "gelight/geodesic/plan.hpp"
+#include "gelight/geodesic/planning/target_search.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
 #include "support/pareto.hpp"
 

@@ -1,4 +1,6 @@
-# cmake -P cmake/check_layers.cmake: a header includes only its own folder or an earlier one.
+# cmake -P cmake/check_layers.cmake: a header includes only its own folder or an earlier one, and of
+# another folder its doors only, which lie on top, never the rooms in folders behind them. No folder
+# is called detail: rooms have the name of a topic.
 cmake_minimum_required(VERSION 3.22)
 set(layers core concepts views mesh geodesic transport light image shading membrane sensor io)
 # The image side knows nothing of meshes, although it stands behind them in the list.
@@ -13,6 +15,9 @@ foreach(header ${headers})
     continue()
   endif()
   set(layer ${CMAKE_MATCH_1})
+  if(header MATCHES "/detail/")
+    string(APPEND faults "${header} lies in a folder called detail\n")
+  endif()
   list(FIND layers ${layer} height)
   if(height EQUAL -1)
     string(APPEND faults "${header} stands in no layer\n")
@@ -26,6 +31,8 @@ foreach(header ${headers})
         string(APPEND faults "${header}: ${include}\n")
       elseif(layer IN_LIST image_side AND target IN_LIST mesh_side)
         string(APPEND faults "${header} is of the image side: ${include}\n")
+      elseif(NOT target STREQUAL layer AND include MATCHES "gelight/[a-z]+/[^\"]+/")
+        string(APPEND faults "${header} enters another folder's room: ${include}\n")
       endif()
     endif()
     if(layer IN_LIST image_side AND include MATCHES "Eigen/Sparse")

@@ -21,8 +21,8 @@
 #include <utility>
 #include <vector>
 
-#include "gelight/geodesic/detail/mesh_statistics.hpp"
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/planning/mesh_statistics.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "run.hpp"

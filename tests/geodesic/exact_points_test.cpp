@@ -14,8 +14,8 @@
 
 #include "gelight/core/progress.hpp"
 #include "gelight/geodesic/certify.hpp"
-#include "gelight/geodesic/detail/steiner_graph.hpp"
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/marching/steiner_graph.hpp"
 #include "gelight/light/geodesic.hpp"
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/shapes.hpp"

@@ -538,3 +538,23 @@ TEST_CASE("set-up and queries are cancelled wherever asked, and say how far they
   told = 0;
   CHECK(solver.distance(5) == expected);
 }
+
+TEST_CASE("a distance that float cannot hold is refused, and nothing written") {
+  for (const double scale : {1e-60, 1e-39, 1e-30, 1e30, 3e36, 3e38, 1e60}) {
+    CAPTURE(scale);
+    auto mesh = icosphere<double>(2);
+    for (auto& p : mesh.positions) p = {scale * p[0], 1.5 * scale * p[1], scale * p[2]};
+    const HeatSolver<float> solver(mesh);
+    std::vector<float> out(mesh.positions.size(), -1);
+    if (scale > 1e-38 && scale < 1e38) {
+      const auto d = HeatSolver(mesh).distance(7);
+      solver.distance_into(out, 7);
+      CHECK(out == std::vector<float>(d.begin(), d.end()));
+      CHECK(solver.solve(7).distance == out);
+      continue;
+    }
+    CHECK_THROWS_AS(solver.distance_into(out, 7), InvalidInput);
+    CHECK_THROWS_AS((void)solver.solve(7), InvalidInput);
+    CHECK(out == std::vector<float>(out.size(), -1));
+  }
+}

@@ -433,7 +433,7 @@ TEST_CASE("paths tell how far fast marching is off") {
       }
       const double error = sum / static_cast<double>(targets.size());
       CAPTURE(error);
-      detail::TracedErrorOf<double> traced(surface, sources, given, targets);
+      detail::PathErrorOf<double> traced(surface, sources, given, targets);
       traced.trace(256);
       CHECK(traced.at_most(0) < 2 * error + 1e-12);
       CHECK(traced.at_most(2.5) > 0.95 * error - 1e-12);
@@ -458,7 +458,7 @@ TEST_CASE("a path back is as long as a straight line where the mesh is flat") {
         const Vec3<double> p = at(vertex_point<double>(v));
         distances.push_back((p - at(source)).norm() * (1 + distortion * std::sin(p.x() / 5)));
       }
-      detail::WayBackOf<double> way(surface, {{source, 0}}, distances);
+      detail::BacktraceOf<double> way(surface, {{source, 0}}, distances);
       for (Index v = 0; v < surface.vertex_count(); v += 7) {
         const double d = (at(vertex_point<double>(v)) - at(source)).norm();
         if (d < 3) continue;
@@ -604,4 +604,27 @@ TEST_CASE("what cannot be used is refused") {
   CHECK_THROWS_AS(DistancePlanner(mesh, {.targets = {9}}), InvalidInput);
   CHECK_THROWS_AS(DistancePlanner(mesh, {.time_limit = -1}), InvalidInput);
   CHECK_THROWS_AS((void)DistancePlanner(mesh).distance(Index{9}), InvalidInput);
+}
+
+TEST_CASE("sources of parts that do not touch are on their own, however far apart they start") {
+  const std::vector<Mesh<double>> parts{bumpy_sphere(3), rough_sphere(3, 0.1)};
+  const auto mesh = joined<double>(parts);
+  const auto split = static_cast<Index>(parts[0].positions.size());
+  const auto exact = ExactSolver(parts[0]).distance(5);
+  for (const double tolerance : {0.1, 0.01, 1e-9}) {
+    const DistancePlanner planner(mesh, {.tolerance = tolerance, .assurance = Assurance::sampled});
+    for (const double start : {1e3, -1e3, -1e16, 1e300, -1.7e308}) {
+      CAPTURE(start);
+      const std::vector<Source<double>> sources{{vertex_point<double>(5), 0},
+                                                {vertex_point<double>(split), start}};
+      const auto answer = planner.distance(std::span<const Source<double>>(sources));
+      const double allowed = std::max(0.15, tolerance);
+      for (std::size_t v = 0; v < exact.size(); ++v) {
+        CHECK(std::abs(answer.distances[v] - exact[v]) <= allowed * exact[v] + 0.02);
+      }
+      CHECK(answer.distances.back() >= start);
+      // Numbers that large hold no way: the answer says so.
+      if (std::abs(start) > 1e15) CHECK_FALSE(answer.satisfies);
+    }
+  }
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 
+#include "gelight/membrane/flat_gelsight.hpp"
+#include "gelight/membrane/pyramid.hpp"
 #include "reference.hpp"
 #include "support/dented_depth.hpp"
 
@@ -31,14 +33,14 @@ TEST_CASE("an elastic membrane: at rest without contact, on the object, never ab
 
 TEST_CASE("models without contact stay at rest: no 0/0") {
   const auto rest = flat(70, 60, 0.03);
-  CHECK(gelsight_flat_depth(rest) == rest);
-  CHECK(taxim_depth(rest, rest, std::array{11.0, 5.0, 2.0}) == rest);
+  CHECK(surface_depth(FlatGelSightMembrane<double>(), rest, rest) == rest);
+  CHECK(surface_depth(PyramidMembrane<double>(std::array{11.0, 5.0, 2.0}), rest, rest) == rest);
 }
 
 TEST_CASE("Taxim's gel lies on the object and rises smoothly beside it") {
   const auto rest = flat(80, 70, 0.03);
   const auto contact = dent(80, 70, 0.002);
-  const auto gel = taxim_depth(contact, rest, std::array{6.0, 3.0, 1.0});
+  const auto gel = surface_depth(PyramidMembrane<double>(std::array{6.0, 3.0, 1.0}), contact, rest);
   for (Index x = 0; x < 80; ++x) {
     if (contact(x, 35) < 0.03) CHECK(gel(x, 35) == doctest::Approx(contact(x, 35)).epsilon(1e-15));
     if (x > 44) CHECK(gel(x, 35) >= gel(x - 1, 35));
@@ -61,5 +63,7 @@ TEST_CASE("the published membrane of the flat GelSight") {
   if (reference::is_absent()) return;
   const auto contact = read_npy<float>(reference::path("gelsight_flat/contact_depth.npy"));
   const auto published = read_npy<float>(reference::path("gelsight_flat/membrane_depth.npy"));
-  CHECK(worst_difference(gelsight_flat_depth(contact), published) < 1e-6);
+  const Image<double> rest(contact.width(), contact.height(), 0.03);
+  CHECK(worst_difference(surface_depth(FlatGelSightMembrane<double>(), contact, rest), published) <
+        1e-6);
 }

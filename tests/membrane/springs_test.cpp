@@ -2,7 +2,9 @@
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -265,6 +267,162 @@ TEST_CASE("a row of springs bears a force on it, and tips under one beside it") 
   const double xx = 21.0 * (21 * 21 - 1) / 12 * 4e-8;
   CHECK(on.tilt.x() == doctest::Approx(0.01 * 2e-4 / (2e7 * 4e-8 * xx)).epsilon(1e-8));
   CHECK(bed.press_tilting(edge, 0.01, {2e-4, 2e-4}).equilibrium == Equilibrium::tips_over);
+}
+
+namespace {
+
+// The membrane's displacement under forces (over the springs' stiffness) on some of its pixels, by
+// elimination.
+Eigen::VectorXd displacement_by_elimination(Index width, Index height, double coupling,
+                                            const Eigen::VectorXd& forces) {
+  Eigen::MatrixXd equations = Eigen::MatrixXd::Identity(width * height, width * height);
+  const auto couple = [&](Index a, Index b) {
+    equations(a, a) += coupling;
+    equations(b, b) += coupling;
+    equations(a, b) -= coupling;
+    equations(b, a) -= coupling;
+  };
+  for (Index v = 0; v < height; ++v) {
+    for (Index u = 0; u < width; ++u) {
+      if (u + 1 < width) couple(v * width + u, v * width + u + 1);
+      if (v + 1 < height) couple(v * width + u, (v + 1) * width + u);
+    }
+  }
+  return equations.llt().solve(forces);
+}
+
+}  // namespace
+
+TEST_CASE("two feet, or a row of them, do not tilt about the line that they stand on") {
+  constexpr Index width = 23, height = 19;
+  constexpr double pixel = 2e-4;
+  const auto eye = camera(width, height, pixel);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> one(0, 1);
+  for (int round = 0; round < 60; ++round) {
+    const double tension = std::array{0.0, 0.1, 3.0, 30.0, 300.0}[random() % 5];
+    const double force = std::pow(10, -9 + 6 * one(random));
+    const SpringBed bed(eye, rest,
+                        {.elastic_modulus = 1e6, .thickness = 0.005, .tension = tension});
+    const auto column = [&] { return static_cast<Index>(random() % width); };
+    const auto row = [&] { return static_cast<Index>(random() % height); };
+    const std::array<Index, 2> x{column(), column()}, y{row(), row()};
+    if (std::abs(x[0] - x[1]) + std::abs(y[0] - y[1]) < 2) continue;
+    const std::array gaps{1e-3 * one(random), 1e-3 * one(random)};
+    Image<double> feet(width, height, inf);
+    Eigen::VectorXd borne = Eigen::VectorXd::Zero(width * height);
+    const double share = 0.1 + 0.8 * one(random);  // of the force, on the second foot
+    const double stiffness = bed.gel().stiffness() * bed.spring_area();
+    for (std::size_t k = 0; k < 2; ++k) {
+      feet(x[k], y[k]) = rest + gaps[k];
+      borne[y[k] * width + x[k]] = force / stiffness * (k == 1 ? share : 1 - share);
+    }
+    const auto place = [&](std::size_t k) {
+      return Vec2<double>((x[k] - eye.cx) * pixel, (y[k] - eye.cy) * pixel);
+    };
+    const Vec2<double> centre = (1 - share) * place(0) + share * place(1);
+    int sweeps = 0;
+    const auto contact = bed.press_tilting(feet, force, centre, [&] { return ++sweeps > 20000; });
+    CAPTURE(round);
+    CAPTURE(tension);
+    CAPTURE(force);
+    REQUIRE(contact.equilibrium == Equilibrium::reached);
+    const auto want = displacement_by_elimination(
+        width, height, tension / bed.gel().stiffness() / (pixel * pixel), borne);
+    const double scale = want.maxCoeff();
+    double worst = 0;
+    for (Index i = 0; i < width * height; ++i) {
+      const double got = contact.indentation(i % width, i / width);
+      worst = std::max(worst, std::abs(got - want[i]));
+    }
+    // Places of a millimetre are rounded by 2e-19 m, and tilted over the whole image by more.
+    CHECK(worst < 1e-7 * scale + 1e-17);
+    // The object goes down by the gap and the indentation at each foot, and tilts along their line
+    // alone.
+    const Vec2<double> apart = place(1) - place(0);
+    const double rise = gaps[1] + want[y[1] * width + x[1]] - gaps[0] - want[y[0] * width + x[0]];
+    const Vec2<double> tilt = rise / apart.squaredNorm() * apart;
+    CHECK((contact.tilt - tilt).norm() < 1e-7 * tilt.norm() + 1e-12);
+  }
+}
+
+TEST_CASE("a row of springs at any angle bears what acts on it, with tension or without") {
+  constexpr Index width = 41, height = 37;
+  constexpr double pixel = 2e-4;
+  const auto eye = camera(width, height, pixel);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> one(0, 1);
+  constexpr std::array<std::array<Index, 2>, 6> steps{
+      {{1, 0}, {0, 1}, {1, 1}, {2, 1}, {-1, 3}, {-1, 1}}};
+  for (const auto& step : steps) {
+    for (const double tension : {0.0, 0.5, 30.0}) {
+      for (const double force : {1e-8, 1e-4, 1e-2}) {
+        const auto reach = static_cast<Index>(1 + random() % 4);
+        Image<double> edge(width, height, inf);
+        for (Index i = -reach; i <= reach; ++i) {
+          edge(20 + i * step[0], 18 + i * step[1]) = rest + 1e-4;
+        }
+        // Within the middle third all of them bear.
+        const double at = 0.3 * reach * (2 * one(random) - 1);
+        const Vec2<double> centre(at * step[0] * pixel, at * step[1] * pixel);
+        const SpringBed bed(eye, rest, {.elastic_modulus = 1e6, .tension = tension});
+        int sweeps = 0;
+        const auto contact =
+            bed.press_tilting(edge, force, centre, [&] { return ++sweeps > 20000; });
+        CAPTURE(tension);
+        CAPTURE(force);
+        CAPTURE(sweeps);
+        REQUIRE(contact.equilibrium == Equilibrium::reached);
+        CHECK(borne(bed, contact) == doctest::Approx(force).epsilon(1e-8));
+        const Vec2<double> across(-step[1], step[0]);
+        CHECK(std::abs(contact.tilt.dot(across)) < 1e-9 * contact.tilt.norm() + 1e-14);
+        CHECK(std::abs(contact.residual_moment.norm()) < 1e-8 * force * width * pixel);
+      }
+    }
+  }
+}
+
+TEST_CASE("any force that is too strong is told, with the object as deep in as the gel is thick") {
+  constexpr double pixel = 2e-4, thickness = 0.004;
+  const auto eye = camera(31, 27, pixel);
+  std::mt19937 random(29);
+  std::uniform_real_distribution<double> one(0, 1);
+  for (int shape = 0; shape < 6; ++shape) {
+    const double tilt_x = one(random) - 0.5, tilt_y = one(random) - 0.5;
+    const auto thing = object(eye, [&](double x, double y) {
+      const double above = 5e-4 + 0.1 * (tilt_x * x + tilt_y * y);
+      if (shape % 3 == 0) return std::abs(y) < 0.5 * pixel && std::abs(x) < 2e-3 ? 5e-4 : inf;
+      if (shape % 3 == 1) return std::max(std::abs(x), std::abs(y)) < 1.5e-3 ? above : inf;
+      return above + (x * x + y * y) / 0.01;
+    });
+    const double nearest = *std::min_element(thing.pixels().begin(), thing.pixels().end()) - rest;
+    for (const double tension : {0.0, 0.2, 20.0}) {
+      const SpringBed bed(eye, rest, {.thickness = thickness, .tension = tension});
+      for (const double force : {1e3, 1e20, 1e150, 1e300, std::numeric_limits<double>::max()}) {
+        const Vec2<double> centre(1e-3 * (one(random) - 0.5), 0);
+        for (const bool tilts : {false, true}) {
+          int sweeps = 0;
+          const auto enough = [&] { return ++sweeps > 30000; };
+          const auto contact = tilts ? bed.press_tilting(thing, force, centre, enough)
+                                     : bed.press(thing, force, enough);
+          CAPTURE(shape);
+          CAPTURE(tension);
+          CAPTURE(force);
+          CAPTURE(tilts);
+          CHECK(contact.equilibrium == Equilibrium::too_strong);
+          const auto& w = contact.indentation.pixels();
+          CHECK(*std::max_element(w.begin(), w.end()) == doctest::Approx(thickness).epsilon(1e-9));
+          // What is told of the force is that of the indentation that is told.
+          CHECK(borne(bed, contact) == doctest::Approx(contact.force).epsilon(1e-7));
+          CHECK(contact.force + contact.residual_force == doctest::Approx(force).epsilon(1e-12));
+          CHECK(contact.force > 0);
+          if (!tilts) {
+            CHECK(contact.displacement == doctest::Approx(nearest + thickness).epsilon(1e-12));
+          }
+        }
+      }
+    }
+  }
 }
 
 TEST_CASE("a taut membrane round a long punch falls off as the discrete equation's root") {

@@ -94,7 +94,7 @@ TEST_CASE("what solvers take is told too: seams, strays, parts, fins, bow-ties, 
   Mesh<double> fin = grid<double>(1, 1);
   fin.positions.push_back({0.5, 0.5, 1});
   fin.faces.push_back({0, 3, 4});
-  CHECK(check(fin).fins.first == Indices{0});
+  CHECK(check(fin).nonmanifold_edges.first == Indices{0});
   CHECK_FALSE(check(fin).is_oriented());
   CHECK(check(fin).is_accepted());
 
@@ -105,7 +105,7 @@ TEST_CASE("what solvers take is told too: seams, strays, parts, fins, bow-ties, 
 
   Mesh<double> turned = grid<double>(1, 1);
   std::swap(turned.faces[1][0], turned.faces[1][1]);
-  CHECK(check(turned).against.first == Indices{0});
+  CHECK(check(turned).misoriented_edges.first == Indices{0});
 
   Mesh<double> flat = grid<double>(1, 1);
   flat.positions.insert(flat.positions.end(), {{0.5, 0, 0}, {0, 0, 0}});

@@ -122,7 +122,7 @@ TEST_CASE("orienting turns faces until those that meet agree") {
     const Index a = 2 * i, b = a + 1, c = i < 9 ? a + 2 : 1, d = i < 9 ? a + 3 : 0;
     strip.faces.insert(strip.faces.end(), {{a, c, b}, {b, c, d}});
   }
-  CHECK(check(repair(strip, {.orient = true}).mesh).against.count == 1);
+  CHECK(check(repair(strip, {.orient = true}).mesh).misoriented_edges.count == 1);
 }
 
 TEST_CASE("splitting parts the fans of a vertex, and a fin from its surface") {

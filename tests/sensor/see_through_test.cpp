@@ -7,12 +7,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <random>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "gelight/image/plane_fit.hpp"
-#include "gelight/shading/shadow.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -92,7 +92,6 @@ TEST_CASE("the frame is its parts, one after the other") {
     Image<double> gel = contact;
     for (double& z : gel.pixels()) z = std::clamp(z, 0.03 - 0.004, 0.03);
     const auto normals = plane_fit_normals(gel, camera, radius);
-    const auto lost = penetration_darkening(gel, rest, 0.3, 0.002);
     Image<Rgb8> expected(width, height);
     for (Index y = 0; y < height; ++y) {
       for (Index x = 0; x < width; ++x) {
@@ -102,7 +101,8 @@ TEST_CASE("the frame is its parts, one after the other") {
             light += l.rgb[c] * phong<double>(normals(x, y), -l.direction(x, y),
                                               -camera.ray(x, y).normalized(), 1.0, 0.5, 5);
           }
-          const double inner = 0.4 * 0.9 * light * colours(x, y)[c] * (1 - lost(x, y));
+          const double pressed = std::clamp((rest(x, y) - gel(x, y)) / 0.002, 0.0, 1.0);
+          const double inner = 0.4 * 0.9 * light * colours(x, y)[c] * (1 - 0.3 * pressed);
           const double outer = 0.25 * 0.6 * visual(x, y)[c];
           expected(x, y)[c] = to_level(1.5 * (inner + outer));
         }
@@ -375,4 +375,36 @@ TEST_CASE("input that cannot be used is refused before anything is written") {
   CHECK(out == before);
   Image<Rgb8> narrow(width - 1, height);
   CHECK_THROWS_AS(renderer.render_into(narrow, rest), InvalidInput);
+}
+
+TEST_CASE_TEMPLATE("what is seen beyond is refused by pixel where it is no share of full light", T,
+                   float, double) {
+  const auto eye = camera.cast<T>();
+  const SeeThroughRenderer renderer(eye, rest, edge_lights(eye, T(0.2)));
+  std::mt19937 random(7);
+  Image<Rgb8> out(width, height, {1, 2, 3});
+  const auto before = out;
+  for (const double bad : {unknown, inf, -inf, -1e-6, 1.01, 255.0, 1e30}) {
+    const auto u = static_cast<Index>(random() % width), v = static_cast<Index>(random() % height);
+    const auto place = "at pixel (" + std::to_string(u) + ", " + std::to_string(v) + ") is (";
+    const auto said = [&](const auto& visual, const LightLevels& levels) {
+      return refusal([&] { renderer.render_into(out, rest, visual, levels); });
+    };
+    CAPTURE(bad);
+    auto rgb = picture();
+    rgb(u, v)[random() % 3] = bad;
+    CHECK(test::contains(said(rgb, {0.5, 0.5}), place));
+    CHECK(test::contains(said(rgb, LightLevels::visual()), "not in shares of full light"));
+    Image<float> grey(width, height, 0.5F);
+    grey(u, v) = static_cast<float>(bad);
+    CHECK(test::contains(said(grey, {0.1, 1}), place));
+    CHECK(out == before);
+    // What the dark hides does no harm.
+    CHECK(said(rgb, LightLevels::tactile()) == "accepted");
+    out = before;
+  }
+  // White that went through a resizing, and black with a sign.
+  auto rounded = picture();
+  rounded(3, 4) = {1.001, -0.0, 1};
+  CHECK(refusal([&] { renderer.render_into(out, rest, rounded); }) == "accepted");
 }

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdlib>
@@ -8,6 +9,9 @@
 #include <new>
 #include <vector>
 
+#include "gelight/membrane/flat_gelsight.hpp"
+#include "gelight/membrane/pyramid.hpp"
+#include "gelight/membrane/shadowed.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 
 // Every byte that this program takes from the heap is counted.
@@ -35,12 +39,11 @@ void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 using namespace gelight;
 
-TEST_CASE("a frame after the first takes no memory, whatever it shows") {
-  const Camera<float> camera{60, 60, 49.5, 39.5, 100, 80};
+namespace {
+
+template <class Renderer>
+void check_frames(const Renderer& renderer) {
   const Image<float> rest(100, 80, 0.03f);
-  const std::vector<Light<float>> lights{
-      {Image<Vec3<float>>(100, 80, Vec3<float>(1, 0, 0)), {1, 0, 0}}};
-  const TactileRenderer renderer(camera, rest, lights);
   Image<float> contact = rest, holed = rest, everywhere(100, 80, 0.02f);
   for (Index y = 30; y < 50; ++y) {
     for (Index x = 20; x < 90; x += 17) contact(x, y) = 0.025f;
@@ -55,4 +58,22 @@ TEST_CASE("a frame after the first takes no memory, whatever it shows") {
     renderer.render_next_into(frame, *depth);
     CHECK(bytes_taken - before == 0);
   }
+}
+
+}  // namespace
+
+TEST_CASE("a frame after the first takes no memory, whatever it shows") {
+  const Camera<float> camera{60, 60, 49.5, 39.5, 100, 80};
+  const Image<float> rest(100, 80, 0.03f);
+  const std::vector<Light<float>> lights{
+      {Image<Vec3<float>>(100, 80, Vec3<float>(1, 0, 0)), {1, 0, 0}}};
+  const std::array sigmas{3.0, 1.0};
+  check_frames(TactileRenderer(camera, rest, lights));
+  check_frames(
+      TactileRenderer(camera, rest, PyramidMembrane<float>(sigmas), PhongLights<float>{lights}));
+  check_frames(
+      TactileRenderer(camera, rest, FlatGelSightMembrane<float>(), PhongLights<float>{lights}));
+  check_frames(TactileRenderer(camera, rest,
+                               ShadowedMembrane<float>(camera, GaussianMembrane<float>()),
+                               PhongLights<float>{lights}));
 }

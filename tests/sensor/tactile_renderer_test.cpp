@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <concepts>
+#include <cstdint>
 #include <cstdlib>
 #include <limits>
 #include <random>
@@ -629,4 +631,32 @@ TEST_CASE("a rest depth whose fourth power float does not hold is refused by pla
   CHECK(contains(said(float{}, 1e-8), "at pixel (0, 0) is not between 1e-08 and 100000000"));
   CHECK(contains(said(float{}, 1e10), "is not between"));
   CHECK(contains(said(double{}, 1e-80), "is not between"));
+}
+
+TEST_CASE_TEMPLATE("a background in another unit is refused by name and place", T, float, double) {
+  std::mt19937 random(3);
+  for (const double bad : {unknown, inf, -inf, -1e-6, -1.0, 1.01, 255.0, 1e30}) {
+    CAPTURE(bad);
+    std::array<T, 3> rgb{T(0.5), T(0.25), T(1)};
+    rgb[random() % 3] = static_cast<T>(bad);
+    CHECK(contains(refusal([&] { Background<T> background(rgb); }), "the background colour is ("));
+    Image<std::array<T, 3>> colours(5, 4, {T(0.5), T(0.5), T(0.5)});
+    colours(3, 1) = rgb;
+    CHECK(contains(refusal([&] { Background<T> background(colours); }),
+                   "background pixel (3, 1) is ("));
+    Image<T> grey(5, 4, T(0.5));
+    grey(4, 2) = static_cast<T>(bad);
+    CHECK(contains(refusal([&] { Background<T> background(grey); }), "background pixel (4, 2)"));
+  }
+  const std::array<T, 3> rounded{T(1.001), T(0), T(-0.0)};
+  CHECK(refusal([&] { Background<T> background(rounded); }) == "accepted");
+  // Levels are shares of their type's largest value; of other integers nobody knows that.
+  CHECK(Background<T>(Rgb8{255, 0, 51}).solid() == std::array{T(1), T(0), T(0.2)});
+  CHECK(Background<T>(std::array<std::uint16_t, 3>{65535, 0, 13107}).solid() ==
+        std::array{T(1), T(0), T(0.2)});
+  static_assert(!std::constructible_from<Background<T>, std::array<int, 3>>);
+  static_assert(!std::constructible_from<Background<T>, std::array<unsigned, 3>>);
+  static_assert(!std::constructible_from<Background<T>, std::array<signed char, 3>>);
+  static_assert(!std::constructible_from<Background<T>, Image<int>>);
+  static_assert(!std::constructible_from<Background<T>, Image<std::array<int, 3>>>);
 }

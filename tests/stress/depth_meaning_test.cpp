@@ -17,11 +17,13 @@
 #include "gelight/image/plane_fit.hpp"
 #include "gelight/image/raster.hpp"
 #include "gelight/membrane/elastic.hpp"
+#include "gelight/membrane/flat_gelsight.hpp"
+#include "gelight/membrane/pyramid.hpp"
+#include "gelight/membrane/shadowed.hpp"
 #include "gelight/membrane/springs.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/sensor/see_through.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
-#include "gelight/shading/shadow.hpp"
 
 using namespace gelight;
 
@@ -88,6 +90,10 @@ Picture picture(const auto& image) {
   });
 }
 
+Image<double> flat_gelsight(const Image<double>& depth) {
+  return surface_depth(FlatGelSightMembrane<double>(), depth, Image<double>(width, height, 0.03));
+}
+
 template <class T>
 std::vector<Taker<T>> takers() {
   using I = Image<T>;
@@ -110,13 +116,17 @@ std::vector<Taker<T>> takers() {
        false, 2},
       {"elastic_depth", [](const I& d, const I& r) { return picture(elastic_depth(d, r)); },
        Stays::nan},
-      {"taxim_depth",
-       [=](const I& d, const I& r) { return picture(taxim_depth(d, r, std::span(sigmas))); },
+      {"Taxim's membrane",
+       [=](const I& d, const I& r) {
+         return picture(surface_depth(PyramidMembrane<T>(sigmas), d, r));
+       },
        Stays::nan},
-      {"penetration_darkening",
-       [](const I& d, const I& r) { return picture(penetration_darkening(d, r)); }, Stays::zero},
-      {"contact_shadow", [=](const I& d, const I& r) { return picture(contact_shadow(d, r, eye)); },
-       Stays::as_if_nothing_touched},
+      {"a shadowed membrane",
+       [=](const I& d, const I& r) {
+         const ShadowedMembrane<T> membrane(eye, GaussianMembrane<T>());
+         return picture(surface_depth(membrane, d, r));
+       },
+       Stays::nan},
   };
   const auto add_renderer = [&](const std::string& what, const TactileOptions& options) {
     all.push_back({"TactileRenderer, " + what,
@@ -140,6 +150,13 @@ std::vector<Taker<T>> takers() {
   add_renderer("as published", TactileOptions::as_published(true));
   add_renderer("darkening", {.darkening = 0.4, .darkening_depth = 0.002});
   add_renderer("extrapolated", {.border_normals = BorderNormals::extrapolated});
+  all.push_back({"TactileRenderer, Taxim's membrane",
+                 [=](const I& d, const I& r) {
+                   const PhongLights<T> phong{lights<T>(), std::array{T(0.5), T(0.3), T(0.7)}};
+                   return picture(
+                       TactileRenderer(eye, r, PyramidMembrane<T>(sigmas), phong).render(d));
+                 },
+                 Stays::ambient, true, 1});
   all.push_back({"SeeThroughRenderer",
                  [=](const I& d, const I& r) {
                    const SeeThroughRenderer<T> renderer(
@@ -376,20 +393,17 @@ TEST_CASE("the flat GelSight's membrane") {
     std::mt19937 random(seed);
     const auto depth = pressed(rest, random);
     const auto marks = patches(random);
-    const auto whole =
-        gelsight_flat_depth(with(depth, marks, [](Index, Index) { return 0.03; }), 0.03);
-    CHECK(gelsight_flat_depth(with(depth, marks, [](Index, Index) { return inf<double>; }), 0.03) ==
-          whole);
-    CHECK(gelsight_flat_depth(Image<double>(width, height, inf<double>), 0.03) == rest);
+    const auto whole = flat_gelsight(with(depth, marks, [](Index, Index) { return 0.03; }));
+    CHECK(flat_gelsight(with(depth, marks, [](Index, Index) { return inf<double>; })) == whole);
+    CHECK(flat_gelsight(Image<double>(width, height, inf<double>)) == rest);
     // Deeper than the gel nothing touches it.
-    CHECK(gelsight_flat_depth(with(depth, marks, [](Index, Index) { return 0.5; }), 0.03) == whole);
+    CHECK(flat_gelsight(with(depth, marks, [](Index, Index) { return 0.5; })) == whole);
     for (const double value : unknown_depths<double>()) {
       const auto fill = [&](Index, Index) { return value; };
-      const auto holed = gelsight_flat_depth(with(rest, marks, fill), 0.03);
-      const auto made = gelsight_flat_depth(with(depth, marks, fill), 0.03);
+      const auto holed = flat_gelsight(with(rest, marks, fill));
+      const auto made = flat_gelsight(with(depth, marks, fill));
       // Pressed in evenly, the mean over those that are known is even, too.
-      const auto even =
-          gelsight_flat_depth(with(Image<double>(width, height, 0.028), marks, fill), 0.03);
+      const auto even = flat_gelsight(with(Image<double>(width, height, 0.028), marks, fill));
       int wrong = 0;
       for (Index y = 0; y < height; ++y) {
         for (Index x = 0; x < width; ++x) {
@@ -417,8 +431,9 @@ TEST_CASE("an elastic membrane is averaged over what is known: pressed in evenly
     const auto marks = patches(random);
     const auto holed = with(even, marks, [](Index, Index) { return 0.0; });
     const auto masked = with(rest, marks, [](Index, Index) { return 0.0; });
-    for (const auto& membrane : {elastic_depth(holed, rest), elastic_depth(even, masked),
-                                 taxim_depth(holed, rest, std::array{5.0, 2.0})}) {
+    for (const auto& membrane :
+         {elastic_depth(holed, rest), elastic_depth(even, masked),
+          surface_depth(PyramidMembrane<double>(std::array{5.0, 2.0}), holed, rest)}) {
       double worst = 0;
       for (std::size_t i = 0; i < marks.pixels().size(); ++i) {
         if (marks.pixels()[i] != 0) continue;

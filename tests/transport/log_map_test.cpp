@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
+#include <random>
 #include <vector>
 
 #include "gelight/mesh/shapes.hpp"
@@ -197,4 +199,110 @@ TEST_CASE("out of reach is infinite, the source is zero, bad input is refused") 
   CHECK_THROWS_AS((void)solver.solve(0)(1000), InvalidInput);
   std::swap(mesh.faces[3][0], mesh.faces[3][1]);
   CHECK_THROWS_AS(ExactLogMapSolver{mesh}, InvalidInput);
+}
+
+TEST_CASE("a map is cancelled wherever it asks, and says how far it is") {
+  const auto mesh = icosphere<double>(3);
+  int left = -1;
+  double last = 0;
+  bool falls = false;
+  const CancelHook hook([&](double done) {
+    falls |= done < last;
+    last = done;
+    return --left == 0;
+  });
+  const ExactLogMapSolver solver(mesh, {.cancelled = hook});
+  const auto expected = ExactLogMapSolver(mesh).log_map(7);
+  CHECK(solver.log_map(7) == expected);
+  CHECK_FALSE(falls);
+  CHECK(last > 0.7);
+  const int asked = -1 - left;
+  CHECK(asked > 4);
+  for (int yes = 1; yes <= asked; ++yes) {
+    left = yes;
+    CHECK_THROWS_AS((void)solver.log_map(7), Cancelled);
+    left = -1;
+    CHECK(solver.log_map(7) == expected);
+  }
+  const auto map = solver.solve(7);
+  left = 1;
+  CHECK_THROWS_AS((void)map.at_vertices(), Cancelled);
+  left = -1;
+  CHECK(map.at_vertices() == expected);
+}
+
+namespace {
+
+// A sheet of 8 x 8 cells, somewhere in space, of which some vertices are moved: those round one to
+// its place or to a line through it, or a border vertex added to a cell's edge.
+Mesh<double> degenerate_sheet(int kind, int seed) {
+  auto mesh = grid<double>(8, 8);
+  std::mt19937 engine(static_cast<unsigned>(seed));
+  std::uniform_real_distribution<double> share(0.1, 0.9);
+  const Index c = 30 + seed;
+  for (const Index v : {c - 10, c - 9, c - 8, c - 1, c + 1, c + 8, c + 9, c + 10}) {
+    auto& p = mesh.positions[static_cast<std::size_t>(v)];
+    const auto& to = mesh.positions[static_cast<std::size_t>(c)];
+    if (kind == 0) p = to;
+    if (kind == 1) p[1] = to[1];
+  }
+  if (kind >= 2) {
+    const auto a = mesh.positions[1], b = mesh.positions[2];
+    const double t = kind == 2 ? share(engine) : 0;
+    mesh.positions.push_back({a[0] + t * (b[0] - a[0]), 0, 0});
+    mesh.faces.push_back({1, 81, 2});
+  }
+  if (kind == 3) {
+    mesh.positions.push_back(mesh.positions.back());
+    mesh.faces.push_back({1, 82, 81});
+  }
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(share(engine) * 6, Vec(share(engine), share(engine), 1).normalized())
+          .toRotationMatrix();
+  const double scale = std::pow(10.0, 6 * share(engine) - 3);
+  const Vec shift = 100 * scale * Vec(share(engine), -share(engine), share(engine));
+  for (auto& p : mesh.positions) {
+    const Vec moved = scale * (turn * Vec(p[0], p[1], p[2])) + shift;
+    p = {moved[0], moved[1], moved[2]};
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("where faces have no area there is a tangent plane, the same for both solvers") {
+  for (int kind = 0; kind < 4; ++kind) {
+    for (int seed = 0; seed < 3; ++seed) {
+      CAPTURE(kind);
+      CAPTURE(seed);
+      const auto mesh = degenerate_sheet(kind, seed);
+      const Surface surface(mesh);
+      const ExactLogMapSolver exact(mesh);
+      const VectorHeatSolver heat(mesh);
+      const VectorHeatSolver plain(mesh, {.intrinsic_delaunay = false});
+      const Vec vector = embedded(exact.tangent_basis(0), {0.6, 0.8});
+      const auto carried = heat.transport(0, vector);
+      for (Index v = 0; v < surface.vertex_count(); ++v) {
+        const auto basis = exact.tangent_basis(v);
+        CHECK(heat.tangent_basis(v) == basis);
+        CHECK(plain.tangent_basis(v) == basis);
+        CHECK(basis[0].norm() == doctest::Approx(1).epsilon(1e-13));
+        CHECK(basis[1].norm() == doctest::Approx(1).epsilon(1e-13));
+        CHECK(std::abs(basis[0].dot(basis[1])) < 1e-13);
+        CHECK(carried[static_cast<std::size_t>(v)].norm() == doctest::Approx(1).epsilon(1e-9));
+        // Any plane through the edges, where a face tells none; that of the sheet elsewhere.
+        const bool has_area =
+            std::any_of(surface.corners(v).begin(), surface.corners(v).end(), [&](Index h) {
+              const Vec a = surface.position(surface.tip(h)) - surface.position(v);
+              const Vec b = surface.position(surface.apex(h)) - surface.position(v);
+              return a.cross(b).norm() > 1e-6 * a.norm() * b.norm();
+            });
+        for (const Index h : surface.corners(v)) {
+          const Vec edge = surface.position(surface.tip(h)) - surface.position(v);
+          if (kind == 1 && has_area) continue;  // folded over
+          CHECK(std::abs(edge.dot(basis[0].cross(basis[1]))) <= 1e-3 * edge.norm());
+        }
+      }
+    }
+  }
 }

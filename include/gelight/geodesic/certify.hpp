@@ -15,10 +15,10 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/lower_potential.hpp"
-#include "gelight/geodesic/detail/planar_faces.hpp"
-#include "gelight/geodesic/detail/upper_march.hpp"
+#include "gelight/geodesic/bounds/lower_potential.hpp"
+#include "gelight/geodesic/bounds/upper_march.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
@@ -105,16 +105,19 @@ template <std::floating_point T>
   return std::nextafter(static_cast<T>(value), direction);
 }
 
-/// Bounds that count from `offset`, from such that count from zero.
+/// Bounds that count from where the sources start, from such that count from zero.
 template <std::floating_point T, std::floating_point Real>
 [[nodiscard]] DistanceBounds<T> moved(const Array<Real>& lower, const Array<Real>& upper,
-                                      double offset) {
+                                      const StartsOf<Real>& starts) {
   DistanceBounds<T> out;
   out.lower.reserve(upper.size());
   out.upper.reserve(upper.size());
   for (Index v = 0; v < std::ssize(upper); ++v) {
-    out.lower.push_back(rounded(std::min(lower[v], upper[v]) + offset, -unreachable<T>));
-    out.upper.push_back(rounded(upper[v] + offset, unreachable<T>));
+    const double low = starts.at(v) + std::min(lower[v], upper[v]), high = starts.at(v) + upper[v];
+    out.lower.push_back(rounded(low, -unreachable<T>));
+    out.upper.push_back(rounded(high, unreachable<T>));
+    require(std::isinf(out.upper.back()) == std::isinf(high), "the distance of vertex ", v,
+            " may be ", high, ", beyond the numbers of the type it is asked in");
   }
   return out;
 }
@@ -144,7 +147,7 @@ class Certifier {
   /// Bounds on the distance from a vertex, from the nearest of several, or of several points with
   /// start distances, given distances from there: one for each vertex. Any number may be wrong.
   /// Throws InvalidInput for sources as a solver does, another number of distances than vertices,
-  /// and NaN; Cancelled where the hook says so.
+  /// NaN, and an upper bound that T cannot hold; Cancelled where the hook says so.
   ///@{
   [[nodiscard]] DistanceBounds<T> bounds(Index vertex, std::span<const T> distances,
                                          const CancelHook& cancelled = {}) const {
@@ -170,17 +173,17 @@ class Certifier {
   [[nodiscard]] DistanceBounds<T> bounds_of(detail::Sources sources, std::span<const T> distances,
                                             const CancelHook& cancelled) const {
     require_distances(distances);
-    const double offset = detail::move_to_zero(sources);
+    const auto starts = detail::move_to_zero(surface_, sources);
     const detail::BoundFinder<double> finder(surface_, *faces_);
     const Values upper = finder.upper(sources, cancelled.part(0, march_share));
     Values potential = upper;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      const double given = double{distances[static_cast<std::size_t>(v)]} - offset;
+      const double given = double{distances[static_cast<std::size_t>(v)]} - starts.at(v);
       if (upper[v] < unreachable<double>) potential[v] = std::clamp(given, 0.0, upper[v]);
     }
     const Values lower =
         finder.lower(sources, std::move(potential), cancelled.part(march_share, 1));
-    return detail::moved<T>(lower, upper, offset);
+    return detail::moved<T>(lower, upper, starts);
   }
 
   void require_distances(std::span<const T> distances) const {

@@ -7,14 +7,14 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/bucket_queue.hpp"
-#include "gelight/geodesic/detail/near.hpp"
-#include "gelight/geodesic/detail/pool.hpp"
-#include "gelight/geodesic/detail/steiner_graph.hpp"
-#include "gelight/geodesic/detail/watch.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/marching/bucket_queue.hpp"
+#include "gelight/geodesic/marching/periodic_check.hpp"
+#include "gelight/geodesic/marching/steiner_graph.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
@@ -66,9 +66,9 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   using Queue = detail::BucketQueueOf<Real>;
 
   [[nodiscard]] detail::Array<Real> solve_vertices(std::vector<Source<Real>> sources) const {
-    const Real start = detail::move_to_zero(sources);
+    const auto starts = detail::move_to_zero(surface_, sources);
     auto distance = graph_ ? graph_->distance(sources, cancelled_) : along_edges(sources);
-    for (Real& d : distance) d += start;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) distance[v] += starts.at(v);
     return distance;
   }
 
@@ -93,11 +93,12 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
       detail::for_each_vertex_near(surface_, point,
                                    [&](Index v, Real d) { relax(v, source.distance + d); });
     }
-    detail::Watch watch(cancelled_, surface_.vertex_count(), "a query of Dijkstra's method");
+    detail::PeriodicCheck progress(cancelled_, surface_.vertex_count(),
+                                   "a query of Dijkstra's method");
     while (!queue.empty()) {
       const auto [v, d] = queue.pop();
       if (d > distance[v]) continue;  // reached on a shorter way since it was queued
-      watch.step();
+      progress.step();
       for (Index e = begin_[v]; e < begin_[v + 1]; ++e) {
         relax(edges_[e].tip, d + edges_[e].length);
       }

@@ -4,9 +4,12 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -16,6 +19,10 @@ namespace gelight {
 
 /// What every distance solver answers: the distance of each vertex from the nearest source, in the
 /// unit of the positions, +infinity where no path leads.
+///
+/// Of sources in several connected parts each part's are on their own, however far apart they
+/// start. Throws InvalidInput, naming the vertex, for a distance that T cannot hold: beyond its
+/// largest number, or not zero and below its smallest normal one.
 template <class S, class T>
 concept DistanceSolver = std::floating_point<T> &&
     requires(const S& solver, Index vertex, std::span<const Index> vertices,
@@ -67,13 +74,88 @@ template <std::floating_point Real>
   return checked;
 }
 
-/// Moves the start distances so that the earliest is 0, and returns what that was.
+/// What the distances of a query count from while it lasts: the start distance of the earliest
+/// source, of each connected part where those differ. So numbers are no larger than the parts.
 template <std::floating_point Real>
-[[nodiscard]] Real move_to_zero(std::vector<Source<Real>>& sources) {
-  Real earliest = unreachable<Real>;
-  for (const auto& source : sources) earliest = std::min(earliest, source.distance);
-  for (auto& source : sources) source.distance -= earliest;
-  return earliest;
+struct StartsOf {
+  Real common = 0;        // of all parts, 0 where they differ
+  Array<Real> of_vertex;  // where they differ
+
+  [[nodiscard]] Real at(Index v) const { return of_vertex.empty() ? common : of_vertex[v]; }
+};
+
+using Starts = StartsOf<double>;
+
+/// A number no less than the length of any shortest path.
+template <std::floating_point Real>
+[[nodiscard]] Real longest_way(const Surface<Real>& surface) {
+  Real sum = 0;
+  for (Index h = 0; h < surface.halfedge_count(); ++h) sum += surface.length(h);
+  return 2 * sum;  // a straight line to an edge's end, edges once each, and a straight line
+}
+
+/// Moves the start distances so that the earliest of each connected part is 0, and returns what
+/// those were. Sources that others have overtaken before they start are dropped.
+template <std::floating_point Real>
+[[nodiscard]] StartsOf<Real> move_to_zero(const Surface<Real>& surface,
+                                          std::vector<Source<Real>>& sources) {
+  const auto is_earlier = [](const auto& a, const auto& b) { return a.distance < b.distance; };
+  const auto [first, last] = std::minmax_element(sources.begin(), sources.end(), is_earlier);
+  const Real earliest = first->distance;
+  if (earliest == last->distance) {
+    for (auto& source : sources) source.distance = 0;
+    return {earliest, {}};
+  }
+  const Array<Index>& components = surface.components();
+  const auto part_of = [&](const SurfacePoint<Real>& point) {
+    const Index element = point.element[0];
+    const bool is_face = point.kind == SurfacePoint<Real>::Kind::face;
+    return components[is_face ? surface.face(element)[0] : element];
+  };
+  std::vector<std::pair<Index, Real>> parts;  // each once, by number, with its earliest start
+  parts.reserve(sources.size());
+  for (const auto& source : sources) parts.emplace_back(part_of(source.point), source.distance);
+  std::sort(parts.begin(), parts.end());
+  const auto is_same = [](const auto& a, const auto& b) { return a.first == b.first; };
+  parts.erase(std::unique(parts.begin(), parts.end(), is_same), parts.end());
+
+  for (auto& source : sources) {
+    const std::pair<Index, Real> least(part_of(source.point), -unreachable<Real>);
+    source.distance -= std::lower_bound(parts.begin(), parts.end(), least)->second;
+  }
+  const Real overtaken = longest_way(surface);
+  std::erase_if(sources, [&](const auto& source) { return source.distance > overtaken; });
+
+  const auto starts_so = [&](const auto& part) { return part.second == earliest; };
+  if (std::all_of(parts.begin(), parts.end(), starts_so)) return {earliest, {}};
+  StartsOf<Real> starts{0, Array<Real>(components.size(), 0)};
+  for (const auto& [part, start] : parts) starts.of_vertex[part] = start;
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    starts.of_vertex[v] = starts.of_vertex[components[v]];  // a part's least vertex comes first
+  }
+  return starts;
+}
+
+/// Whether T holds a distance: +infinity means unreachable and 0 no way at all, so that a number
+/// must not become one of them by being too large or too small, nor lose its digits.
+template <std::floating_point T>
+[[nodiscard]] bool holds(double distance) {
+  using Limits = std::numeric_limits<T>;
+  if constexpr (Limits::max() >= std::numeric_limits<double>::max()) {
+    return true;
+  } else {
+    const double size = std::abs(distance);
+    return size == 0 || std::isinf(size) ||
+           (size >= double{Limits::min()} && size <= double{Limits::max()});
+  }
+}
+
+/// A distance of type T. Throws InvalidInput where T does not hold it; `of` says what it is of.
+template <std::floating_point T>
+[[nodiscard]] T distance_as(double distance, const auto&... of) {
+  require(holds<T>(distance), "the distance of ", of..., " is ", distance,
+          ", beyond the numbers of the type it is asked in");
+  return static_cast<T>(distance);
 }
 
 /// The overloads of DistanceSolver over one function of Solver,
@@ -117,6 +199,8 @@ class DistanceQueries {
             out.size(), " elements, the mesh ", surface().vertex_count(), " vertices");
   }
   static void copy(const auto& distances, std::span<T> out) {
+    Index v = 0;
+    for (const double d : distances) (void)distance_as<T>(d, "vertex ", v++);
     std::size_t i = 0;
     for (const double d : distances) out[i++] = static_cast<T>(d);
   }

@@ -14,16 +14,16 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/descent.hpp"
-#include "gelight/geodesic/detail/directions.hpp"
-#include "gelight/geodesic/detail/past_vertex.hpp"
-#include "gelight/geodesic/detail/planar_faces.hpp"
-#include "gelight/geodesic/detail/pool.hpp"
-#include "gelight/geodesic/detail/trace.hpp"
-#include "gelight/geodesic/detail/window_propagation.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/exact/directions.hpp"
+#include "gelight/geodesic/exact/line_backtrace.hpp"
+#include "gelight/geodesic/exact/past_vertex.hpp"
+#include "gelight/geodesic/exact/planar_faces.hpp"
+#include "gelight/geodesic/exact/window_backtrace.hpp"
+#include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/geodesic/segment.hpp"
 #include "gelight/mesh/intrinsic.hpp"
@@ -97,7 +97,7 @@ class ExactField {
   [[nodiscard]] std::vector<T> distances() const {
     std::vector<T> out;
     out.reserve(distances_.size());
-    for (const Real d : distances_) out.push_back(static_cast<T>(d + offset_));
+    for (Index v = 0; v < surface_.vertex_count(); ++v) out.push_back(distance_of_vertex(v));
     return out;
   }
 
@@ -105,10 +105,10 @@ class ExactField {
   ///@{
   [[nodiscard]] T distance(Index vertex) const {
     surface_.require_vertex(vertex);
-    return static_cast<T>(distances_[vertex] + offset_);
+    return distance_of_vertex(vertex);
   }
   [[nodiscard]] T distance(const SurfacePoint<T>& point) const {
-    return static_cast<T>(nearest(checked(point)).distance + offset_);
+    return distance_of(nearest(checked(point)));
   }
   ///@}
 
@@ -210,6 +210,21 @@ class ExactField {
 
   explicit ExactField(const Mesh& surface) : surface_(surface) {}
 
+  [[nodiscard]] T distance_of_vertex(Index v) const {
+    return detail::distance_as<T>(distances_[v] + starts_.at(v), "vertex ", v);
+  }
+  [[nodiscard]] T distance_of(const End& end) const {
+    return detail::distance_as<T>(end.distance + starts_.at(corner_of(end.point)),
+                                  "a point at vertex ", corner_of(end.point));
+  }
+  // One of those by which a point is given.
+  [[nodiscard]] Index corner_of(const Point& p) const {
+    return p.kind == Point::Kind::face ? surface_.face(p.element[0])[0] : p.element[0];
+  }
+  [[nodiscard]] Real bound_at(Index v) const {
+    return Limits::counted_from(starts_.of_vertex, bound_, v);
+  }
+
   [[nodiscard]] Point checked(const SurfacePoint<T>& point) const {
     surface_.require_point(point);
     return detail::simplified(surface_, point.template cast<Real>());
@@ -226,7 +241,7 @@ class ExactField {
     });
     from_fronts(p, best);
     if (!has_windows(p)) search_for_shorter(p, best);
-    return best.distance <= bound_ ? best : End{unreachable<Real>, p, {}};
+    return best.distance <= bound_at(corner_of(p)) ? best : End{unreachable<Real>, p, {}};
   }
 
   [[nodiscard]] End at_vertex(const Point& p) const {
@@ -381,7 +396,9 @@ class ExactField {
     limits.distance = limit * (1 + detail::rounding);
     limits.keep_windows = true;
     limits.rest.reserve(distances_.size());
-    for (const Real d : distances_) limits.rest.push_back(std::min(d, bound_));
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      limits.rest.push_back(std::min(distances_[v], bound_at(v)));
+    }
     Propagation propagation;
     ExactField back(surface_);
     back.faces_ = faces_;
@@ -398,7 +415,7 @@ class ExactField {
     distances_ = propagation.distances;
     arrivals_ = propagation.arrivals;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (distances_[v] <= bound_) continue;
+      if (distances_[v] <= bound_at(v)) continue;
       distances_[v] = unreachable<Real>;
       arrivals_[v] = {};
     }
@@ -450,8 +467,8 @@ class ExactField {
           [&](const Vec3<Real>& d) { return detail::stable_norm(d - direction) < same_direction; });
       if (known) continue;
       directions.push_back(direction);
-      out.push_back({static_cast<T>(end.distance + offset_), direction.template cast<T>(),
-                     beginning(end).template cast<T>()});
+      out.push_back(
+          {distance_of(end), direction.template cast<T>(), beginning(end).template cast<T>()});
     }
     return out;
   }
@@ -636,13 +653,13 @@ class ExactField {
   [[nodiscard]] std::vector<Point> trace(const End& end) const {
     if (!end.back.empty()) return end.back;
     if (!(end.distance < unreachable<Real>)) return {};
-    const detail::TraceOf<Real> tracer(surface_, *faces_, sources_, distances_, arrivals_, origins_,
-                                       fronts_);
+    const detail::LineBacktraceOf<Real> tracer(surface_, *faces_, sources_, distances_, arrivals_,
+                                               origins_, fronts_);
     std::vector<Point> path = tracer.back(end.point, end.at, end.last);
     if (!fronts_.empty()) return path;
     const Real error = path_error(path, end.distance);
     if (error <= most_path_error * end.distance) return path;
-    std::vector<Point> again = descend(end);
+    std::vector<Point> again = backtrace_by_windows(end);
     return path_error(again, end.distance) < error ? again : path;
   }
 
@@ -666,8 +683,8 @@ class ExactField {
   }
 
   // The way back to the source by windows, which are found anew where they were not kept.
-  [[nodiscard]] std::vector<Point> descend(const End& end) const {
-    if (windows_ && kept_faces_.empty()) return descend(end.point, end.distance);
+  [[nodiscard]] std::vector<Point> backtrace_by_windows(const End& end) const {
+    if (windows_ && kept_faces_.empty()) return backtrace_by_windows(end.point, end.distance);
     Real longest = 0;
     for_each_face(end.point, [&](Index f, const Weights&) {
       for (Index h = 3 * f; h < 3 * f + 3; ++h) longest = std::max(longest, surface_.length(h));
@@ -683,15 +700,15 @@ class ExactField {
       nearest = from;
     }
     if (!(least < unreachable<Real>)) return {};
-    std::vector<Point> path = back.descend(nearest.point, nearest.distance);
+    std::vector<Point> path = back.backtrace_by_windows(nearest.point, nearest.distance);
     std::reverse(path.begin(), path.end());
     return path;
   }
 
-  [[nodiscard]] std::vector<Point> descend(const Point& p, Real distance) const {
-    detail::DescentOf<Real> descent(surface_, *faces_, sources_, distances_, arrivals_, origins_,
-                                    *windows_);
-    return descent.back(p, distance);
+  [[nodiscard]] std::vector<Point> backtrace_by_windows(const Point& p, Real distance) const {
+    detail::WindowBacktraceOf<Real> backtrace(surface_, *faces_, sources_, distances_, arrivals_,
+                                              origins_, *windows_);
+    return backtrace.back(p, distance);
   }
 
   [[nodiscard]] ExactDeparture<T> departure_along(const std::vector<Point>& path) const {
@@ -718,11 +735,11 @@ class ExactField {
 
   Mesh surface_;
   std::shared_ptr<const PlanarFaces> faces_;
-  std::vector<Source<Real>> sources_;          // their distances less the offset
+  detail::StartsOf<Real> starts_;
+  std::vector<Source<Real>> sources_;          // their distances less those
   std::vector<detail::FrontOf<Real>> fronts_;  // of segments, theirs likewise
-  Real offset_ = 0;                            // the least start distance
   Real bound_ = unreachable<Real>;
-  detail::Array<Real> distances_;    // of each vertex, less the offset
+  detail::Array<Real> distances_;    // of each vertex, less its start
   detail::Array<Arrival> arrivals_;  // of each vertex
   detail::Array<Origin> origins_;
   std::shared_ptr<const detail::WindowStoreOf<Real>> windows_;  // where any were kept
@@ -844,16 +861,17 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   }
 
   [[nodiscard]] detail::Array<Real> solve_vertices(Sources sources) const {
-    const Real offset = normalise(sources);
+    const auto starts = normalise(sources);
     const Borrowed workspace(*pool_);
-    Limits limits = limits_of(options_, offset);
+    Limits limits = limits_of(options_, starts);
     limits.keep_windows = false;
     limits.faces_to_keep.clear();
     run(*workspace, sources, limits);
     detail::Array<Real> out;
     out.reserve((*workspace).distances.size());
-    for (const Real d : (*workspace).distances) {
-      out.push_back(d <= (*workspace).bound() ? d + offset : unreachable<Real>);
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      const Real d = (*workspace).distances[v];
+      out.push_back(d <= (*workspace).bound_at(v) ? d + starts.at(v) : unreachable<Real>);
     }
     return out;
   }
@@ -898,11 +916,11 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     field.faces_ = faces_;
     field.cancelled_ = options.cancelled;
     field.max_memory_ = options.max_memory;
-    field.offset_ = normalise(sources);
+    field.starts_ = normalise(sources);
     field.sources_ = std::move(sources);
-    for (auto& front : fronts) front.start -= field.offset_;
+    for (auto& front : fronts) front.start -= field.starts_.at(surface_.face(front.face)[0]);
     field.fronts_ = std::move(fronts);
-    Limits limits = limits_of(options, field.offset_);
+    Limits limits = limits_of(options, field.starts_);
     limits.fronts = field.fronts_;
     limits.size = field.fronts_.empty() ? 0 : detail::size_of(surface_);
     const Borrowed workspace(*pool_);
@@ -917,20 +935,16 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     workspace.run(surface_, *faces_, sources, limits);
   }
 
-  // Moves the start distances so that the least is zero, and returns what it was.
-  [[nodiscard]] Real normalise(Sources& sources) const {
-    Real least = unreachable<Real>;
-    for (auto& source : sources) {
-      source.point = detail::simplified(surface_, source.point);
-      least = std::min(least, source.distance);
-    }
-    for (auto& source : sources) source.distance -= least;
-    return least;
+  [[nodiscard]] detail::StartsOf<Real> normalise(Sources& sources) const {
+    for (auto& source : sources) source.point = detail::simplified(surface_, source.point);
+    return detail::move_to_zero(surface_, sources);
   }
 
-  [[nodiscard]] Limits limits_of(const ExactOptions<T>& options, Real offset) const {
+  [[nodiscard]] Limits limits_of(const ExactOptions<T>& options,
+                                 const detail::StartsOf<Real>& starts) const {
     Limits limits;
-    limits.distance = Real{options.max_distance} - offset;
+    limits.distance = Real{options.max_distance} - starts.common;
+    limits.starts = starts.of_vertex;
     limits.cancelled = options.cancelled;
     limits.memory = options.max_memory;
     limits.keep_windows = options.keep_windows;

@@ -8,17 +8,17 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/bucket_queue.hpp"
-#include "gelight/geodesic/detail/fetch_ahead.hpp"
-#include "gelight/geodesic/detail/near.hpp"
-#include "gelight/geodesic/detail/pool.hpp"
-#include "gelight/geodesic/detail/spokes.hpp"
-#include "gelight/geodesic/detail/watch.hpp"
-#include "gelight/geodesic/detail/waves.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/marching/bucket_queue.hpp"
+#include "gelight/geodesic/marching/one_ring.hpp"
+#include "gelight/geodesic/marching/periodic_check.hpp"
+#include "gelight/geodesic/marching/prefetch_ring.hpp"
+#include "gelight/geodesic/marching/waves.hpp"
 #include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
@@ -58,15 +58,16 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     step_ = detail::short_edge_length(surface_);
     double sum = 0;
     for (Index h = 0; h < surface_.halfedge_count(); ++h) sum += surface_.length(h);
-    late_ = lateness * sum / surface_.halfedge_count();
+    most_delay_ = most_delay_in_edges * sum / surface_.halfedge_count();
     const auto corners = measured_corners(surface_);
-    detail::Spokes spokes(surface_);
+    detail::OneRing spokes(surface_);
     begin_.reserve(static_cast<std::size_t>(surface_.vertex_count()) + 1);
     spokes_.reserve(static_cast<std::size_t>(surface_.halfedge_count()) +
                     static_cast<std::size_t>(surface_.vertex_count()));
-    detail::Watch watch(cancelled_, surface_.vertex_count(), "the set-up of fast marching");
+    detail::PeriodicCheck progress(cancelled_, surface_.vertex_count(),
+                                   "the set-up of fast marching");
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      watch.step();
+      progress.step();
       begin_.push_back(static_cast<Index>(spokes_.size()));
       spokes.visit(v, [&](Index edge, Index corner) {
         const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
@@ -85,7 +86,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   struct Front;
 
   [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
-    const double earliest = detail::move_to_zero(sources);
+    const auto starts = detail::move_to_zero(surface_, sources);
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.reset(surface_.vertex_count(), step_);
@@ -106,7 +107,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     }
     detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()));
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      distance[v] = earliest + (several ? front.best(v) : front.nodes[v].distance);
+      distance[v] = starts.at(v) + (several ? front.best(v) : front.nodes[v].distance);
     }
     return distance;
   }
@@ -115,13 +116,13 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // do several but where they meet.
   template <bool several>
   void march(Front& front) const {
-    detail::Watch watch(cancelled_, surface_.vertex_count(), "a query of fast marching");
+    detail::PeriodicCheck progress(cancelled_, surface_.vertex_count(), "a query of fast marching");
     while (!front.queue.empty()) {
       const Index node =
-          detail::pop_and_fetch(front.queue, begin_, spokes_, front.nodes,
-                                [&](Index n) { return several ? front.vertex_of(n) : n; });
+          detail::pop_and_prefetch(front.queue, begin_, spokes_, front.nodes,
+                                   [&](Index n) { return several ? front.vertex_of(n) : n; });
       if (front.nodes[node].settled) continue;  // waited in two places
-      watch.step();
+      progress.step();
       front.settle(node);
       if (several && !front.is_alone_round(node, begin_, spokes_)) {
         advance<true>(node, front);
@@ -155,7 +156,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
 
   // A wave is handed on where it is late by this many mean edges at most: a line that crosses an
   // edge in front of the place where waves meet has ends behind it by up to two of their edges.
-  static constexpr double lateness = 2;
+  static constexpr double most_delay_in_edges = 2;
 
   // By how much, as a share of the edge's square, rounding may put a place on the edge before it.
   static constexpr double on_edge = 1e-14;
@@ -215,7 +216,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     const double d = front.nodes[node].distance;
     const Index wave = front.nodes[node].wave;
     const double start = front.starts[wave];
-    const bool leads = !several || d <= front.best(v) + late_;
+    const bool leads = !several || d <= front.best(v) + most_delay_;
     static constexpr Node unknown{};
     const auto at = [&](Index end) -> const Node& {
       if constexpr (several) {
@@ -226,7 +227,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
       }
     };
     const auto leads_at = [&](Index end, const Node& n) {
-      return leads || !several || n.distance <= front.best(end) + late_;
+      return leads || !several || n.distance <= front.best(end) + most_delay_;
     };
     // A way across an edge at this vertex comes to an end at an angle with the edge from here no
     // wider than the face's own. Where that is not obtuse, the squared distance found is less than
@@ -313,7 +314,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   Surface<double> surface_;
   CancelHook cancelled_;
   double step_ = 0;
-  double late_ = 0;             // by which a wave may be late at a vertex and still be handed on
+  double most_delay_ = 0;       // by which a wave may be late at a vertex and still be handed on
   detail::Array<Index> begin_;  // of each vertex, and one more: where its spokes begin
   detail::Array<Spoke> spokes_;
   std::shared_ptr<detail::Pool<Front>> pool_ = std::make_shared<detail::Pool<Front>>();

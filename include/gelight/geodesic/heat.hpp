@@ -14,18 +14,18 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
-#include "gelight/core/late.hpp"
+#include "gelight/core/lazy.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/heat_flow.hpp"
-#include "gelight/geodesic/detail/near.hpp"
-#include "gelight/geodesic/detail/sampled_error.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
-#include "gelight/mesh/detail/cholesky.hpp"
+#include "gelight/geodesic/heat/flow.hpp"
+#include "gelight/geodesic/sampled_error.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/linear_factor.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/operators.hpp"
+#include "gelight/mesh/sparse_factor.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
@@ -120,17 +120,17 @@ struct HeatSystemOf {
   /// The order in which our own factors eliminate.
   [[nodiscard]] const std::shared_ptr<const Dissection>& dissection(
       const CancelHook& cancelled = {}) const {
-    return late_dissection_.get([&] { return dissected(surface_, *pattern, cancelled); });
+    return lazy_dissection_.get([&] { return dissected(surface_, *pattern, cancelled); });
   }
 
   [[nodiscard]] const LinearFactor<Real>& heat_factor(const CancelHook& cancelled = {}) const {
-    return *late_heat_.get([&] { return factor(heat, cancelled); });
+    return *lazy_heat_.get([&] { return factor(heat, cancelled); });
   }
 
   /// Of the Laplacian. A constant per component is free: it is taken out by holding one vertex at
   /// zero.
   [[nodiscard]] const LinearFactor<Real>& poisson_factor(const CancelHook& cancelled = {}) const {
-    return *late_poisson_.get([&] {
+    return *lazy_poisson_.get([&] {
       Array<char> held(component.size(), 0);
       for (Index v = 0; v < pattern->size(); ++v) held[v] = component[v] == v;
       return factor(with_held(laplacian, held), cancelled);
@@ -197,8 +197,8 @@ struct HeatSystemOf {
  private:
   Surface<Real> surface_;
   std::shared_ptr<const LinearAnalysis<Real>> analysis_;  // by a backend, where there is one
-  Late<std::shared_ptr<const Dissection>> late_dissection_;
-  Late<Factor> late_heat_, late_poisson_;
+  Lazy<std::shared_ptr<const Dissection>> lazy_dissection_;
+  Lazy<Factor> lazy_heat_, lazy_poisson_;
 };
 
 using HeatSystem = HeatSystemOf<double>;
@@ -361,7 +361,9 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   [[nodiscard]] HeatResult<T> result_of(const Solution& solution) const {
     HeatResult<T> result;
     result.distance.reserve(solution.distance.size());
-    for (const Real d : solution.distance) result.distance.push_back(static_cast<T>(d));
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      result.distance.push_back(detail::distance_as<T>(solution.distance[v], "vertex ", v));
+    }
     result.residual = residual_of(solution);
     // Where few vertices have most of the error, few paths miss it.
     const Index samples = result.residual < even_residual ? 16 : 64;

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
@@ -23,7 +25,7 @@ template <std::floating_point T>
 }
 
 /// Length of a path, in the unit of the positions; 0 for fewer than two points. Throws InvalidInput
-/// for a point that is not of the surface.
+/// for a point that is not of the surface, and for a length that T cannot hold.
 template <std::floating_point T>
 [[nodiscard]] T length(const Surface<T>& surface, const Path<T>& path) {
   T sum = 0;
@@ -31,6 +33,7 @@ template <std::floating_point T>
     for (const auto& point : {path[i - 1], path[i]}) surface.require_point(point);
     sum += detail::stable_norm(surface.difference(path[i - 1], path[i]));
   }
+  detail::require(std::isfinite(sum), "the path is ", sum, " long, more than its type can hold");
   return sum;
 }
 

@@ -15,27 +15,27 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/error.hpp"
-#include "gelight/core/late.hpp"
+#include "gelight/core/lazy.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/certify.hpp"
-#include "gelight/geodesic/detail/mesh_statistics.hpp"
-#include "gelight/geodesic/detail/method_models.hpp"
-#include "gelight/geodesic/detail/near.hpp"
-#include "gelight/geodesic/detail/target_search.hpp"
-#include "gelight/geodesic/detail/traced_error.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
+#include "gelight/geodesic/planning/mesh_statistics.hpp"
+#include "gelight/geodesic/planning/method_models.hpp"
+#include "gelight/geodesic/planning/path_error.hpp"
+#include "gelight/geodesic/planning/target_search.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
 
 /// Which error is meant: the mean or the largest over the vertices, as a share of the distance
-/// counted from the least start distance, where that is not zero. So nothing changes where all
-/// start distances grow by the same.
+/// counted from the earliest start distance in the connected part, where that is not zero. So
+/// nothing changes where all start distances grow by the same.
 enum class ErrorNorm {
   mean,  ///< The mean.
   max    ///< The largest.
@@ -160,11 +160,11 @@ class PlannedSolvers {
 
   Surface<Real> surface_;
   ExactOptions<Real> options_;
-  Late<DijkstraSolver<Real>> dijkstra_;
-  Late<VirtualSourceSolver<Real>> virtual_source_;
-  Late<FastMarchingSolver<Real>> fast_marching_;
-  Late<ExactSolver<Real>> exact_;
-  Late<PlanarFacesOf<Real>> faces_;
+  Lazy<DijkstraSolver<Real>> dijkstra_;
+  Lazy<VirtualSourceSolver<Real>> virtual_source_;
+  Lazy<FastMarchingSolver<Real>> fast_marching_;
+  Lazy<ExactSolver<Real>> exact_;
+  Lazy<PlanarFacesOf<Real>> faces_;
 };
 
 }  // namespace detail
@@ -455,20 +455,21 @@ class DistancePlanner {
 
   // --- running -----------------------------------------------------------------------------------
 
-  /// Sources whose start distances count from the least of them, and what that is.
+  /// Sources whose start distances count from the earliest of them, and what that is.
   struct Query {
     detail::Sources sources;
-    double start;
+    detail::Starts starts;
   };
-  /// What a method says: ways from the least start distance, and the distances that are returned.
+  /// What a method says: ways from the earliest start distance, and the distances that are
+  /// returned.
   struct Answer {
     std::vector<double> ways;
     std::vector<T> distances;
-    double start;
+    const detail::Starts& starts;
 
     // As the distances have it, which were rounded.
     [[nodiscard]] double way(Index v) const {
-      return double{distances[static_cast<std::size_t>(v)]} - start;
+      return double{distances[static_cast<std::size_t>(v)]} - starts.at(v);
     }
   };
   /// How an answer's error against the mesh is known, what it is in the norm asked for, how many
@@ -482,8 +483,8 @@ class DistancePlanner {
   };
 
   [[nodiscard]] PlannedDistances<T> run(detail::Sources sources) const {
-    const double start = detail::move_to_zero(sources);
-    const Query query{std::move(sources), start};
+    detail::Starts starts = detail::move_to_zero(surface_, sources);
+    const Query query{std::move(sources), std::move(starts)};
     const bool is_last = !may_escalate();
     const CancelHook& hook = request_.cancelled;
     PlannedDistances<T> result =
@@ -500,10 +501,11 @@ class DistancePlanner {
   [[nodiscard]] PlannedDistances<T> attempt(Method method, const Query& query,
                                             const CancelHook& hook) const {
     Answer answer{
-        solvers_->distance(method, query.sources, hook.part(0, solving)), {}, query.start};
+        solvers_->distance(method, query.sources, hook.part(0, solving)), {}, query.starts};
     answer.distances.reserve(answer.ways.size());
-    for (const double way : answer.ways) {
-      answer.distances.push_back(static_cast<T>(query.start + way));
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      const double way = answer.ways[static_cast<std::size_t>(v)];
+      answer.distances.push_back(detail::distance_as<T>(query.starts.at(v) + way, "vertex ", v));
     }
     const Finding found = find_error(method, query, answer, hook.part(solving, 1));
     PlannedDistances<T> result;
@@ -592,7 +594,7 @@ class DistancePlanner {
   [[nodiscard]] double error_between(const detail::Array<double>& lower,
                                      const detail::Array<double>& upper,
                                      const Answer& answer) const {
-    const auto bounds = detail::moved<Real>(lower, upper, 0);
+    const auto bounds = detail::moved<Real>(lower, upper, detail::StartsOf<Real>{});
     DistanceBounds<Real> at_targets;
     std::vector<double> there;
     for_each_target([&](Index target) {
@@ -652,7 +654,8 @@ class DistancePlanner {
 
   // What of the ways is lost in distances of type T, which count from the start.
   [[nodiscard]] double rounding_of(const Answer& answer) const {
-    if (std::is_same_v<T, double> && answer.start == 0) return 0;
+    const bool is_moved = answer.starts.common != 0 || !answer.starts.of_vertex.empty();
+    if (std::is_same_v<T, double> && !is_moved) return 0;
     RelativeError error;
     double count = 0;
     for_each_target([&](Index v) {
@@ -671,7 +674,7 @@ class DistancePlanner {
   // allowed these are.
   [[nodiscard]] Finding trace(const Query& query, const Answer& answer,
                               const std::vector<Index>& targets, const CancelHook& hook) const {
-    detail::TracedErrorOf<Real> traced(surface_, query.sources, answer.ways, targets);
+    detail::PathErrorOf<Real> traced(surface_, query.sources, answer.ways, targets);
     const double share = share_of_method();
     double error = unreachable<double>;
     // Where waves of several sources meet, few vertices have most of the error.

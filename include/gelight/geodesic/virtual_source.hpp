@@ -10,18 +10,18 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/bucket_queue.hpp"
-#include "gelight/geodesic/detail/fetch_ahead.hpp"
-#include "gelight/geodesic/detail/near.hpp"
-#include "gelight/geodesic/detail/planar_faces.hpp"
-#include "gelight/geodesic/detail/pool.hpp"
-#include "gelight/geodesic/detail/spokes.hpp"
-#include "gelight/geodesic/detail/watch.hpp"
-#include "gelight/geodesic/detail/waves.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/exact/planar_faces.hpp"
+#include "gelight/geodesic/marching/bucket_queue.hpp"
+#include "gelight/geodesic/marching/one_ring.hpp"
+#include "gelight/geodesic/marching/periodic_check.hpp"
+#include "gelight/geodesic/marching/prefetch_ring.hpp"
+#include "gelight/geodesic/marching/waves.hpp"
 #include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
@@ -54,29 +54,31 @@ struct VirtualSourceOptions {
 /// thin.
 template <std::floating_point T>
 class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T>, T> {
+  using Real = typename detail::WorkingPrecision<T>::Real;
+
  public:
   /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
   explicit VirtualSourceSolver(const M& mesh, const VirtualSourceOptions& options = {})
       : surface_(mesh), cancelled_(options.cancelled) {
     step_ = detail::short_edge_length(surface_);
-    late_ = lateness * detail::mean_edge_length(surface_);
+    most_delay_ = most_delay_in_edges * detail::mean_edge_length(surface_);
     lay_out_fans();
     link_fans();
   }
 
   /// The surface that the solver works on.
-  [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+  [[nodiscard]] const Surface<Real>& surface() const { return surface_; }
 
  private:
   friend class detail::DistanceQueries<VirtualSourceSolver<T>, T>;
-  using Mesh = Surface<double>;
+  using Mesh = Surface<Real>;
 
   struct Front;
 
   [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const {
     // Shares are of distances from 0 on, so that is where the earliest source starts.
-    const double earliest = detail::move_to_zero(sources);
+    const auto starts = detail::move_to_zero(surface_, sources);
     const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.reset(surface_.vertex_count());
@@ -89,20 +91,21 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     } else {
       march<false>(front);
     }
-    return distances(sources, earliest, front);
+    return distances(sources, starts, front);
   }
 
   // Whether there are several waves is known to the compiler: one wave pays nothing for others, nor
   // do several but where they meet.
   template <bool several>
   void march(Front& front) const {
-    detail::Watch watch(cancelled_, surface_.vertex_count(), "a query of virtual sources");
+    detail::PeriodicCheck progress(cancelled_, surface_.vertex_count(),
+                                   "a query of virtual sources");
     while (!front.queue.empty()) {
       const Index node =
-          detail::pop_and_fetch(front.queue, begin_, spokes_, front.nodes,
-                                [&](Index n) { return several ? front.vertex_of(n) : n; });
+          detail::pop_and_prefetch(front.queue, begin_, spokes_, front.nodes,
+                                   [&](Index n) { return several ? front.vertex_of(n) : n; });
       if (front.nodes[node].settled) continue;  // as often there as it came nearer
-      watch.step();
+      progress.step();
       refine<several>(node, front);
       front.settle(node);
       if (several && !front.is_alone_round(node, begin_, spokes_)) {
@@ -114,12 +117,13 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
 
   // No way is shorter than the straight line through space.
-  [[nodiscard]] detail::Array<double> distances(const detail::Sources& sources, double earliest,
+  [[nodiscard]] detail::Array<double> distances(const detail::Sources& sources,
+                                                const detail::Starts& starts,
                                                 const Front& front) const {
     // Differences of positions, which are exact far from the origin, too.
     struct Place {
       Index corner;
-      Vec3<double> from_corner;
+      Vec3<Real> from_corner;
     };
     std::vector<Place> at;
     at.reserve(sources.size());
@@ -140,7 +144,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
         const double through_space =
             detail::stable_norm((surface_.position(v) - surface_.position(corner)) - from_corner);
         const double d = std::max(node.distance, sources[wave].distance + through_space);
-        distance[v] = std::min(distance[v], earliest + d);
+        distance[v] = std::min(distance[v], starts.at(v) + d);
       }
     }
     relax_edges(distance);
@@ -166,7 +170,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
 
   // Rotations are unit complex numbers.
-  using Turn = Vec2<double>;
+  using Turn = Vec2<Real>;
   static Turn turned(const Turn& a, const Turn& b) {
     return {a.x() * b.x() - a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
   }
@@ -259,7 +263,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   // A wave is handed on where it is late by this many mean edges at most: a line that crosses an
   // edge in front of the place where waves meet has ends behind it by up to two of their edges.
-  static constexpr double lateness = 2;
+  static constexpr double most_delay_in_edges = 2;
 
   void start(const Source<double>& source, Index wave, Front& front) const {
     const auto point = detail::simplified(surface_, source.point);
@@ -276,8 +280,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
         const double r = detail::straight_distance(surface_, point, v);
         const Index n = front.place_for(v, source.distance + r, wave, true);
         if (!(source.distance + r < front.nodes[n].distance)) continue;
-        const Vec3<double> to = surface_.difference(vertex_point<double>(v), point);
-        const Vec3<double> first = surface_.position(spokes_[s - 1].end) - surface_.position(v);
+        const Vec3<Real> to = surface_.difference(vertex_point<double>(v), point);
+        const Vec3<Real> first = surface_.position(spokes_[s - 1].end) - surface_.position(v);
         Turn opening(first.dot(to), cross<double>(first, to).norm());
         const double norm = detail::stable_norm(opening);
         if (norm > 0) opening /= norm;
@@ -309,7 +313,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
   template <bool several>
   [[nodiscard]] bool leads(Index v, const Node& node, const Front& front) const {
-    return !several || node.distance <= front.best(v) + late_;
+    return !several || node.distance <= front.best(v) + most_delay_;
   }
 
   // Reaches the neighbours of a vertex: along the edges, and over them with the images that their
@@ -325,11 +329,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
       const Spoke& here = spokes_[s];
       if (here.slack != no_face) {
         const Spoke& before = spokes_[s - 1];
-        const Turn opening = turned_back(here.turn, before.turn);
-        const Vec2<double> to_here = here.length * opening;
-        const Vec2<double> to_before = before.length * opening;
-        over<several>(from, s - 1, here.before, here, here.here, 1, to_here, here.slack, front);
-        over<several>(from, s, here.here, before, here.before, -1, to_before, here.slack, front);
+        over<several>(from, s - 1, here.before, here, here.here, 1, here.slack, front);
+        over<several>(from, s, here.here, before, here.before, -1, here.slack, front);
       }
       along<several>(from, s, front);
     }
@@ -354,12 +355,12 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
   static Index decoded(Index i) { return i < 0 ? ~i : i; }
 
-  // Over spoke s of a vertex to the end of another spoke, beside it on `side` (1 after, -1 before),
-  // which lies at `corner` where the edge runs along x. `back_edge` is the edge as its other end
-  // has it, `sight` the edge from the target to the vertex: both as in Spoke.
+  // Over spoke s of a vertex to the end of another spoke, beside it on `side` (1 after, -1 before).
+  // `back_edge` is the edge as its other end has it, `sight` the edge from the target to the
+  // vertex: both as in Spoke.
   template <bool several>
-  void over(const Seen& from, Index s, Index back_edge, const Spoke& to, Index sight, int side,
-            const Vec2<double>& corner, double slack, Front& front) const {
+  [[gnu::always_inline]] void over(const Seen& from, Index s, Index back_edge, const Spoke& to,
+                                   Index sight, int side, double slack, Front& front) const {
     const Spoke& edge = spokes_[s];
     const Node& first = front.nodes[from.node];
     const Seen beside = seen<several>(edge.end, first.wave, false, front);
@@ -369,6 +370,9 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     Seen target = seen<several>(to.end, first.wave, may_come, front);
     const double limit = at<several>(target, front).limit();
     if (!(limit > std::min(first.distance, second.distance) - slack)) return;
+    // The target's place where the edge runs along x.
+    const Vec2<double> corner =
+        to.length * (side > 0 ? turned_back(to.turn, edge.turn) : turned_back(edge.turn, to.turn));
     if (first.distance < limit + slack) {
       through<several>(from.vertex, s, side, first, second, edge.length, corner, target, sight,
                        true, front);
@@ -426,19 +430,19 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   // The nearer a way passes to the end that does not see the image, the more it is longer than from
   // the image: by about the square of the share of the edge, as behind a corner that hides it.
   [[nodiscard]] static Image dimmed(const Image& image, const Image& far, double r, double length,
-                                    const Vec2<double>& at) {
+                                    const Vec2<Real>& at) {
     const double share =
         std::clamp((image.x * at.y() + at.x() * image.y) / ((at.y() + image.y) * length), 0.0, 1.0);
     const double x = image.x + share * (far.x - image.x);
     return {x, std::sqrt(std::max(0.0, (r - x) * (r + x)))};
   }
 
-  [[nodiscard]] static double distance_to(const Image& image, const Vec2<double>& at) {
+  [[nodiscard]] static double distance_to(const Image& image, const Vec2<Real>& at) {
     const double aside = at.x() - image.x, total = at.y() + image.y;
     return std::sqrt(aside * aside + total * total);
   }
 
-  [[nodiscard]] static bool crosses(const Image& image, const Vec2<double>& at, double length) {
+  [[nodiscard]] static bool crosses(const Image& image, const Vec2<Real>& at, double length) {
     const double at_edge = image.x * at.y() + at.x() * image.y;
     return (at_edge >= 0) & (at_edge <= (at.y() + image.y) * length);
   }
@@ -448,7 +452,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   // see is as long as what both ends say makes it, which is never too short.
   template <bool several>
   void through(Index v, Index s, int side, const Node& owner, const Node& other, double length,
-               const Vec2<double>& corner, const Seen& seen, Index sight, bool owner_is_sighted,
+               const Vec2<Real>& corner, const Seen& seen, Index sight, bool owner_is_sighted,
                Front& front) const {
     const Node& target = at<several>(seen, front);
     Turn u;
@@ -501,7 +505,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
 
   // The direction of an image at the target, from the spoke to its owner towards the other end.
-  [[nodiscard]] Turn back_to(const Image& image, const Vec2<double>& at, double distance,
+  [[nodiscard]] Turn back_to(const Image& image, const Vec2<Real>& at, double distance,
                              Index to_owner, bool after) const {
     const double aside = at.x() - image.x, total = at.y() + image.y;
     const double inverse = 1 / (distance * spokes_[to_owner].length);
@@ -535,8 +539,8 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     const double seen2 = (image.x - length) * (image.x - length) + image.y * image.y;
     const Turn opening = turned_back(here.turn, before.turn);
     const double dot = to_owner.length * to_other.length * opening.x();
-    const Vec2<double> at((to_owner.length * to_owner.length - dot) / length,
-                          to_owner.length * to_other.length * opening.y() / length);
+    const Vec2<Real> at((to_owner.length * to_owner.length - dot) / length,
+                        to_owner.length * to_other.length * opening.y() / length);
     if (known > 0 && known * known > seen2) {
       image = dimmed(image, by_distances(r, known, length), r, length, at);
     }
@@ -551,16 +555,17 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
 
   void lay_out_fans() {
-    detail::Spokes spokes(surface_);
+    detail::OneRing spokes(surface_);
     const detail::PlanarFaces faces(surface_);
     const auto count = static_cast<std::size_t>(surface_.vertex_count());
     begin_.reserve(count + 1);
     begin_.push_back(0);
     fans_.reserve(count);
     corner_spoke_.resize(static_cast<std::size_t>(surface_.halfedge_count()));
-    detail::Watch watch(cancelled_, surface_.vertex_count(), "the set-up of virtual sources");
+    detail::PeriodicCheck progress(cancelled_, surface_.vertex_count(),
+                                   "the set-up of virtual sources");
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      watch.step();
+      progress.step();
       int fans = 0;
       spokes.visit(v, [&](Index edge, Index corner) {
         const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
@@ -613,10 +618,10 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
     return static_cast<float>(uneven) * (1 + Limits::epsilon()) + Limits::min();
   }
 
-  Surface<double> surface_;
+  Surface<Real> surface_;
   CancelHook cancelled_;
   double step_ = 0;
-  double late_ = 0;             // by which a wave may be late at a vertex and still be handed on
+  double most_delay_ = 0;       // by which a wave may be late at a vertex and still be handed on
   detail::Array<Index> begin_;  // of each vertex, and one more: where its spokes begin
   detail::Array<Spoke> spokes_;
   detail::Array<Fan> fans_;

@@ -13,8 +13,8 @@
 #include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
-#include "gelight/image/detail/normal_rows.hpp"
 #include "gelight/image/mask.hpp"
+#include "gelight/image/normal_rows.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {

@@ -10,8 +10,8 @@
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
-#include "gelight/image/detail/plane_fit_rows.hpp"
 #include "gelight/image/mask.hpp"
+#include "gelight/image/plane_fit_rows.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {

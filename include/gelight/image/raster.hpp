@@ -6,6 +6,8 @@
 #include <concepts>
 #include <cstddef>
 #include <limits>
+#include <type_traits>
+#include <vector>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
@@ -49,6 +51,21 @@ struct CutCorner {
   Vec3<double> shares;  // its barycentric coordinates in the whole face
 };
 
+/// The corners of a face that was cut, without memory from the heap. Each of four cuts makes no
+/// more than two corners of one.
+class CutPolygon {
+ public:
+  void push_back(const CutCorner& corner) { corners_[size_++] = corner; }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] const CutCorner* data() const { return corners_.data(); }
+  [[nodiscard]] CutCorner* begin() { return corners_.data(); }
+  [[nodiscard]] CutCorner* end() { return corners_.data() + size_; }
+
+ private:
+  std::array<CutCorner, 13> corners_;
+  std::size_t size_ = 0;
+};
+
 /// The plane of the image with what surrounds it up to three times the image's size. It carries a
 /// grid of 2^-50 of that size, on which coordinates are exact.
 ///
@@ -84,15 +101,15 @@ class ImagePlane {
   }
 
   /// The part of a face that has a place on the plane: a convex polygon, perhaps of no corners.
-  [[nodiscard]] Array<CutCorner> cut(const std::array<Vec3<double>, 3>& positions,
-                                     const std::array<ImagePoint, 3>& seen) const {
-    Array<CutCorner> polygon;
+  [[nodiscard]] CutPolygon cut(const std::array<Vec3<double>, 3>& positions,
+                               const std::array<ImagePoint, 3>& seen) const {
+    CutPolygon polygon;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3<double>& p = positions[k];
       const CutCorner corner{{std::fma(camera_.fx, p[0], camera_.cx * p[2]),
                               std::fma(camera_.fy, p[1], camera_.cy * p[2]), p[2]},
                              seen[k],
-                             Vec3<double>::Unit(static_cast<Index>(k))};
+                             Vec3<double>(k == 0, k == 1, k == 2)};
       polygon.push_back(corner);
     }
     for (const Index axis : {0, 1}) {
@@ -121,12 +138,12 @@ class ImagePlane {
 
   /// The part of a polygon on this side of a column or row. Its sides are cut from their end
   /// inside, so that both faces at a side find the same point.
-  [[nodiscard]] Array<CutCorner> cut(const Array<CutCorner>& polygon, Index axis, double at) const {
+  [[nodiscard]] CutPolygon cut(const CutPolygon& polygon, Index axis, double at) const {
     const double sign = at < 0 ? 1 : -1;
     const auto distance = [&](const CutCorner& corner) {
       return std::fma(std::abs(at), corner.point[2], sign * corner.point[axis]);
     };
-    Array<CutCorner> inside;
+    CutPolygon inside;
     for (std::size_t k = 0; k < polygon.size(); ++k) {
       const CutCorner& a = polygon.data()[k];
       const CutCorner& b = polygon.data()[(k + 1) % polygon.size()];
@@ -148,8 +165,8 @@ class ImagePlane {
     CutCorner corner;
     for (Index i = 0; i < 3; ++i) {
       corner.point[i] = std::fma(t, b.point[i] - a.point[i], a.point[i]);
+      corner.shares[i] = std::max(a.shares[i] + t * (b.shares[i] - a.shares[i]), 0.0);
     }
-    corner.shares = (a.shares + t * (b.shares - a.shares)).cwiseMax(0);
     return corner;
   }
 
@@ -171,6 +188,35 @@ class ImagePlane {
 }
 ///@}
 
+/// What triangles are drawn into: depths, and the faces that are seen there if those are wanted.
+template <class T>
+struct DepthTarget {
+  ImageView<T> depth;
+
+  struct Row {
+    T* depth;
+    void show(Index, Index, const auto&) const {}
+  };
+  [[nodiscard]] Row row(Index y) const { return {depth.row(y)}; }
+};
+template <class T>
+struct FaceTarget {
+  Raster<T>& raster;
+
+  struct Row {
+    T* depth;
+    Index* face;
+    std::array<T, 3>* barycentric;
+    void show(Index x, Index f, const auto& shares) const {
+      face[x] = f;
+      barycentric[x] = shares();
+    }
+  };
+  [[nodiscard]] Row row(Index y) const {
+    return {raster.depth.row(y), raster.face.row(y), raster.barycentric.row(y)};
+  }
+};
+
 /// Draws a triangle of the image: a face, or a part of one. Which pixel centres lie in it or on its
 /// sides is told without rounding, so that triangles that share corners leave none between them;
 /// one without area has none.
@@ -184,11 +230,12 @@ class ImageTriangle {
     bottom_ = std::max({a.y, b.y, c.y});
   }
 
-  /// `shares` has a column for each corner, its barycentric coordinates in the face; null: the
-  /// corners are those of the face.
-  template <class T>
-  void draw(Raster<T>& raster, Index face, const Eigen::Matrix3d* shares = nullptr) {
-    const Index width = raster.depth.width(), height = raster.depth.height();
+  /// Each corner's barycentric coordinates in the face; null: the corners are those of the face.
+  using Shares = std::array<Vec3<double>, 3>;
+
+  template <class Target>
+  void draw(const Target& target, Index width, Index height, Index face,
+            const Shares* shares = nullptr) {
     const Index first_column = first_pixel(left_, width), last_column = last_pixel(right_, width);
     const Index first_row = first_pixel(top_, height), last_row = last_pixel(bottom_, height);
     if (first_column > last_column || first_row > last_row || !find_sides()) return;
@@ -203,11 +250,13 @@ class ImageTriangle {
         first = std::max(first, first_pixel(from, width));
         last = std::min(last, last_pixel(to, width));
       }
-      if (first <= last) draw_row(raster, face, shares, v, first, last);
+      if (first <= last) draw_row(target, face, shares, v, first, last);
     }
   }
 
  private:
+  using Three = std::array<double, 3>;  // a number for each side or corner
+
   /// A line through two corners, of which the inside is where dx down - dy across is positive.
   struct Side {
     double x, y, dx, dy;
@@ -253,49 +302,51 @@ class ImageTriangle {
     return {from, to};
   }
 
-  template <class T>
-  void draw_row(Raster<T>& raster, Index face, const Eigen::Matrix3d* shares, Index v, Index first,
+  template <template <class> class Target, class T>
+  void draw_row(const Target<T>& target, Index face, const Shares* shares, Index v, Index first,
                 Index last) const {
-    T* const depths = raster.depth.row(v);
-    Index* const faces = raster.face.row(v);
-    std::array<T, 3>* const barycentrics = raster.barycentric.row(v);
+    const auto row = target.row(v);
+    T* const depths = row.depth;
     const auto area = [&](const Side& s) { return s.dx * (v - s.y) - s.dy * (first - s.x); };
-    const Vec3<double> start(area(sides_[0]), area(sides_[1]), area(sides_[2]));
-    const Vec3<double> step(-sides_[0].dy, -sides_[1].dy, -sides_[2].dy);
-    const Vec3<double> inverse_depths = inverse_depths_;
+    const Three start{area(sides_[0]), area(sides_[1]), area(sides_[2])};
+    const Three step{-sides_[0].dy, -sides_[1].dy, -sides_[2].dy};
+    const Three inverse_depths = inverse_depths_;
     const double doubtful = doubtful_, least = least_, most = most_;
     for (Index u = first; u <= last; ++u) {
       // The areas that the pixel's centre spans with the sides.
-      Vec3<double> areas = start + (u - first) * step;
-      const double smallest = areas.minCoeff();
+      const double steps = u - first;
+      Three areas{start[0] + steps * step[0], start[1] + steps * step[1],
+                  start[2] + steps * step[2]};
+      const double smallest = std::min({areas[0], areas[1], areas[2]});
       if (smallest < -doubtful) continue;
       if (!(smallest > doubtful) && !settle(u, v, areas)) continue;
       // Linear in the image are 1 / z, and the barycentric coordinates divided by z.
-      Vec3<double> parts = areas.cwiseProduct(inverse_depths);
-      const double sum = parts.sum();
-      const auto z = static_cast<T>(std::min(std::max(areas.sum() / sum, least), most));
+      Three parts{areas[0] * inverse_depths[0], areas[1] * inverse_depths[1],
+                  areas[2] * inverse_depths[2]};
+      const double sum = parts[0] + parts[1] + parts[2];
+      const double depth = (areas[0] + areas[1] + areas[2]) / sum;
+      const auto z = static_cast<T>(std::min(std::max(depth, least), most));
       if (!(z < depths[u])) continue;
       depths[u] = z;
-      faces[u] = face;
-      if (shares) parts = in_whole(*shares, parts);
-      barycentrics[u] = {static_cast<T>(parts[0] / sum), static_cast<T>(parts[1] / sum),
-                         static_cast<T>(parts[2] / sum)};
+      row.show(u, face, [&]() -> std::array<T, 3> {
+        if (shares) parts = in_whole(*shares, parts);
+        return {static_cast<T>(parts[0] / sum), static_cast<T>(parts[1] / sum),
+                static_cast<T>(parts[2] / sum)};
+      });
     }
   }
 
-  // Written out: the compiler does not inline Eigen's product here.
-  [[nodiscard]] static Vec3<double> in_whole(const Eigen::Matrix3d& shares,
-                                             const Vec3<double>& parts) {
+  [[nodiscard]] static Three in_whole(const Shares& shares, const Three& parts) {
     const auto part = [&](Index k) {
-      return shares(k, 0) * parts[0] + shares(k, 1) * parts[1] + shares(k, 2) * parts[2];
+      return shares[0][k] * parts[0] + shares[1][k] * parts[1] + shares[2][k] * parts[2];
     };
     return {part(0), part(1), part(2)};
   }
 
   /// Replaces areas that rounding may have spoilt; whether none is negative.
-  [[nodiscard]] bool settle(Index u, Index v, Vec3<double>& areas) const {
-    for (Index k = 0; k < 3; ++k) {
-      const Side& side = sides_[static_cast<std::size_t>(k)];
+  [[nodiscard]] bool settle(Index u, Index v, Three& areas) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Side& side = sides_[k];
       if (!(std::abs(areas[k]) > doubtful_)) {
         areas[k] = difference_of_products(side.dx, v - side.y, side.dy, u - side.x);
       }
@@ -308,11 +359,162 @@ class ImageTriangle {
   double left_, right_, top_, bottom_;
   double doubtful_ = 0;  // areas up to this may have the wrong sign: all those of a thin triangle
   double least_ = 0, most_ = 0;  // depth of the corners
-  Vec3<double> inverse_depths_;
+  Three inverse_depths_;
   std::array<Side, 3> sides_;
 };
 
+inline void require_vertex(Index face, Index vertex, Index vertices) {
+  require(vertex >= 0 && vertex < vertices, "face ", face, " has vertex ", vertex,
+          ", the mesh has ", vertices, " vertices");
+}
+inline void require_finite(const Vec3<double>& position, Index vertex) {
+  require(position.allFinite(), "vertex ", vertex, " is not finite");
+}
+
+/// Draws a mesh whose vertices are at `position(v)`, of which `point(v)` is the image.
+template <TriangleMesh M, class Position, class Point, class Target>
+void draw_mesh(const Target& target, const M& mesh, const ImagePlane& plane, Index width,
+               Index height, const Position& position, const Point& point) {
+  using Traits = MeshTraits<M>;
+  const auto vertices = static_cast<Index>(Traits::vertex_count(mesh));
+  const auto faces = static_cast<Index>(Traits::face_count(mesh));
+  for (Index f = 0; f < faces; ++f) {
+    const std::array<Index, 3> face = Traits::face(mesh, f);
+    for (const Index v : face) require_vertex(f, v, vertices);
+    const std::array<ImagePoint, 3> corners{point(face[0]), point(face[1]), point(face[2])};
+    if (corners[0].inverse_z > 0 && corners[1].inverse_z > 0 && corners[2].inverse_z > 0) {
+      ImageTriangle(corners).draw(target, width, height, f);
+      continue;
+    }
+    const std::array<Vec3<double>, 3> positions{position(face[0]), position(face[1]),
+                                                position(face[2])};
+    for (std::size_t k = 0; k < 3; ++k) require_finite(positions[k], face[k]);
+    if (plane.misses_image(corners)) continue;
+    const auto polygon = plane.cut(positions, corners);
+    for (std::size_t k = 2; k < polygon.size(); ++k) {
+      const auto &a = polygon.data()[0], &b = polygon.data()[k - 1], &c = polygon.data()[k];
+      const ImageTriangle::Shares shares{a.shares, b.shares, c.shares};
+      const std::array seen{a.seen, b.seen, c.seen};
+      ImageTriangle(seen).draw(target, width, height, f, &shares);
+    }
+  }
+}
+
+template <TriangleMesh M>
+[[nodiscard]] Vec3<double> vertex_position(const M& mesh, Index v) {
+  const auto& p = MeshTraits<M>::position(mesh, v);
+  return {double{p[0]}, double{p[1]}, double{p[2]}};
+}
+
 }  // namespace detail
+
+/// Where a rigid body is: a point p of it is seen at rotation p + translation, in the camera's
+/// frame. An `Eigen::Isometry3d` or another of Eigen's transforms converts to it.
+struct Pose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< or any linear map
+  Vec3<double> translation = Vec3<double>::Zero();         ///< in the unit of the mesh
+
+  Pose() = default;
+  /// Of the two.
+  Pose(const Eigen::Matrix3d& turned, const Vec3<double>& moved)
+      : rotation(turned), translation(moved) {}
+  /// Of what has a linear part and a translation.
+  template <class Transform>
+  requires requires(const Transform& t) {
+    t.linear();
+    t.translation();
+  }
+  Pose(const Transform& transform)
+      : rotation(transform.linear().template cast<double>()),
+        translation(transform.translation().template cast<double>()) {}
+
+  /// Where a point of the body is.
+  [[nodiscard]] Vec3<double> operator()(const Vec3<double>& p) const {
+    return rotation * p + translation;
+  }
+};
+
+/// Memory that `rasterize_into` works in: with one kept from frame to frame, each vertex is
+/// projected once rather than in each of its faces, and nothing comes from the heap after the first
+/// frame of the largest mesh.
+class RasterWorkspace {
+ public:
+  /// Room for the vertices of a mesh.
+  [[nodiscard]] std::vector<detail::ImagePoint>& points(Index vertices) {
+    points_.resize(static_cast<std::size_t>(vertices));
+    return points_;
+  }
+
+ private:
+  std::vector<detail::ImagePoint> points_;
+};
+
+namespace detail {
+
+template <template <class> class Target, std::floating_point T, TriangleMesh M>
+void draw_moved(const Target<T>& target, const M& mesh, const Pose& pose, const Camera<T>& camera,
+                RasterWorkspace* work) {
+  const ImagePlane plane(camera.template cast<double>());
+  const auto position = [&](Index v) { return pose(vertex_position(mesh, v)); };
+  const auto draw = [&](const auto& point) {
+    // All that may be wrong with the mesh, before anything is drawn.
+    const auto vertices = static_cast<Index>(MeshTraits<M>::vertex_count(mesh));
+    for (Index f = 0; f < static_cast<Index>(MeshTraits<M>::face_count(mesh)); ++f) {
+      for (const Index v : MeshTraits<M>::face(mesh, f)) {
+        require_vertex(f, v, vertices);
+        if (!(point(v).inverse_z > 0)) require_finite(position(v), v);
+      }
+    }
+    draw_mesh(target, mesh, plane, camera.width, camera.height, position, point);
+  };
+  if (work == nullptr) return draw([&](Index v) { return plane.project(position(v)); });
+  const auto vertices = static_cast<Index>(MeshTraits<M>::vertex_count(mesh));
+  auto& points = work->points(vertices);
+  for (Index v = 0; v < vertices; ++v) {
+    points[static_cast<std::size_t>(v)] = plane.project(position(v));
+  }
+  draw([&](Index v) { return points[static_cast<std::size_t>(v)]; });
+}
+
+}  // namespace detail
+
+/// Draws a moved mesh over what a depth image shows already, wherever it is nearer: so one call
+/// after the other, in any order, gives the nearest of several objects. Begin with +infinity
+/// everywhere.
+///
+/// It is seen as `rasterize` sees the mesh with its vertices moved (in double). Nothing is taken
+/// from the heap; with a workspace, see there. Throws InvalidInput, before anything is drawn, as
+/// `rasterize` does and for a depth image of another size than the camera's. Cost: O(faces + rows
+/// and pixels covered).
+template <std::floating_point T, TriangleMesh M>
+void rasterize_into(std::type_identity_t<ImageView<T>> depth, const M& mesh, const Pose& pose,
+                    const Camera<T>& camera, RasterWorkspace* work = nullptr) {
+  camera.require_valid();
+  detail::require_camera_size(depth, camera, "the depth image");
+  detail::require(depth.rows_are_packed(),
+                  "the pixels of the depth image's rows do not lie side by side");
+  detail::draw_moved(detail::DepthTarget<T>{depth}, mesh, pose, camera, work);
+}
+
+/// The same, with the faces that are seen, by their numbers in the mesh drawn there, and where.
+template <std::floating_point T, TriangleMesh M>
+void rasterize_into(Raster<T>& raster, const M& mesh, const Pose& pose, const Camera<T>& camera,
+                    RasterWorkspace* work = nullptr) {
+  camera.require_valid();
+  detail::require_camera_size(raster.depth, camera, "the depth image");
+  detail::require_camera_size(raster.face, camera, "the image of faces");
+  detail::require_camera_size(raster.barycentric, camera, "the image of places in faces");
+  detail::draw_moved(detail::FaceTarget<T>{raster}, mesh, pose, camera, work);
+}
+
+/// What a camera sees of nothing: what to draw objects into.
+template <std::floating_point T>
+[[nodiscard]] Raster<T> empty_raster(const Camera<T>& camera) {
+  camera.require_valid();
+  return {Image<T>(camera.width, camera.height, std::numeric_limits<T>::infinity()),
+          Image<Index>(camera.width, camera.height, -1),
+          Image<std::array<T, 3>>(camera.width, camera.height)};
+}
 
 /// The nearest face that each pixel's ray meets, seen from the origin along +z; both sides of a
 /// face are seen. Nearer than z = 0 nothing is. Works in double whatever T is.
@@ -326,49 +528,15 @@ class ImageTriangle {
 /// that is not finite. Cost: O(vertices + faces + rows and pixels covered).
 template <std::floating_point T, TriangleMesh M>
 [[nodiscard]] Raster<T> rasterize(const M& mesh, const Camera<T>& camera) {
-  using Traits = MeshTraits<M>;
-  camera.require_valid();
+  Raster<T> raster = empty_raster(camera);
   const detail::ImagePlane plane(camera.template cast<double>());
-  Raster<T> raster{Image<T>(camera.width, camera.height, std::numeric_limits<T>::infinity()),
-                   Image<Index>(camera.width, camera.height, -1),
-                   Image<std::array<T, 3>>(camera.width, camera.height)};
-  const auto vertices = static_cast<Index>(Traits::vertex_count(mesh));
-  const auto faces = static_cast<Index>(Traits::face_count(mesh));
-  const auto position = [&](Index v) {
-    const auto& p = Traits::position(mesh, v);
-    return Vec3<double>(double{p[0]}, double{p[1]}, double{p[2]});
-  };
+  const auto position = [&](Index v) { return detail::vertex_position(mesh, v); };
+  const auto vertices = static_cast<Index>(MeshTraits<M>::vertex_count(mesh));
   detail::Array<detail::ImagePoint> points;
   points.reserve(static_cast<std::size_t>(vertices));
   for (Index v = 0; v < vertices; ++v) points.push_back(plane.project(position(v)));
-
-  for (Index f = 0; f < faces; ++f) {
-    const std::array<Index, 3> face = Traits::face(mesh, f);
-    for (const Index v : face) {
-      detail::require(v >= 0 && v < vertices, "face ", f, " has vertex ", v, ", the mesh has ",
-                      vertices, " vertices");
-    }
-    const std::array<detail::ImagePoint, 3> corners{points[face[0]], points[face[1]],
-                                                    points[face[2]]};
-    if (corners[0].inverse_z > 0 && corners[1].inverse_z > 0 && corners[2].inverse_z > 0) {
-      detail::ImageTriangle(corners).draw(raster, f);
-      continue;
-    }
-    std::array<Vec3<double>, 3> positions;
-    for (std::size_t k = 0; k < 3; ++k) {
-      positions[k] = position(face[k]);
-      detail::require(positions[k].allFinite(), "vertex ", face[k], " is not finite");
-    }
-    if (plane.misses_image(corners)) continue;
-    const auto polygon = plane.cut(positions, corners);
-    for (std::size_t k = 2; k < polygon.size(); ++k) {
-      const auto &a = polygon.data()[0], &b = polygon.data()[k - 1], &c = polygon.data()[k];
-      Eigen::Matrix3d shares;
-      shares << a.shares, b.shares, c.shares;
-      const std::array seen{a.seen, b.seen, c.seen};
-      detail::ImageTriangle(seen).draw(raster, f, &shares);
-    }
-  }
+  detail::draw_mesh(detail::FaceTarget<T>{raster}, mesh, plane, camera.width, camera.height,
+                    position, [&](Index v) { return points[v]; });
   return raster;
 }
 

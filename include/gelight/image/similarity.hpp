@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
+#include <type_traits>
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/core/types.hpp"
@@ -82,7 +83,8 @@ template <ImageOf<Rgb8> A, ImageOf<Rgb8> B>
   const Index height = static_cast<Index>(ImageTraits<A>::height(a));
   detail::require(width > 0 && height > 0, "images of ", width, " x ", height,
                   " pixels have no similarity");
-  using Five = Eigen::Matrix<double, 5, 1>;  // p, q, p^2, q^2, pq
+  // p, q, p^2, q^2, pq (as a type that costs nothing to include).
+  using Five = Eigen::Matrix<std::enable_if_t<ImageOf<A, Rgb8>, double>, 5, 1>;
   constexpr double c1 = 2.55 * 2.55, c2 = 7.65 * 7.65;
   double sum = 0;
   for (std::size_t c = 0; c < 3; ++c) {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "gelight/core/array.hpp"
@@ -30,6 +31,11 @@ namespace gelight {
 /// zero where it has none.
 template <std::floating_point T>
 using LightField = std::vector<Vec3<T>>;
+
+/// Some points of a surface. Their type is known from another argument, so that a vector of points
+/// serves as it is.
+template <std::floating_point T>
+using PointSpan = std::type_identity_t<std::span<const SurfacePoint<T>>>;
 
 /// How the light of an LED comes to a point: in one direction; by several paths equally short, of
 /// which one is taken (the cut locus); from the LED, which is the point itself; or not at all.
@@ -62,7 +68,8 @@ struct Falloff {
 /// InvalidInput for a distance that is negative or not a number, a `full_within` that is not
 /// positive, and an absorption that is negative or not finite.
 template <std::floating_point T>
-[[nodiscard]] std::vector<T> strength(std::span<const T> distance, const Falloff<T>& falloff) {
+[[nodiscard]] std::vector<T> strength(std::type_identity_t<std::span<const T>> distance,
+                                      const Falloff<T>& falloff) {
   detail::require(falloff.full_within > 0, "light is full within ", falloff.full_within,
                   ", which is not positive");
   detail::require(falloff.absorption >= 0 && std::isfinite(falloff.absorption), "absorption ",
@@ -82,7 +89,8 @@ template <std::floating_point T>
 /// Directions shortened to the strength of the light, as `Light::direction` takes them. Throws
 /// InvalidInput for another number of strengths.
 template <std::floating_point T>
-[[nodiscard]] LightField<T> dimmed(LightField<T> field, std::span<const T> strengths) {
+[[nodiscard]] LightField<T> dimmed(LightField<T> field,
+                                   std::type_identity_t<std::span<const T>> strengths) {
   detail::require(field.size() == strengths.size(), "the field has ", field.size(),
                   " directions, there are ", strengths.size(), " strengths");
   for (std::size_t i = 0; i < field.size(); ++i) field[i] *= strengths[i];
@@ -173,7 +181,8 @@ template <std::floating_point T>
 /// not be of unit length. Throws InvalidInput for another number of normals or one that is zero or
 /// not finite.
 template <std::floating_point T>
-[[nodiscard]] LightField<T> rectified(LightField<T> field, std::span<const Vec3<T>> normals) {
+[[nodiscard]] LightField<T> rectified(LightField<T> field,
+                                      std::type_identity_t<std::span<const Vec3<T>>> normals) {
   detail::require(field.size() == normals.size(), "the field has ", field.size(),
                   " directions, there are ", normals.size(), " normals");
   for (std::size_t i = 0; i < field.size(); ++i) {

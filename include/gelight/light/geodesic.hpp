@@ -45,9 +45,8 @@ template <std::floating_point T>
 /// the faces at the LED and on the cut locus.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> geodesic_field(const ExactSolver<T>& solver,
-                                           std::span<const Source<T>> led,
-                                           std::span<const SurfacePoint<T>> points,
-                                           const CancelHook& cancelled = {}) {
+                                           std::type_identity_t<std::span<const Source<T>>> led,
+                                           PointSpan<T> points, const CancelHook& cancelled = {}) {
   const ExactField<T> arrivals = solver.solve(led, detail::options_for(solver, points, cancelled));
   LightField<T> field;
   field.reserve(points.size());
@@ -62,8 +61,7 @@ template <std::floating_point T>
 /// The same for an LED that is one point.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> geodesic_field(const ExactSolver<T>& solver, const SurfacePoint<T>& led,
-                                           std::span<const SurfacePoint<T>> points,
-                                           const CancelHook& cancelled = {}) {
+                                           PointSpan<T> points, const CancelHook& cancelled = {}) {
   const Source<T> source{led, 0};
   return geodesic_field(solver, std::span(&source, 1), points, cancelled);
 }
@@ -72,9 +70,8 @@ template <std::floating_point T>
 /// differ in length by less than a share `tie` of it.
 template <std::floating_point T>
 [[nodiscard]] LightRays<T> geodesic_rays(const ExactSolver<T>& solver,
-                                         std::span<const Source<T>> led,
-                                         std::span<const SurfacePoint<T>> points,
-                                         std::type_identity_t<T> tie = T(1e-6),
+                                         std::type_identity_t<std::span<const Source<T>>> led,
+                                         PointSpan<T> points, std::type_identity_t<T> tie = T(1e-6),
                                          const CancelHook& cancelled = {}) {
   detail::require(tie >= 0, "a tie of ", tie);
   const ExactField<T> field = solver.solve(led, detail::options_for(solver, points, cancelled));
@@ -98,8 +95,7 @@ template <std::floating_point T>
 /// The same for an LED that is one point.
 template <std::floating_point T>
 [[nodiscard]] LightRays<T> geodesic_rays(const ExactSolver<T>& solver, const SurfacePoint<T>& led,
-                                         std::span<const SurfacePoint<T>> points,
-                                         std::type_identity_t<T> tie = T(1e-6),
+                                         PointSpan<T> points, std::type_identity_t<T> tie = T(1e-6),
                                          const CancelHook& cancelled = {}) {
   const Source<T> source{led, 0};
   return geodesic_rays(solver, std::span(&source, 1), points, tie, cancelled);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <type_traits>
 #include <vector>
 
 #include "gelight/core/error.hpp"
@@ -11,7 +12,7 @@
 #include "gelight/geodesic/path.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
-#include "gelight/transport/detail/tangent_planes.hpp"
+#include "gelight/transport/tangent_planes.hpp"
 
 namespace gelight {
 
@@ -24,7 +25,8 @@ namespace gelight {
 /// a row that no face holds, and for a spacing that is not positive.
 template <std::floating_point T>
 [[nodiscard]] std::vector<SurfacePoint<T>> points_along(const Surface<double>& surface,
-                                                        const Path<T>& path, T spacing) {
+                                                        const Path<T>& path,
+                                                        std::type_identity_t<T> spacing) {
   detail::require(!path.empty(), "the path has no points");
   detail::require(spacing > 0, "points along a path, ", spacing, " apart");
   for (const auto& point : path) surface.require_point(point);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <concepts>
 #include <span>
+#include <type_traits>
 
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
@@ -16,7 +17,8 @@ namespace gelight {
 /// Light that travels straight through space from the LED, whatever stands between, to positions
 /// anywhere; zero at the LED. Cost: O(positions).
 template <std::floating_point T>
-[[nodiscard]] LightField<T> linear_field(const Vec3<T>& led, std::span<const Vec3<T>> positions,
+[[nodiscard]] LightField<T> linear_field(const Vec3<T>& led,
+                                         std::type_identity_t<std::span<const Vec3<T>>> positions,
                                          const CancelHook& cancelled = {}) {
   LightField<T> field;
   field.reserve(positions.size());
@@ -59,8 +61,7 @@ template <std::floating_point T>
 /// the surface.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> linear_field(const Surface<T>& surface, const Vec3<T>& led,
-                                         std::span<const SurfacePoint<T>> points,
-                                         const CancelHook& cancelled = {}) {
+                                         PointSpan<T> points, const CancelHook& cancelled = {}) {
   LightField<T> positions;
   positions.reserve(points.size());
   for (const auto& point : points) positions.push_back(surface.position(point));

@@ -10,9 +10,9 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/light/detail/plane_cut.hpp"
-#include "gelight/light/detail/plane_sides.hpp"
 #include "gelight/light/field.hpp"
+#include "gelight/light/plane/plane_cut.hpp"
+#include "gelight/light/plane/plane_sides.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -31,8 +31,7 @@ namespace gelight {
 /// which arc is the shorter; O(1) a point inside those, one more cut for a point elsewhere.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> plane_field(const Surface<T>& surface, const SurfacePoint<T>& led,
-                                        const Vec3<T>& normal,
-                                        std::span<const SurfacePoint<T>> points,
+                                        const Vec3<T>& normal, PointSpan<T> points,
                                         const CancelHook& cancelled = {}) {
   detail::require(normal.allFinite() && !normal.isZero(0), "the normal at the LED is (", normal[0],
                   ", ", normal[1], ", ", normal[2], ")");
@@ -76,8 +75,7 @@ template <std::floating_point T>
 /// The same with the mean normal of the LED's faces, by area.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> plane_field(const Surface<T>& surface, const SurfacePoint<T>& led,
-                                        std::span<const SurfacePoint<T>> points,
-                                        const CancelHook& cancelled = {}) {
+                                        PointSpan<T> points, const CancelHook& cancelled = {}) {
   return plane_field(surface, led, detail::mean_normal(surface, led), points, cancelled);
 }
 
@@ -85,10 +83,8 @@ template <std::floating_point T>
 /// with the lengths of the arcs; points whose two shortest differ by less than a share `tie` are
 /// told apart. Cost: one cut a point and point of the LED.
 template <std::floating_point T>
-[[nodiscard]] LightRays<T> plane_rays(const Surface<T>& surface,
-                                      std::span<const SurfacePoint<T>> led,
-                                      std::span<const SurfacePoint<T>> points,
-                                      std::type_identity_t<T> tie = T(1e-6),
+[[nodiscard]] LightRays<T> plane_rays(const Surface<T>& surface, PointSpan<T> led,
+                                      PointSpan<T> points, std::type_identity_t<T> tie = T(1e-6),
                                       const CancelHook& cancelled = {}) {
   detail::require(!led.empty(), "the LED has no point");
   detail::require(tie >= 0, "a tie of ", tie);

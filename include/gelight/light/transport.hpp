@@ -4,6 +4,7 @@
 #include <concepts>
 #include <cstddef>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "gelight/core/error.hpp"
@@ -81,9 +82,8 @@ template <std::floating_point T>
 /// InvalidInput as VectorHeatSolver::transport does. Cost: one solve, and O(1) a point.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> transport_field(const VectorHeatSolver<T>& solver, Index led,
-                                            const Vec3<T>& emission,
-                                            std::span<const SurfacePoint<T>> points,
-                                            const CancelHook& cancelled = {}) {
+                                            const std::type_identity_t<Vec3<T>>& emission,
+                                            PointSpan<T> points, const CancelHook& cancelled = {}) {
   cancelled.check(0, "the transport field");
   return detail::interpolate(solver.surface(), solver.transport(led, emission), points,
                              cancelled.part(0.5, 1));
@@ -93,7 +93,7 @@ template <std::floating_point T>
 /// direction of the LED's log map. Otherwise as `transport_field`.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> radial_transport_field(const VectorHeatSolver<T>& solver, Index led,
-                                                   std::span<const SurfacePoint<T>> points,
+                                                   PointSpan<T> points,
                                                    const CancelHook& cancelled = {}) {
   cancelled.check(0, "the transport field");
   return detail::interpolate(solver.surface(), solver.radial(led), points, cancelled.part(0.5, 1));
@@ -102,10 +102,9 @@ template <std::floating_point T>
 /// The light of an LED of several points, each with its own direction of emission, blended between
 /// them; otherwise as `transport_field`. Directions alone count, not lengths.
 template <std::floating_point T>
-[[nodiscard]] LightField<T> transport_field(const VectorHeatSolver<T>& solver,
-                                            std::span<const VectorSource<T>> led,
-                                            std::span<const SurfacePoint<T>> points,
-                                            const CancelHook& cancelled = {}) {
+[[nodiscard]] LightField<T> transport_field(
+    const VectorHeatSolver<T>& solver, std::type_identity_t<std::span<const VectorSource<T>>> led,
+    PointSpan<T> points, const CancelHook& cancelled = {}) {
   cancelled.check(0, "the transport field");
   return detail::interpolate(solver.surface(), solver.transport(led), points,
                              cancelled.part(0.5, 1));
@@ -119,8 +118,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] LightRays<T> rays_between_vertices(const Surface<double>& surface,
                                                  const std::vector<Vec3<T>>& at_vertices,
-                                                 std::span<const T> distances,
-                                                 std::span<const SurfacePoint<T>> points,
+                                                 std::type_identity_t<std::span<const T>> distances,
+                                                 PointSpan<T> points,
                                                  const CancelHook& cancelled = {}) {
   const auto vertices = static_cast<std::size_t>(surface.vertex_count());
   detail::require(at_vertices.size() == vertices && distances.size() == vertices, "there are ",

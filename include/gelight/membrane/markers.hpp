@@ -24,10 +24,10 @@ namespace gelight {
 /// the far field of a sideways force on a half-space (Cerruti's; Johnson, Contact Mechanics, 1985,
 /// doi:10.1017/CBO9781139171731, section 3.6) made round at the centre. Everything in pixels.
 struct DraggedMarkers {
-  Vec2<double> centre = Vec2<double>::Zero();  ///< column and row
-  Vec2<double> shift = Vec2<double>::Zero();   ///< of what touches the gel
-  double reach = 1;                            ///< see `of_disc`
-  double stretch = 0;                          ///< see `of_disc`
+  Vec2<double> centre{0, 0};  ///< column and row
+  Vec2<double> shift{0, 0};   ///< of what touches the gel
+  double reach = 1;           ///< see `of_disc`
+  double stretch = 0;         ///< see `of_disc`
 
   /// Those of a disc that sticks to a half-space: far away the same as Mindlin's exact solution
   /// (Compliance of elastic bodies in contact, 1949, doi:10.1115/1.4009973). Radius in pixels.
@@ -44,9 +44,10 @@ struct DraggedMarkers {
 
   /// How far a marker moves that was at a pixel.
   [[nodiscard]] Vec2<double> operator()(const Vec2<double>& pixel) const {
-    const Vec2<double> r = pixel - centre;
-    const double square = r.squaredNorm() + reach * reach, rho = std::sqrt(square);
-    return reach / rho * (shift + stretch * r.dot(shift) / square * r);
+    const double x = pixel.x() - centre.x(), y = pixel.y() - centre.y();
+    const double square = x * x + y * y + reach * reach, near = reach / std::sqrt(square);
+    const double along = stretch * (x * shift.x() + y * shift.y()) / square;
+    return {near * (shift.x() + along * x), near * (shift.y() + along * y)};
   }
 };
 
@@ -61,26 +62,29 @@ struct GaussianMarkers {
     /// How far each pixel away from it is pushed, close by, in proportion to its depth.
     double push;
   };
-  std::vector<Touched> touched;                ///< all dots that are touched
-  Vec2<double> centre = Vec2<double>::Zero();  ///< of the object: column and row
-  Vec2<double> shift = Vec2<double>::Zero();   ///< of the object
-  double twist = 0;                            ///< of the object, in radians from x to y
-  double push_decay = 0;                       ///< of what is pushed, per square of pixels
-  double shift_decay = 0;                      ///< of what is dragged along, per square of pixels
-  double twist_decay = 0;                      ///< of what is turned along, per square of pixels
+  std::vector<Touched> touched;  ///< all dots that are touched
+  Vec2<double> centre{0, 0};     ///< of the object: column and row
+  Vec2<double> shift{0, 0};      ///< of the object
+  double twist = 0;              ///< of the object, in radians from x to y
+  double push_decay = 0;         ///< of what is pushed, per square of pixels
+  double shift_decay = 0;        ///< of what is dragged along, per square of pixels
+  double twist_decay = 0;        ///< of what is turned along, per square of pixels
 
   /// How far a marker moves that was at a pixel.
   [[nodiscard]] Vec2<double> operator()(const Vec2<double>& pixel) const {
-    Vec2<double> sum = Vec2<double>::Zero();
+    double along = 0, down = 0;
     for (const Touched& dot : touched) {
-      const Vec2<double> away = pixel - dot.pixel;
-      sum += dot.push * std::exp(-push_decay * away.squaredNorm()) * away;
+      const double x = pixel.x() - dot.pixel.x(), y = pixel.y() - dot.pixel.y();
+      const double push = dot.push * std::exp(-push_decay * (x * x + y * y));
+      along += push * x;
+      down += push * y;
     }
-    const Vec2<double> r = pixel - centre;
-    const double square = r.squaredNorm(), cos = std::cos(twist) - 1, sin = std::sin(twist);
-    sum += std::exp(-shift_decay * square) * shift;
-    return sum + std::exp(-twist_decay * square) *
-                     Vec2<double>(cos * r.x() - sin * r.y(), sin * r.x() + cos * r.y());
+    const double x = pixel.x() - centre.x(), y = pixel.y() - centre.y(), square = x * x + y * y;
+    const double drag = std::exp(-shift_decay * square), turn = std::exp(-twist_decay * square);
+    const double cos = std::cos(twist) - 1, sin = std::sin(twist);
+    along += drag * shift.x();
+    down += drag * shift.y();
+    return {along + turn * (cos * x - sin * y), down + turn * (sin * x + cos * y)};
   }
 };
 

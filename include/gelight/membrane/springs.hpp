@@ -1,8 +1,11 @@
 #pragma once
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -12,9 +15,9 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
-#include "gelight/membrane/detail/spring_sums.hpp"
-#include "gelight/membrane/detail/taut_membrane.hpp"
 #include "gelight/membrane/gel.hpp"
+#include "gelight/membrane/springs/spring_sums.hpp"
+#include "gelight/membrane/springs/taut_membrane.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {
@@ -34,10 +37,13 @@ namespace detail {
 
 /// How a search for the equilibrium of gel and object ended.
 enum class Equilibrium : std::uint8_t {
-  reached,        ///< also by no force on no object
-  untouched,      ///< a force, but no object in the image
-  pull,           ///< the force leads away from the gel, which does not hold the object
-  too_strong,     ///< the object would go through the gel, which bears less than the force
+  reached,    ///< also by no force on no object
+  untouched,  ///< a force, but no object in the image
+  pull,       ///< the force leads away from the gel, which does not hold the object
+  /// the object would go through the gel, which bears less than the force: told is where it is as
+  /// deep in as the gel is thick, as tilted as that force would tilt it on deeper gel (or one that
+  /// presses all in twice as deep as the gel is, where it is greater)
+  too_strong,
   tips_over,      ///< the force acts beside the object
   not_converged,  ///< the residuals tell how far it came
 };
@@ -119,7 +125,8 @@ class SpringBed {
   /// The equilibrium of a force that acts along the line parallel to the camera's axis through
   /// `centre` (x and y in the camera's frame, m), on an object that moves and tilts: force and two
   /// moments for three unknowns, by a semismooth Newton's method, to 1e-9 of the force or to
-  /// rounding. Throws as press does, and for a centre that is not finite.
+  /// rounding. About a line that all springs that bear lie on it does not tilt unless it must.
+  /// Throws as press does, and for a centre that is not finite.
   template <ImageOf<T> D>
   [[nodiscard]] SpringContact<T> press_tilting(const D& depth, double force,
                                                const Vec2<double>& centre,
@@ -150,11 +157,12 @@ class SpringBed {
     bool tilts;
   };
 
-  // The load on the object and how it grows with the motion, both in units of a spring's stiffness;
-  // columns and rows counted from the load's centre, in half images.
+  // The load on the object in units of a spring's stiffness, and the sums over the springs that
+  // bear it of the products of 1, column and row, which are counted from the load's centre, in half
+  // images.
   struct Response {
     Vec3<double> load = Vec3<double>::Zero();
-    Eigen::Matrix3d rate = Eigen::Matrix3d::Identity();
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   };
 
   struct Outcome {
@@ -162,6 +170,8 @@ class SpringBed {
     detail::RigidMotion motion;
     Response response;
   };
+
+  static constexpr double acceptable = 1e-9;  // the residual, as a share of the force
 
   static void require_positive(double value, const char* name) {
     detail::require(value > 0 && std::isfinite(value), name, ' ', value,
@@ -259,17 +269,17 @@ class SpringBed {
   [[nodiscard]] Response response(const detail::SpringSums& s, const Load& load) const {
     Response r;
     r.load[0] = s.load;
-    r.rate(0, 0) = s.count;
+    r.spread(0, 0) = s.count;
     if (!load.tilts) return r;
     const double size = half_image(), cx = load.centre.x(), cy = load.centre.y();
     r.load[1] = (s.x_load - cx * s.load) / size;
     r.load[2] = (s.y_load - cy * s.load) / size;
     const double x = s.x - cx * s.count, y = s.y - cy * s.count;
-    r.rate(0, 1) = r.rate(1, 0) = x / size;
-    r.rate(0, 2) = r.rate(2, 0) = y / size;
-    r.rate(1, 1) = (s.xx - cx * s.x - cx * x) / (size * size);
-    r.rate(2, 2) = (s.yy - cy * s.y - cy * y) / (size * size);
-    r.rate(1, 2) = r.rate(2, 1) = (s.xy - cy * s.x - cx * y) / (size * size);
+    r.spread(0, 1) = r.spread(1, 0) = x / size;
+    r.spread(0, 2) = r.spread(2, 0) = y / size;
+    r.spread(1, 1) = (s.xx - cx * s.x - cx * x) / (size * size);
+    r.spread(2, 2) = (s.yy - cy * s.y - cy * y) / (size * size);
+    r.spread(1, 2) = r.spread(2, 1) = (s.xy - cy * s.x - cx * y) / (size * size);
     return r;
   }
 
@@ -288,25 +298,26 @@ class SpringBed {
   [[nodiscard]] Outcome equilibrate(Springs& springs, double displacement, const Load& load,
                                     const CancelHook& cancelled) const {
     constexpr int most_steps = 200;
-    constexpr double acceptable = 1e-9;  // of the force
     constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
-    const double wanted = load.force / spring();
+    // A force that presses everything in twice as far as the gel is thick is as good as any more.
+    const double wanted = std::min(load.force / spring(), 2 * gel_.thickness * springs.most());
     const Vec3<double> target(wanted, 0, 0);
     const auto at = [&](const Vec3<double>& p) {
       return response(springs.sums(motion(p, load), load.tilts), load);
     };
     // Light loads are lost in the rounding of the places of the springs that bear them.
     const auto is_enough = [&](double residual, const Vec3<double>& place, const Response& there) {
-      return residual <= std::max(acceptable * wanted,
-                                  rounding * place.lpNorm<1>() * std::max(1.0, there.rate(0, 0)));
+      const double stiffness = springs.stiffest() * std::max(1.0, there.spread(0, 0));
+      return residual <= std::max(acceptable * wanted, rounding * place.lpNorm<1>() * stiffness);
     };
     Vec3<double> p(displacement, 0, 0), best = p;
     Response r = at(p), best_response = r;
     double least = (r.load - target).norm();
     for (int step = 0; step < most_steps && least > Springs::accuracy * wanted; ++step) {
       cancelled.check(step / (step + 10.0), "pressing into springs");
+      if (!springs.is_settled()) break;
       const bool is_near = is_enough(least, best, best_response);
-      const Vec3<double> start = p, direction = newton_step(r, r.load - target);
+      const Vec3<double> start = p, direction = newton_step(springs, r, target, load);
       const double slope = (r.load - target).dot(direction);
       p = start + direction;
       r = at(p);
@@ -319,9 +330,10 @@ class SpringBed {
       best = p;
       best_response = r;
     }
+    if (p != best) best_response = at(best);  // which leaves the springs there
+    const bool is_there = springs.is_settled() && is_enough(least, best, best_response);
     Outcome outcome;
-    outcome.equilibrium =
-        is_enough(least, best, best_response) ? Equilibrium::reached : Equilibrium::not_converged;
+    outcome.equilibrium = is_there ? Equilibrium::reached : Equilibrium::not_converged;
     outcome.motion = motion(best, load);
     outcome.response = best_response;
     const double through = springs.deepest(outcome.motion) - gel_.thickness;
@@ -369,16 +381,38 @@ class SpringBed {
     }
   }
 
-  // The step to where the load would be the target if no spring came or went; no longer than the
-  // gel is thick, also where the springs that bear stand on a line and do not resist it.
-  [[nodiscard]] Vec3<double> newton_step(const Response& r, const Vec3<double>& residual) const {
+  // The step to where the load would be the target if no spring came or went. Motions that the
+  // springs that bear do not resist, as where these stand on a line, need no step, or a long one:
+  // till others bear. Neither is longer than the gel is thick.
+  template <class Springs>
+  [[nodiscard]] Vec3<double> newton_step(const Springs& springs, const Response& r,
+                                         const Vec3<double>& target, const Load& load) const {
     constexpr double share_of_resistance = 1e-12;
-    Eigen::Matrix3d rate = r.rate;
-    rate.diagonal().array() += share_of_resistance * std::max(1.0, rate.trace());
-    Vec3<double> move = -detail::solve_positive(rate, residual);
-    const double longest = move.lpNorm<1>();
-    if (longest > gel_.thickness) move *= gel_.thickness / longest;
-    return move;
+    const Vec3<double> residual = r.load - target;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(r.spread);
+    Eigen::Matrix3d modes = Eigen::Matrix3d::Zero();
+    std::array<detail::RigidMotion, 3> motions;
+    Vec3<double> free = Vec3<double>::Zero();
+    for (Index k = 0; k < 3; ++k) {
+      const Vec3<double> axis = axes.eigenvectors().col(k);
+      const double spread = axes.eigenvalues()[k];
+      if (spread > share_of_resistance * axes.eigenvalues()[2]) {
+        modes.col(k) = axis / std::sqrt(spread);
+        motions[static_cast<std::size_t>(k)] = motion(modes.col(k), load);
+      } else {
+        free -= axis.dot(residual) * axis;
+      }
+    }
+    const double unresisted = free.norm();
+    const bool is_rounding = unresisted <= 0.5 * acceptable * std::max(target[0], r.load[0]);
+    free *= is_rounding ? 0 : gel_.thickness / unresisted;
+    // To move by a mode takes at least as much load along it: the matrix is far from singular.
+    const Vec3<double> shares =
+        detail::solve_positive(springs.resistance(motions), modes.transpose() * residual);
+    Vec3<double> resisted = -(modes * shares);
+    const double longest = resisted.template lpNorm<1>();
+    if (longest > gel_.thickness) resisted *= gel_.thickness / longest;
+    return resisted + free;
   }
 
   void report(SpringContact<T>& contact, const Outcome& outcome, const Load& load) const {

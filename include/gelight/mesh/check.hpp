@@ -12,7 +12,7 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/mesh/detail/mesh_faults.hpp"
+#include "gelight/mesh/repair/faults.hpp"
 #include "gelight/views/mesh_view.hpp"
 
 namespace gelight {
@@ -44,8 +44,9 @@ struct MeshReport {
   Finding repeated_faces;     ///< faces with the three vertices of an earlier one
 
   // Refused where vectors are carried, by name; distances take them.
-  Finding fins;     ///< first vertices of edges with more than two faces
-  Finding against;  ///< first vertices of edges whose two faces are oriented against each other
+  Finding nonmanifold_edges;  ///< first vertices of edges with more than two faces
+  Finding misoriented_edges;  ///< first vertices of edges whose two faces are oriented against each
+                              ///< other
 
   // Taken by every solver, but perhaps not what was meant.
   Finding degenerate_faces;      ///< faces of (almost) no area, also with edges of no length
@@ -64,7 +65,7 @@ struct MeshReport {
   }
   /// Whether VectorHeatSolver takes it too.
   [[nodiscard]] bool is_oriented() const {
-    return is_accepted() && fins.count == 0 && against.count == 0;
+    return is_accepted() && nonmanifold_edges.count == 0 && misoriented_edges.count == 0;
   }
 };
 
@@ -143,8 +144,9 @@ class MeshChecks {
     for_each_edge(sides, [&](auto first, auto last) {
       const Index v = first->low;
       if (last - first == 1) add(report_.border_edges, v);
-      if (last - first > 2) add(report_.fins, v);
-      if (last - first == 2 && first->ascends == (first + 1)->ascends) add(report_.against, v);
+      if (last - first > 2) add(report_.nonmanifold_edges, v);
+      if (last - first == 2 && first->ascends == (first + 1)->ascends)
+        add(report_.misoriented_edges, v);
       const double length = stable_norm(difference(position(v), position(first->high)));
       if (length < shortest_length) add(report_.zero_edges, v);
       if (length > longest) longest = length;
@@ -212,8 +214,9 @@ inline std::ostream& operator<<(std::ostream& out, const MeshReport& report) {
   line(report.out_of_range, "faces with an index out of range", "refused");
   line(report.repeated_vertices, "faces with a vertex twice", "refused");
   line(report.repeated_faces, "faces with the vertices of an earlier one", "refused");
-  line(report.fins, "edges of more than two faces, at vertices", "refused for vectors");
-  line(report.against, "edges between faces oriented against each other, at vertices",
+  line(report.nonmanifold_edges, "edges of more than two faces, at vertices",
+       "refused for vectors");
+  line(report.misoriented_edges, "edges between faces oriented against each other, at vertices",
        "refused for vectors");
   line(report.degenerate_faces, "faces without area", "taken");
   line(report.zero_edges, "edges without length, at vertices", "taken");

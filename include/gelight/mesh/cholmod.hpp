@@ -8,8 +8,8 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/mesh/detail/sparse.hpp"
 #include "gelight/mesh/linear_factor.hpp"
+#include "gelight/mesh/sparse_matrix.hpp"
 
 // Opt-in: needs SuiteSparse's CHOLMOD (doi:10.1145/1391989.1391995), and linking with it
 // (-lcholmod).

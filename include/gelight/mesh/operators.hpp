@@ -4,12 +4,11 @@
 #include <cmath>
 #include <concepts>
 #include <memory>
-#include <numeric>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/mesh/detail/sparse.hpp"
 #include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/sparse_matrix.hpp"
 
 // The operators of linear finite elements on a triangulation, in the plane of each face.
 
@@ -83,20 +82,7 @@ template <std::floating_point Real>
 template <std::floating_point Real>
 [[nodiscard]] detail::Array<Index> component_of_vertices(
     const IntrinsicTriangulationOf<Real>& mesh) {
-  detail::Array<Index> parent(static_cast<std::size_t>(mesh.vertex_count));
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](Index v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  for (Index h = 0; h < static_cast<Index>(mesh.origins.size()); h += 3) {
-    for (const Index k : {1, 2}) {
-      const Index a = root(mesh.origins[h]), b = root(mesh.origins[h + k]);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
-  }
-  for (Index v = 0; v < mesh.vertex_count; ++v) parent[v] = parent[parent[v]];
-  return parent;
+  return detail::component_of_vertices(mesh.vertex_count, mesh.origins);
 }
 
 }  // namespace gelight

@@ -15,7 +15,7 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/mesh/detail/mesh_faults.hpp"
+#include "gelight/mesh/repair/faults.hpp"
 #include "gelight/views/mesh_view.hpp"
 
 namespace gelight {

@@ -52,14 +52,15 @@ template <std::floating_point T>
 [[nodiscard]] Mesh<T> icosphere(int level, T radius = 1) {
   detail::require(level >= 0 && level <= 12, "icosphere of level ", level);
   detail::require(radius > 0, "icosphere of radius ", radius);
+  using Real = std::common_type_t<T, double>;
   const double phi = std::numbers::phi;
-  std::vector<Vec3<double>> points{{-1, phi, 0}, {1, phi, 0}, {-1, -phi, 0}, {1, -phi, 0},
-                                   {0, -1, phi}, {0, 1, phi}, {0, -1, -phi}, {0, 1, -phi},
-                                   {phi, 0, -1}, {phi, 0, 1}, {-phi, 0, -1}, {-phi, 0, 1}};
-  std::vector<std::array<Index, 3>> faces{
-      {0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-      {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-      {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+  std::vector<Vec3<Real>> points{{-1, phi, 0}, {1, phi, 0}, {-1, -phi, 0}, {1, -phi, 0},
+                                 {0, -1, phi}, {0, 1, phi}, {0, -1, -phi}, {0, 1, -phi},
+                                 {phi, 0, -1}, {phi, 0, 1}, {-phi, 0, -1}, {-phi, 0, 1}};
+  decltype(Mesh<T>::faces) faces{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                 {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                 {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                 {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
   for (auto& p : points) p.normalize();
 
   for (int i = 0; i < level; ++i) {
@@ -74,7 +75,7 @@ template <std::floating_point T>
       }
       return entry->second;
     };
-    std::vector<std::array<Index, 3>> finer;
+    decltype(Mesh<T>::faces) finer;
     finer.reserve(4 * faces.size());
     for (const auto& [a, b, c] : faces) {
       const Index ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);

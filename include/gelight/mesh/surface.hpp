@@ -7,15 +7,41 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/lazy.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
 namespace gelight {
+
+namespace detail {
+
+/// For each vertex the smallest vertex that faces join it to, given the corners of all faces: one
+/// number per connected part.
+[[nodiscard]] inline Array<Index> component_of_vertices(Index vertex_count,
+                                                        const Array<Index>& corners) {
+  Array<Index> parent(static_cast<std::size_t>(vertex_count));
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](Index v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (Index h = 0; h < static_cast<Index>(corners.size()); h += 3) {
+    for (const Index k : {1, 2}) {
+      const Index a = root(corners[h]), b = root(corners[h + k]);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  }
+  for (Index v = 0; v < vertex_count; ++v) parent[v] = parent[parent[v]];
+  return parent;
+}
+
+}  // namespace detail
 
 /// An immutable snapshot of a triangle mesh in flat arrays, with its half-edges.
 ///
@@ -29,9 +55,9 @@ class Surface {
 
   /// Copies what it needs of any mesh, in O(vertices + faces log valence).
   /// Throws InvalidInput for a mesh without faces, a coordinate that is not finite or beyond 1e75,
-  /// a face with an index out of range or a vertex twice, and two faces with the same three
-  /// vertices. An edge of less than 1e-75 counts as of no length; a mesh of such edges only is
-  /// refused.
+  /// an edge longer than a coordinate can be, a face with an index out of range or a vertex twice,
+  /// and two faces with the same three vertices. An edge of less than 1e-75 counts as of no length;
+  /// a mesh of such edges only is refused.
   template <TriangleMesh M>
   requires(!std::same_as<M, Surface>) explicit Surface(const M& mesh) {
     auto data = std::make_shared<Data>();
@@ -96,6 +122,13 @@ class Surface {
       if (apex(h) == v1) return previous(h);
     }
     return -1;
+  }
+
+  /// For each vertex the smallest vertex that faces join it to: one number per connected part.
+  /// Linear time when first asked for, none from then on.
+  [[nodiscard]] const detail::Array<Index>& components() const {
+    return data_->components.get(
+        [&] { return detail::component_of_vertices(vertex_count(), data_->vertices); });
   }
 
   /// Where a surface point is. Throws InvalidInput as `require_point` does.
@@ -173,6 +206,7 @@ class Surface {
     detail::Array<T> lengths;           // of each half-edge
     detail::Array<Index> corner_begin;  // of each vertex, and one more: where its corners begin
     detail::Array<Index> corners;       // half-edges, grouped by origin
+    detail::Lazy<detail::Array<Index>> components;
   };
 
   // The vertices to which a point's weights belong, or -1.
@@ -192,13 +226,21 @@ class Surface {
     for (Index v = 0; v < count; ++v) {
       const auto& p = MeshTraits<M>::position(mesh, v);
       const Vec3<T> q(static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2]));
-      detail::require(q.allFinite(), "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
-                      "), which is not finite");
-      detail::require(q.template cast<double>().cwiseAbs().maxCoeff() <= detail::largest_coordinate,
-                      "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
-                      "), too far out: products of lengths would overflow");
+      const double x = std::fabs(double{q[0]}), y = std::fabs(double{q[1]});
+      const double largest = std::max({x, y, std::fabs(double{q[2]})});
+      if (!(x + y + largest <= detail::largest_coordinate)) require_in_reach(v, q);
       data.positions[v] = q;
     }
+  }
+
+  [[gnu::cold, gnu::noinline]] static void require_in_reach(Index v, const Vec3<T>& q) {
+    const double x = double{q[0]}, y = double{q[1]}, z = double{q[2]};
+    detail::require(std::isfinite(x) && std::isfinite(y) && std::isfinite(z), "vertex ", v,
+                    " has position (", q[0], ", ", q[1], ", ", q[2], "), which is not finite");
+    detail::require(
+        std::max({std::fabs(x), std::fabs(y), std::fabs(z)}) <= detail::largest_coordinate,
+        "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
+        "), too far out: products of lengths would overflow");
   }
 
   template <TriangleMesh M>
@@ -294,6 +336,8 @@ class Surface {
       const auto [a, b] = std::minmax(data.vertices[h], data.vertices[next(h)]);
       const double length = detail::stable_norm(data.positions[b].template cast<double>() -
                                                 data.positions[a].template cast<double>());
+      detail::require(length <= double{std::numeric_limits<T>::max()}, "the edge between vertices ",
+                      a, " and ", b, " is ", length, " long, too long for the coordinates' type");
       longest = std::max(longest, length);
       data.lengths[h] = length < detail::shortest_length ? T(0) : static_cast<T>(length);
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <concepts>
@@ -52,8 +53,11 @@ void require_oriented(const Surface<Real>& surface) {
 /// inner vertex are scaled to sum to 2 pi, those at a border are as they are, so that a flat sheet
 /// stays flat (Knoeppel, Crane, Pinkall, Schroeder 2013, doi:10.1145/2461912.2462005).
 ///
-/// The plane is that of the mean normal, weighted by the faces' angles; it is turned so that the
-/// angles fit the edges' own directions best. Each fan of a bow-tie vertex is turned by itself.
+/// The plane is that of the mean normal, weighted by the faces' angles, and its x that of the first
+/// edge that has a length, whatever the triangulation whose angles are scaled. Where no face has an
+/// area, or normals cancel, it is one through that edge; where no edge has a length, any. The
+/// angles are turned to fit the edges' own directions best. Each fan of a bow-tie vertex is turned
+/// by itself.
 /// (A template only so that it costs nothing to include.)
 template <std::floating_point Real>
 class TangentFramesOf {
@@ -155,24 +159,31 @@ class TangentFramesOf {
   }
 
   void choose_basis(Index v) {
-    Vec3<Real> normal = Vec3<Real>::Zero();
-    Vec3<Real> along = Vec3<Real>(1, 0, 0);
+    Vec3<Real> normal = Vec3<Real>::Zero(), along = Vec3<Real>::Zero();
+    const auto unit_way = [&](Index to) {
+      return detail::stable_unit(surface_.position(to) - surface_.position(v));
+    };
     for (const Index h : surface_.corners(v)) {
-      const Vec3<Real> a = surface_.position(surface_.tip(h)) - surface_.position(v);
-      const Vec3<Real> b = surface_.position(surface_.apex(h)) - surface_.position(v);
-      normal +=
-          corners_[h] * detail::stable_unit(cross(detail::stable_unit(a), detail::stable_unit(b)));
-      if (h == surface_.corners(v).front()) along = a;
+      const Vec3<Real> a = unit_way(surface_.tip(h)), b = unit_way(surface_.apex(h));
+      const Vec3<Real> across = cross(a, b);
+      const Real sine = across.norm(), cosine = a.dot(b);
+      const Real counted = cosine < 0 ? std::max(sine, least_sine) : sine;
+      if (counted > 0) normal += std::atan2(sine, cosine) / counted * across;
+      if (along.isZero(0)) along = a.isZero(0) ? b : a;
     }
+    if (along.isZero(0)) along = Vec3<Real>::UnitX();
+    if (!(normal.norm() > no_normal)) normal = detail::unit_orthogonal(along);
     normal = detail::stable_unit(normal);
-    // Faces without area, or normals that cancel, leave any plane through the first edge.
-    if (!(normal.squaredNorm() > 0)) normal = detail::unit_orthogonal(along);
     Vec3<Real> x = detail::stable_unit(along - normal.dot(along) * normal);
     if (!(x.squaredNorm() > 0)) x = detail::unit_orthogonal(normal);
     bases_[v] = {x, cross(normal, x)};
   }
 
   static constexpr Real unvisited = -1e300;
+  // A corner of nearly half a turn tells less of its face's plane the smaller its sine is: it
+  // counts less below this. What is then left of faces without area is rounding, as where normals
+  // cancel.
+  static constexpr Real least_sine = 1e-4, no_normal = 1e-8;
 
   Surface<Real> surface_;
   detail::Array<TangentBasisOf<Real>> bases_;  // of each vertex

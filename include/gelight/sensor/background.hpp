@@ -1,21 +1,27 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <concepts>
 #include <limits>
 #include <type_traits>
+#include <utility>
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {
 namespace detail {
 
+/// What a channel can be: a share of full light, or a level of an image of 8 or 16 bits. Of larger
+/// integers, and of those with a sign, nobody knows what is full light.
+template <class C>
+concept ColourChannel = std::floating_point<C> ||(std::unsigned_integral<C> && sizeof(C) <= 2);
+
 /// A channel as a number: integers are shares of their type's largest value, the rest is as it is.
-template <std::floating_point T, class C>
+template <std::floating_point T, ColourChannel C>
 [[nodiscard]] T channel(C value) {
   if constexpr (std::integral<C>) {
     return static_cast<T>(value) / static_cast<T>(std::numeric_limits<C>::max());
@@ -39,11 +45,29 @@ template <class P>
 /// Three channels that can be read as pixel[0], pixel[1], pixel[2].
 template <class P>
 concept Rgb = requires(const P& pixel) {
-  requires std::is_arithmetic_v<std::remove_cvref_t<decltype(pixel[0])>>;
+  requires ColourChannel<std::remove_cvref_t<decltype(pixel[0])>>;
 }
 &&channel_count<P>() == 3;
 
-template <std::floating_point T, class P>
+/// Three channels, or one, which is grey.
+template <class P>
+concept Colour = Rgb<P> || ColourChannel<P>;
+
+/// Whether a colour's channels are integers, which are shares of full light whatever they are.
+template <Colour P>
+[[nodiscard]] constexpr bool has_levels() {
+  if constexpr (Rgb<P>) {
+    return std::integral<std::remove_cvref_t<decltype(std::declval<const P&>()[0])>>;
+  } else {
+    return std::integral<P>;
+  }
+}
+
+/// An image of colours.
+template <class I>
+concept ColourImage = ImageLike<I> && Colour<PixelOf<I>>;
+
+template <std::floating_point T, Colour P>
 [[nodiscard]] std::array<T, 3> linear_rgb(const P& pixel) {
   if constexpr (Rgb<P>) {
     return {channel<T>(pixel[0]), channel<T>(pixel[1]), channel<T>(pixel[2])};
@@ -51,6 +75,20 @@ template <std::floating_point T, class P>
     const T grey = channel<T>(pixel);
     return {grey, grey, grey};
   }
+}
+
+/// Whether a number is a share of full light.
+template <std::floating_point T>
+[[nodiscard]] bool is_share_of_light(T value) {
+  return value >= 0 && value <= T(1 + beyond_full_light);
+}
+
+/// Throws InvalidInput unless a colour is in shares of full light; its name is joined of parts.
+template <std::floating_point T, class... Name>
+void require_colour(const std::array<T, 3>& rgb, const Name&... name) {
+  require(is_share_of_light(rgb[0]) && is_share_of_light(rgb[1]) && is_share_of_light(rgb[2]),
+          name..., " is (", rgb[0], ", ", rgb[1], ", ", rgb[2],
+          "), which is not in shares of full light from 0 to 1");
 }
 
 }  // namespace detail
@@ -63,16 +101,16 @@ class Background {
   /// Black.
   Background() = default;
 
-  /// One colour, red, green, blue. Throws InvalidInput where a number is not finite.
-  template <class C>
-  requires(std::is_arithmetic_v<C>) Background(const std::array<C, 3>& rgb)
-      : solid_(detail::linear_rgb<T>(rgb)) {
-    require_finite(solid_, "the background colour");
+  /// One colour, red, green, blue: floating-point numbers, or integers of 8 or 16 bits without sign
+  /// as shares of their type's largest value. Throws InvalidInput where a share is not from 0 to 1.
+  template <detail::ColourChannel C>
+  Background(const std::array<C, 3>& rgb) : solid_(detail::linear_rgb<T>(rgb)) {
+    detail::require_colour(solid_, "the background colour");
   }
 
-  /// An image, grey or RGB; integers are shares of their type's largest value.
-  /// Throws InvalidInput where a number is not finite.
-  template <ImageLike I>
+  /// An image, grey or RGB, of the same numbers. Throws InvalidInput where a share is not from 0 to
+  /// 1.
+  template <detail::ColourImage I>
   Background(const I& image)
       : image_(static_cast<Index>(ImageTraits<I>::width(image)),
                static_cast<Index>(ImageTraits<I>::height(image))),
@@ -80,7 +118,7 @@ class Background {
     for (Index y = 0; y < image_.height(); ++y) {
       for (Index x = 0; x < image_.width(); ++x) {
         image_(x, y) = detail::linear_rgb<T>(ImageTraits<I>::pixel(image, x, y));
-        require_finite(image_(x, y), "background pixel (", x, ", ", y, ")");
+        detail::require_colour(image_(x, y), "background pixel (", x, ", ", y, ")");
       }
     }
   }
@@ -93,12 +131,6 @@ class Background {
   [[nodiscard]] const std::array<T, 3>& solid() const { return solid_; }
 
  private:
-  template <class... Where>
-  static void require_finite(const std::array<T, 3>& rgb, const Where&... where) {
-    detail::require(std::isfinite(rgb[0]) && std::isfinite(rgb[1]) && std::isfinite(rgb[2]),
-                    where..., " is (", rgb[0], ", ", rgb[1], ", ", rgb[2], "), not finite");
-  }
-
   std::array<T, 3> solid_{};
   Image<std::array<T, 3>> image_;
   bool is_image_ = false;

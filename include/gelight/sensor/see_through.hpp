@@ -17,16 +17,16 @@
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
-#include "gelight/image/detail/plane_fit_rows.hpp"
 #include "gelight/image/filter.hpp"
 #include "gelight/image/mask.hpp"
+#include "gelight/image/plane_fit_rows.hpp"
 #include "gelight/sensor/background.hpp"
-#include "gelight/sensor/detail/light_check.hpp"
-#include "gelight/sensor/detail/lit_rows.hpp"
-#include "gelight/sensor/detail/output.hpp"
-#include "gelight/sensor/detail/row_runs.hpp"
-#include "gelight/sensor/detail/shaded_rows.hpp"
-#include "gelight/sensor/detail/store.hpp"
+#include "gelight/sensor/frame/light_check.hpp"
+#include "gelight/sensor/frame/output.hpp"
+#include "gelight/sensor/frame/store.hpp"
+#include "gelight/sensor/rows/lit_rows.hpp"
+#include "gelight/sensor/rows/row_runs.hpp"
+#include "gelight/sensor/rows/shaded_rows.hpp"
 #include "gelight/shading/phong.hpp"
 #include "gelight/views/image_view.hpp"
 
@@ -159,15 +159,15 @@ class SeeThroughRenderer {
     return out;
   }
 
-  /// The same with what a camera would see without the membrane (`visual`: grey or RGB, numbers in
-  /// [0, 1], or integers as shares of their type's largest value).
-  template <ImageOf<T> D, ImageLike V>
+  /// The same with what a camera would see without the membrane (`visual`: grey or RGB, of numbers
+  /// as a Background's). Throws InvalidInput also where one that is seen is not from 0 to 1.
+  template <ImageOf<T> D, detail::ColourImage V>
   [[nodiscard]] Image<Rgb8> render(const D& depth, const V& visual) const {
     return render(depth, visual, options_.levels);
   }
 
   /// The same in other light. Throws InvalidInput for levels that are negative or not finite, too.
-  template <ImageOf<T> D, ImageLike V>
+  template <ImageOf<T> D, detail::ColourImage V>
   [[nodiscard]] Image<Rgb8> render(const D& depth, const V& visual,
                                    const LightLevels& levels) const {
     Image<Rgb8> out(camera_.width, camera_.height);
@@ -183,18 +183,21 @@ class SeeThroughRenderer {
     render_checked(out, depth, Dark{}, options_.levels);
   }
 
-  template <ImageOf<T> D, ImageLike V>
+  template <ImageOf<T> D, detail::ColourImage V>
   void render_into(ImageView<Rgb8> out, const D& depth, const V& visual) const {
     render_into(out, depth, visual, options_.levels);
   }
 
-  template <ImageOf<T> D, ImageLike V>
+  template <ImageOf<T> D, detail::ColourImage V>
   void render_into(ImageView<Rgb8> out, const D& depth, const V& visual,
                    const LightLevels& levels) const {
     detail::require_camera_size(visual, camera_, "the visual image");
     detail::require_apart(out, visual, "the visual image");
     require_level(levels.inner, "inner");
     require_level(levels.outer, "outer");
+    if constexpr (!detail::has_levels<PixelOf<V>>()) {
+      if (light_through(levels) > 0) require_colours(visual);
+    }
     render_checked(out, depth, visual, levels);
   }
   ///@}
@@ -264,6 +267,28 @@ class SeeThroughRenderer {
   static void require_level(double level, const char* side) {
     detail::require(level >= 0 && std::isfinite(level), side, " light level ", level,
                     " is negative or not finite");
+  }
+
+  // By a row at a time, which compilers vectorise.
+  template <class V>
+  void require_colours(const V& visual) const {
+    for (Index y = 0; y < camera_.height; ++y) {
+      Index shares = 0;
+      for (Index x = 0; x < camera_.width; ++x) {
+        const auto rgb = detail::linear_rgb<T>(ImageTraits<V>::pixel(visual, x, y));
+        for (const T share : rgb) shares += detail::is_share_of_light(share) ? 1 : 0;
+      }
+      if (shares == 3 * camera_.width) continue;
+      for (Index x = 0; x < camera_.width; ++x) {
+        detail::require_colour(detail::linear_rgb<T>(ImageTraits<V>::pixel(visual, x, y)),
+                               "the visual image at pixel (", x, ", ", y, ")");
+      }
+    }
+  }
+
+  // What of the light beyond the membrane the camera sees, in grey levels.
+  [[nodiscard]] T light_through(const LightLevels& levels) const {
+    return static_cast<T>(255 * options_.exposure * options_.transmittance * levels.outer);
   }
 
   [[nodiscard]] std::size_t pixel_count() const {
@@ -404,8 +429,7 @@ class SeeThroughRenderer {
   void render_rows(ImageView<Rgb8> out, const V& visual, const LightLevels& levels,
                    Workspace& work) const {
     const T inner = static_cast<T>(levels.inner);
-    const T through =
-        static_cast<T>(255 * options_.exposure * options_.transmittance * levels.outer);
+    const T through = light_through(levels);
     const Box box = inner > 0 ? work.changed : Box{};
     if (!box.is_empty()) start_fit(work);
     for (Index y = 0; y < camera_.height; ++y) {

@@ -7,9 +7,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/concepts/membrane.hpp"
+#include "gelight/concepts/reflectance.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
@@ -17,18 +21,51 @@
 #include "gelight/image/filter.hpp"
 #include "gelight/image/mask.hpp"
 #include "gelight/image/normals.hpp"
+#include "gelight/membrane/gaussian.hpp"
 #include "gelight/sensor/background.hpp"
-#include "gelight/sensor/detail/changed_blocks.hpp"
-#include "gelight/sensor/detail/light_check.hpp"
-#include "gelight/sensor/detail/membrane_rows.hpp"
-#include "gelight/sensor/detail/output.hpp"
-#include "gelight/sensor/detail/row_runs.hpp"
-#include "gelight/sensor/detail/shaded_rows.hpp"
-#include "gelight/sensor/detail/store.hpp"
+#include "gelight/sensor/frame/changed_blocks.hpp"
+#include "gelight/sensor/frame/light_check.hpp"
+#include "gelight/sensor/frame/output.hpp"
+#include "gelight/sensor/frame/store.hpp"
+#include "gelight/sensor/phong_lights.hpp"
+#include "gelight/sensor/rows/membrane_rows.hpp"
+#include "gelight/sensor/rows/model_rows.hpp"
+#include "gelight/sensor/rows/model_shading.hpp"
+#include "gelight/sensor/rows/row_runs.hpp"
+#include "gelight/sensor/rows/shaded_rows.hpp"
 #include "gelight/shading/phong.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {
+
+namespace detail {
+
+template <std::floating_point T, class Membrane>
+struct RowsOf {
+  using Type = ModelRows<T, Membrane>;
+};
+template <std::floating_point T>
+struct RowsOf<T, GaussianMembrane<T>> {
+  using Type = MembraneRows<T>;
+};
+
+/// Whether a reflectance asks where an object touches the gel.
+template <class Shine>
+[[nodiscard]] constexpr bool reads_touched() {
+  if constexpr (requires { Shine::reads_touched; }) return Shine::reads_touched;
+  return false;
+}
+
+template <std::floating_point T, class Shine>
+struct ShadingOf {
+  using Type = ModelShading<T, Shine>;
+};
+template <std::floating_point T>
+struct ShadingOf<T, PhongLights<T>> {
+  using Type = ShadedRows<T>;
+};
+
+}  // namespace detail
 
 /// How a TactileRenderer turns a depth map into an image.
 struct TactileOptions {
@@ -67,6 +104,15 @@ struct TactileOptions {
   }
 };
 
+/// How a TactileRenderer of any membrane and reflectance turns a depth map into an image: those of
+/// TactileOptions that do not belong to either.
+struct FrameOptions {
+  double darkening = 0;                                ///< see TactileOptions
+  double darkening_depth = 0.03;                       ///< see TactileOptions
+  BorderNormals border_normals = BorderNormals::none;  ///< see TactileOptions
+  bool skip_unchanged = true;                          ///< see TactileOptions
+};
+
 /// A depth map of what touches the membrane, and the image that a TactileRenderer made of it.
 template <std::floating_point T>
 struct TactileFrame {
@@ -89,10 +135,18 @@ struct TactileFrame {
 /// membrane: it and the normals beside it are without light. A frame that equals the rest depth (or
 /// has nothing nearer) gives `rest_image()` bit for bit.
 ///
+/// That is the membrane and the reflectance that it has by default. Others plug in: a membrane
+/// model (concepts/membrane.hpp) tells what depth the membrane's surface takes, a reflectance
+/// (concepts/reflectance.hpp) its colours.
+///
 /// Everything that does not depend on the frame is computed once. `render` may be called from
 /// several threads; each borrows a workspace, so that after its first frame none allocates.
-template <std::floating_point T>
-class TactileRenderer {
+template <std::floating_point T, MembraneModel<T> Membrane = GaussianMembrane<T>,
+          class Shine = PhongLights<T>>
+requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class TactileRenderer {
+  static constexpr bool is_gaussian = std::same_as<Membrane, GaussianMembrane<T>>;
+  static constexpr bool is_phong = std::same_as<Shine, PhongLights<T>>;
+
  public:
   /// Throws InvalidInput for a camera that is not valid, an image that has another size than the
   /// camera's, a light or background with a number that is not finite, a light beyond full light or
@@ -100,13 +154,27 @@ class TactileRenderer {
   /// unclamped specular term with a shininess that is not an integer, and a rest depth whose fourth
   /// power leaves the range of T: in float from 1e-8 to 1e8.
   template <ImageOf<T> D>
-  TactileRenderer(const Camera<T>& camera, const D& rest_depth, const std::vector<Light<T>>& lights,
-                  const Background<T>& background = {}, const TactileOptions& options = {})
+  requires(is_gaussian&& is_phong)
+      TactileRenderer(const Camera<T>& camera, const D& rest_depth,
+                      const std::vector<Light<T>>& lights, const Background<T>& background = {},
+                      const TactileOptions& options = {})
+      : TactileRenderer(
+            camera, rest_depth,
+            GaussianMembrane<T>(options.smoothing_sigma, options.smoothing_radius,
+                                options.clip_to_rest),
+            PhongLights<T>{lights, background, options.ambient, options.specular, options.rectify},
+            FrameOptions{options.darkening, options.darkening_depth, options.border_normals,
+                         options.skip_unchanged}) {}
+
+  /// One of any membrane and any reflectance. Throws as the other does, and as the reflectance does
+  /// that does not fit the camera.
+  template <ImageOf<T> D>
+  TactileRenderer(const Camera<T>& camera, const D& rest_depth, Membrane membrane, Shine shine,
+                  const FrameOptions& options = {})
       : camera_(camera),
-        options_(checked(options, camera, rest_depth, lights, background)),
-        membrane_(rest_depth, camera.width, camera.height, membrane_weights(options),
-                  options.clip_to_rest),
-        shading_(shaded_rows(camera, rest_depth, lights, background, options)),
+        options_(checked(options, camera, rest_depth)),
+        membrane_(membrane_rows(std::move(membrane), rest_depth, camera)),
+        shading_(shaded_rows(camera, rest_depth, std::move(shine), options)),
         rest_image_(camera.width, camera.height) {
     render_all(rest_image_, rest_depth, Extent::everything);
   }
@@ -114,7 +182,7 @@ class TactileRenderer {
   /// The camera that it was built with.
   [[nodiscard]] const Camera<T>& camera() const { return camera_; }
   /// The options that it was built with.
-  [[nodiscard]] const TactileOptions& options() const { return options_; }
+  [[nodiscard]] const FrameOptions& options() const { return options_; }
 
   /// The image of the membrane that nothing touches.
   [[nodiscard]] const Image<Rgb8>& rest_image() const { return rest_image_; }
@@ -166,37 +234,36 @@ class TactileRenderer {
   }
 
  private:
+  // What comes most often has loops of its own.
+  using MembraneRows = typename detail::RowsOf<T, Membrane>::Type;
+  using ShadedRows = typename detail::ShadingOf<T, Shine>::Type;
+  static constexpr bool reads_touched = detail::reads_touched<Shine>();
+
   /// What is computed of a frame; the rest of it is at rest, or as it was.
   enum class Extent : std::uint8_t { everything, not_at_rest, changed };
 
   struct Workspace {
-    typename detail::MembraneRows<T>::Workspace membrane;
-    typename detail::ShadedRows<T>::Workspace shading;
+    typename MembraneRows::Workspace membrane;
+    typename ShadedRows::Workspace shading;
     std::vector<T> kept;        // of each pixel of a row: the share of ambient light that is left
+    std::vector<T> touched;     // of each pixel of a row: 1 where the object and the surface meet
     std::vector<char> changed;  // of each block of a row
     detail::ChangedBlocks changes;
     std::vector<detail::Run> runs;
   };
 
   template <class D>
-  [[nodiscard]] static const TactileOptions& checked(const TactileOptions& options,
-                                                     const Camera<T>& camera, const D& rest_depth,
-                                                     const std::vector<Light<T>>& lights,
-                                                     const Background<T>& background) {
+  [[nodiscard]] static const FrameOptions& checked(const FrameOptions& options,
+                                                   const Camera<T>& camera, const D& rest_depth) {
     camera.require_valid();
     detail::require_camera_size(rest_depth, camera, "the rest depth image");
-    if (background.is_image()) {
-      detail::require_camera_size(background.image(), camera, "the background image");
-    }
     require_depth_range(rest_depth, camera);
-    detail::require(std::isfinite(options.ambient), "ambient ", options.ambient, " is not finite");
     detail::require(options.darkening >= 0 && options.darkening <= 1, "darkening ",
                     options.darkening, " is not in [0, 1]");
     detail::require(options.darkening_depth > 0, "darkening depth ", options.darkening_depth,
                     " is not positive");
     detail::require(static_cast<T>(options.darkening_depth) >= std::numeric_limits<T>::min(),
                     "darkening depth ", options.darkening_depth, " is too small to divide by");
-    detail::require_lights(lights, camera, options.specular, options.rectify);
     return options;
   }
 
@@ -215,20 +282,39 @@ class TactileRenderer {
     }
   }
 
-  [[nodiscard]] static std::vector<T> membrane_weights(const TactileOptions& options) {
-    auto weights = gaussian_weights<T>(options.smoothing_sigma, options.smoothing_radius);
-    if (options.smoothing_sigma == 0) weights.resize(1);
-    return weights;
+  template <class D>
+  [[nodiscard]] static MembraneRows membrane_rows(Membrane membrane, const D& rest_depth,
+                                                  const Camera<T>& camera) {
+    if constexpr (is_gaussian) {
+      return {rest_depth, camera.width, camera.height, membrane.weights(),
+              membrane.clips_to_rest()};
+    } else {
+      if constexpr (requires { membrane.require_fits(camera); }) membrane.require_fits(camera);
+      return {std::move(membrane), rest_depth, camera.width, camera.height};
+    }
   }
 
   template <class D>
-  [[nodiscard]] static detail::ShadedRows<T> shaded_rows(const Camera<T>& camera,
-                                                         const D& rest_depth,
-                                                         const std::vector<Light<T>>& lights,
-                                                         const Background<T>& background,
-                                                         const TactileOptions& options) {
+  [[nodiscard]] static ShadedRows shaded_rows(const Camera<T>& camera, const D& rest_depth,
+                                              Shine shine, const FrameOptions& options) {
+    if constexpr (is_phong) {
+      return phong_rows(camera, rest_depth, shine, options);
+    } else {
+      return {camera, std::move(shine)};
+    }
+  }
+
+  template <class D>
+  [[nodiscard]] static ShadedRows phong_rows(const Camera<T>& camera, const D& rest_depth,
+                                             const PhongLights<T>& phong,
+                                             const FrameOptions& options) {
+    if (phong.background.is_image()) {
+      detail::require_camera_size(phong.background.image(), camera, "the background image");
+    }
+    detail::require(std::isfinite(phong.ambient), "ambient ", phong.ambient, " is not finite");
+    detail::require_lights(phong.lights, camera, phong.specular, phong.rectify);
     Image<Vec3<double>> normals;
-    if (options.rectify) {
+    if (phong.rectify) {
       // Of the depths as they are rendered, rounded to T.
       Image<T> rest(camera.width, camera.height);
       for (Index y = 0; y < camera.height; ++y) {
@@ -238,8 +324,8 @@ class TactileRenderer {
       }
       normals = sobel_normals(rest, camera.template cast<double>(), options.border_normals);
     }
-    return {camera, background,       options.ambient,
-            lights, options.specular, options.rectify ? &normals : nullptr};
+    return {camera,       phong.background, phong.ambient,
+            phong.lights, phong.specular,   phong.rectify ? &normals : nullptr};
   }
 
   [[nodiscard]] Workspace make_workspace() const {
@@ -248,9 +334,11 @@ class TactileRenderer {
                    shading_.make_workspace(),
                    {},
                    {},
+                   {},
                    detail::ChangedBlocks(camera_.width, camera_.height),
                    {}};
     work.kept.resize(static_cast<std::size_t>(camera_.width));
+    if (reads_touched) work.touched.resize(static_cast<std::size_t>(camera_.width));
     work.changed.resize(blocks);
     work.runs.reserve(blocks);
     return work;
@@ -271,11 +359,32 @@ class TactileRenderer {
     }
   }
 
+  template <class D>
+  void render_rows(ImageView<Rgb8> out, const D& depth, Extent extent, Workspace& work) const {
+    if constexpr (is_gaussian) {
+      stream_rows(out, depth, extent, work);
+    } else {
+      membrane_.press(work.membrane, depth, extent == Extent::everything,
+                      wanted_surface(extent, work));
+      for (Index y = 0; y < camera_.height; ++y) render_row(out, depth, extent, work, y);
+    }
+  }
+
+  // Where the surface is needed for what is shaded, in whole blocks.
+  [[nodiscard]] Window wanted_surface(Extent extent, const Workspace& work) const {
+    const Index width = camera_.width, height = camera_.height;
+    if (extent != Extent::changed) return {0, 0, width, height};
+    const Index across = (block_reach() + 2) * detail::block_size, down = membrane_.radius() + 2;
+    const Window& changed = work.changes.window();
+    return {std::max(Index{0}, changed.left - across), std::max(Index{0}, changed.top - down),
+            std::min(width, changed.right + across), std::min(height, changed.bottom + down)};
+  }
+
   // Every row goes down the pipeline as soon as the rows that it needs are there, so that all is
   // still in cache: press (smooth along) -> bulge (smooth down) -> normals -> shade -> out.
   template <class D>
-  void render_rows(ImageView<Rgb8> out, const D& depth, Extent extent, Workspace& work) const {
-    constexpr Index band = detail::MembraneRows<T>::band;
+  void stream_rows(ImageView<Rgb8> out, const D& depth, Extent extent, Workspace& work) const {
+    constexpr Index band = MembraneRows::band;
     const Index height = camera_.height;
     Index pressed = 0, shaded = 0;
     membrane_.start(work.membrane, extent == Extent::everything);
@@ -308,8 +417,8 @@ class TactileRenderer {
   template <class D>
   void bulge_band(const D& depth, Extent extent, Workspace& work, Index y) const {
     if (extent != Extent::changed) return membrane_.bulge(work.membrane, depth, y);
-    work.changes.mark_near(work.changed, y, y + detail::MembraneRows<T>::band - 1,
-                           membrane_.radius() + 2, block_reach() + 2);
+    work.changes.mark_near(work.changed, y, y + MembraneRows::band - 1, membrane_.radius() + 2,
+                           block_reach() + 2);
     membrane_.bulge(work.membrane, depth, y, work.changed.data());
   }
 
@@ -332,6 +441,7 @@ class TactileRenderer {
                          static_cast<T>(options_.darkening_depth), camera_.width);
       });
     }
+    if constexpr (reads_touched) find_touched(depth, work, y);
     for (const detail::Run& run : work.runs) {
       shade_run(work, y, run, darkens ? work.kept.data() : nullptr);
     }
@@ -343,16 +453,32 @@ class TactileRenderer {
     }
   }
 
+  template <class D>
+  void find_touched(const D& depth, Workspace& work, Index y) const {
+    const T* const z = detail::row_of(depth, y, work.membrane.buffer.data(), camera_.width);
+    const T *const surface = membrane_.row(work.membrane, y), *const rest = membrane_.rest(y);
+    T* const touched = work.touched.data();
+    detail::vectorised([&] {
+      for (Index x = 0; x < camera_.width; ++x) {
+        touched[x] = z[x] > 0 && z[x] < rest[x] && z[x] <= surface[x] ? T(1) : T(0);
+      }
+    });
+  }
+
   void shade_run(Workspace& work, Index y, const detail::Run& run, const T* kept) const {
     const T *const above = membrane_.row(work.membrane, y - 1),
                    *const middle = membrane_.row(work.membrane, y),
                    *const below = membrane_.row(work.membrane, y + 1);
-    const bool masked = masked_near(y);
+    const bool masked = !is_gaussian || masked_near(y);
     detail::for_each_tile(run, [&](const detail::Run& part) {
       const auto n = shading_.normals(work.shading, y, part, above, middle, below);
       if (masked) detail::clear_unknown(n, part.end - part.begin);
       if (options_.border_normals == BorderNormals::none) clear_border(n, y, part);
-      shading_.shade(work.shading, y, part, n, kept);
+      if constexpr (reads_touched) {
+        shading_.shade(work.shading, y, part, n, kept, work.touched.data());
+      } else {
+        shading_.shade(work.shading, y, part, n, kept);
+      }
     });
   }
 
@@ -394,14 +520,19 @@ class TactileRenderer {
   }
 
   Camera<T> camera_;
-  TactileOptions options_;
-  detail::MembraneRows<T> membrane_;
-  detail::ShadedRows<T> shading_;
+  FrameOptions options_;
+  MembraneRows membrane_;
+  ShadedRows shading_;
   Image<Rgb8> rest_image_;
   mutable detail::Store<Workspace> workspaces_;
 };
 
-template <std::floating_point T, class... Rest>
-TactileRenderer(const Camera<T>&, const Rest&...) -> TactileRenderer<T>;
+template <std::floating_point T, class D>
+TactileRenderer(const Camera<T>&, const D&, const std::type_identity_t<std::vector<Light<T>>>&,
+                const std::type_identity_t<Background<T>>& = {}, const TactileOptions& = {})
+    -> TactileRenderer<T>;
+template <std::floating_point T, class D, MembraneModel<T> Membrane, class Shine>
+TactileRenderer(const Camera<T>&, const D&, Membrane, Shine, const FrameOptions& = {})
+    -> TactileRenderer<T, Membrane, Shine>;
 
 }  // namespace gelight

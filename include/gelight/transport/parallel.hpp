@@ -10,13 +10,13 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/near.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 #include "gelight/mesh/tangent.hpp"
-#include "gelight/transport/detail/tangent_planes.hpp"
+#include "gelight/transport/tangent_planes.hpp"
 
 namespace gelight {
 

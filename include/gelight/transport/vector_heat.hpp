@@ -15,19 +15,19 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
-#include "gelight/core/late.hpp"
+#include "gelight/core/lazy.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/detail/sampled_error.hpp"
-#include "gelight/geodesic/detail/way_back.hpp"
+#include "gelight/geodesic/backtrace.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
+#include "gelight/geodesic/sampled_error.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 #include "gelight/mesh/tangent.hpp"
-#include "gelight/transport/detail/signposts.hpp"
-#include "gelight/transport/detail/tangent_planes.hpp"
+#include "gelight/transport/tangent_planes.hpp"
+#include "gelight/transport/vector_heat/signposts.hpp"
 
 namespace gelight {
 
@@ -108,6 +108,7 @@ class VectorHeatSolver {
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
   /// Two unit vectors, x and y, that span the tangent plane at a vertex; x cross y is the normal.
+  /// They are those of ExactLogMapSolver (see TangentFrames).
   [[nodiscard]] std::array<Vec3<T>, 2> tangent_basis(Index vertex) const {
     surface_.require_vertex(vertex);
     const auto& basis = planes_.frames().basis(vertex);
@@ -222,11 +223,11 @@ class VectorHeatSolver {
   using Signposts = detail::SignpostsOf<Real>;
 
   // Made when first asked for.
-  struct Late {
-    detail::Late<detail::SparseFactor<std::complex<Real>>> factor;
-    detail::Late<HeatSolver<Real>> heat;
-    detail::Late<ExactSolver<Real>> exact;
-    detail::Late<FastMarchingSolver<Real>> marching;
+  struct SetUpLater {
+    detail::Lazy<detail::SparseFactor<std::complex<Real>>> factor;
+    detail::Lazy<HeatSolver<Real>> heat;
+    detail::Lazy<ExactSolver<Real>> exact;
+    detail::Lazy<FastMarchingSolver<Real>> marching;
   };
 
   struct Map {
@@ -246,7 +247,7 @@ class VectorHeatSolver {
                              asked_in_set_up().part(0, 0.5))),
         signposts_(signposts(asked_in_set_up().part(0.5, 1))),
         connection_(connection_matrix()),
-        late_(std::make_shared<Late>()) {}
+        lazy_(std::make_shared<SetUpLater>()) {}
 
   [[nodiscard]] std::size_t vertex_count() const {
     return static_cast<std::size_t>(surface_.vertex_count());
@@ -303,7 +304,7 @@ class VectorHeatSolver {
 
   [[nodiscard]] const detail::SparseFactor<std::complex<Real>>& factor(
       const CancelHook& cancelled) const {
-    return late_->factor.get(
+    return lazy_->factor.get(
         [&] { return detail::factored(system_->dissection(), connection_, cancelled); });
   }
 
@@ -327,13 +328,14 @@ class VectorHeatSolver {
     load[vertex] = 1;
     const auto axis = unit_directions(flow(load, cancelled.part(0, 0.4)));
     const auto radial = radial_directions(vertex, cancelled.part(0.4, 0.6));
-    const auto& heat = late_->heat.get([&] { return shared_heat(cancelled.part(0.6, 0.8)); });
+    const auto& heat = lazy_->heat.get([&] { return shared_heat(cancelled.part(0.6, 0.8)); });
     const auto distance =
         heat.solution({{vertex_point<Real>(vertex), 0}}, cancelled.part(0.8, 1)).distance;
     Map map{std::vector<Vec2<T>>(vertex_count()), detail::Array<char>(vertex_count(), 0)};
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const std::complex<Real> direction = radial[v] * std::conj(axis[v]);
       const bool is_reached = distance[v] < unreachable<Real>;
+      (void)detail::distance_as<T>(distance[v], "vertex ", v);
       map.coordinates[static_cast<std::size_t>(v)] =
           is_reached ? Vec2<T>(static_cast<T>(distance[v] * direction.real()),
                                static_cast<T>(distance[v] * direction.imag()))
@@ -367,11 +369,11 @@ class VectorHeatSolver {
     for (const auto& source : sources) {
       points.push_back({detail::simplified(surface_, source.point.template cast<Real>()), Real(0)});
     }
-    const auto& marching = late_->marching.get([&] { return FastMarchingSolver<Real>(surface_); });
+    const auto& marching = lazy_->marching.get([&] { return FastMarchingSolver<Real>(surface_); });
     detail::Array<Real> distance(vertex_count());
     marching.distance_into(distance, std::span<const Source<Real>>(points));
     const auto targets = reached_but(distance, [](Index) { return false; });
-    detail::WayBackOf<Real> way(surface_, points, distance, true);
+    detail::BacktraceOf<Real> way(surface_, points, distance, true);
     return detail::sampled_mean(targets, samples, largest_error, [&](Index v) {
       if (!way.walk(v).has_arrived) return 1.0;
       Path path = simplified_path(way.path());
@@ -417,14 +419,14 @@ class VectorHeatSolver {
   }
 
   [[nodiscard]] double log_map_error(Index vertex, const Map& map) const {
-    const auto& marching = late_->marching.get([&] { return FastMarchingSolver<Real>(surface_); });
+    const auto& marching = lazy_->marching.get([&] { return FastMarchingSolver<Real>(surface_); });
     detail::Array<Real> distance(vertex_count());
     marching.distance_into(distance, vertex);
     const auto targets = reached_but(distance, [&](Index v) { return map.is_exact[v] != 0; });
     const auto reached = reached_but(distance, [](Index) { return false; });
     if (targets.empty()) return 0;
     const double share = static_cast<double>(targets.size()) / static_cast<double>(reached.size());
-    detail::WayBackOf<Real> way(surface_, {{vertex_point<Real>(vertex), 0}}, distance, true);
+    detail::BacktraceOf<Real> way(surface_, {{vertex_point<Real>(vertex), 0}}, distance, true);
     const auto at = [&](Index v) {
       return std::complex<Real>(map.coordinates[static_cast<std::size_t>(v)][0],
                                 map.coordinates[static_cast<std::size_t>(v)][1]);
@@ -492,7 +494,7 @@ class VectorHeatSolver {
   // As far as HeatSolver's distances are exact, the map is so too.
   void set_near(Index source, Map& map) const {
     const Real radius = HeatOptions{}.exact_radius * system_->mean_edge;
-    const auto& exact = late_->exact.get([&] { return ExactSolver<Real>(surface_); });
+    const auto& exact = lazy_->exact.get([&] { return ExactSolver<Real>(surface_); });
     const auto field = exact.solve(source, {.max_distance = radius});
     const auto distances = field.distances();
     for (std::size_t v = 0; v < vertex_count(); ++v) {
@@ -523,6 +525,8 @@ class VectorHeatSolver {
     detail::require(length > normal_share * detail::stable_norm(vector), "the vector of source ",
                     number, ", (", vector[0], ", ", vector[1], ", ", vector[2],
                     "), has no part tangent to the surface");
+    detail::require(length <= Real{std::numeric_limits<T>::max()}, "the vector of source ", number,
+                    " is ", length, " long, longer than one of its parts can be");
     const auto add = [&](Index v, Real weight, Real turn) {
       load[v] += weight * tangent * std::polar(1.0, turn);
       lengths[v] += weight * length;
@@ -599,7 +603,7 @@ class VectorHeatSolver {
   std::shared_ptr<const detail::HeatSystemOf<Real>> system_;
   Signposts signposts_;
   detail::SymmetricMatrix<std::complex<Real>> connection_;
-  std::shared_ptr<const Late> late_;
+  std::shared_ptr<const SetUpLater> lazy_;
 };
 
 template <TriangleMesh M>

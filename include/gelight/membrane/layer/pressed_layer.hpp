@@ -8,7 +8,7 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
-#include "gelight/core/late.hpp"
+#include "gelight/core/lazy.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/membrane/fourier.hpp"
 #include "gelight/membrane/layer/contact.hpp"
@@ -327,7 +327,7 @@ class PressedLayer {
   // friction left it. Traction moves the surface down and pressure moves it sideways, both little:
   // the two are found in turns until neither changes (Panagiotopoulos, A nonlinear programming
   // approach to the unilateral contact- and friction-boundary value problem in the theory of
-  // elasticity, 1975, doi:10.1007/BF00534623).
+  // elasticity, 1975).
   void hold(LayerState& state, const Task& task, const RigidObject& object) const {
     constexpr int most_rounds = 20;
     const Kernels& k = task.kernels;
@@ -409,9 +409,9 @@ class PressedLayer {
   LayerGrid grid_;
   double friction_;
   FourierBackend fourier_;
-  Late<std::optional<LayerCorrection>> correction_;
-  Late<PressureGreen> by_pressure_;
-  Late<SidewaysGreen> sideways_;
+  Lazy<std::optional<LayerCorrection>> correction_;
+  Lazy<PressureGreen> by_pressure_;
+  Lazy<SidewaysGreen> sideways_;
 };
 
 }  // namespace gelight::detail

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <concepts>
+#include <span>
+#include <vector>
+
+#include "gelight/core/progress.hpp"
+#include "gelight/core/types.hpp"
+
+// The seam between an LED and the light that it sends over a membrane. A light model of one's own
+// is a class with one function:
+//
+//     struct Sunlight {  // comes from the same side everywhere
+//       Vec3<float> way;
+//       std::vector<Vec3<float>> field(const Led<float>&, std::span<const SurfacePoint<float>>
+//       points,
+//                                      const CancelHook& = {}) const {
+//         return std::vector<Vec3<float>>(points.size(), way);
+//       }
+//     };
+namespace gelight {
+
+template <std::floating_point T>
+struct SurfacePoint;
+template <std::floating_point T>
+struct Led;
+
+/// A light model: the unit direction in which the light of an LED travels at each of some points of
+/// a membrane, zero where it has none. It asks the hook while it works, and throws Cancelled where
+/// that answers yes. Calls may come from several threads.
+template <class M, class T>
+concept LightModel = std::floating_point<T> &&
+    requires(const M& model, const Led<T>& led, std::span<const SurfacePoint<T>> points,
+             const CancelHook& cancelled) {
+  { model.field(led, points) } -> std::same_as<std::vector<Vec3<T>>>;
+  { model.field(led, points, cancelled) } -> std::same_as<std::vector<Vec3<T>>>;
+};
+
+}  // namespace gelight

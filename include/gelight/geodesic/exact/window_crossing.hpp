@@ -1,0 +1,218 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/tolerance.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact/lane.hpp"
+#include "gelight/geodesic/exact/window_list.hpp"
+
+namespace gelight::detail {
+
+/// Where the straight line from (x, y), y < 0, to a point on or above the x axis crosses the axis.
+template <std::floating_point Real>
+[[nodiscard]] inline Real straight_crossing(Real x, Real y, const Vec2<Real>& to) {
+  const Real height = to.y() - y;
+  return height > 0 ? x + (to.x() - x) * (-y / height) : to.x();
+}
+
+/// Length of the shortest path from (x, y), y < 0, through the points begin to end of the x axis to
+/// a point on or above it.
+template <std::floating_point Real>
+[[nodiscard]] inline Real distance_through(Real begin, Real end, Real x, Real y,
+                                           const Vec2<Real>& to) {
+  const Real straight = straight_crossing(x, y, to);
+  const Real p = std::clamp(straight, begin, end);
+  if (p == straight) {
+    return std::sqrt((to.x() - x) * (to.x() - x) + (to.y() - y) * (to.y() - y));
+  }
+  return std::sqrt((p - x) * (p - x) + y * y) +
+         std::sqrt((p - to.x()) * (p - to.x()) + to.y() * to.y());
+}
+
+/// An image on an edge's line is kept this share of the length below it, far less than rounding, so
+/// that no direction is lost.
+inline constexpr double on_line = 1e-30;
+
+/// Windows on a half-edge on their way across its face, which lies in the half-edge's frame with
+/// its base from (0, 0) to (base, 0) and its apex above.
+/// (A template only so that it costs nothing to include.)
+template <std::floating_point Real>
+class FaceCrossingOf {
+  using Columns = WindowColumnsOf<Real>;
+  using List = WindowListOf<Real>;
+
+ public:
+  /// The window by which the apex is nearest, and how its path there crosses the base.
+  struct Nearest {
+    Real distance = std::numeric_limits<Real>::infinity();
+    std::ptrdiff_t window = -1;
+    Real crossing = 0;
+    bool is_straight = false;  // or bent at an end of the window
+  };
+
+  /// Aims every window of a list at the apex. No window is nearest where no distance is a number.
+  Nearest aim(const List& list, Real base, const Vec2<Real>& apex) {
+    base_ = base;
+    apex_ = apex;
+    size_ = list.size;
+    const auto room = static_cast<std::size_t>(size_ + lane_size);
+    if (aim_.size() < room) {
+      aim_.resize(2 * room);
+      distance_.resize(2 * room);
+    }
+    for (std::ptrdiff_t i = 0; i < size_; i += lane_size) {
+      const Lane x = Lane::load(list.x + i), y = Lane::load(list.y + i);
+      const Lane aim = x + (apex_.x() - x) * (y / (y - apex_.y()));
+      const Lane p = min(max(aim, Lane::load(list.begin + i)), Lane::load(list.end + i));
+      // Bent at p, which where the line is straight costs nothing but rounding.
+      const Lane before = (p - x) * (p - x) + y * y;
+      const Lane after = (apex_.x() - p) * (apex_.x() - p) + apex_.y() * apex_.y();
+      aim.store(&aim_[i]);
+      (Lane::load(list.start + i) + sqrt(before) + sqrt(after)).store(&distance_[i]);
+    }
+    nearest_ = {};
+    for (std::ptrdiff_t i = 0; i < size_; ++i) {
+      if (!(distance_[i] < nearest_.distance)) continue;
+      nearest_.distance = distance_[i];
+      nearest_.window = i;
+    }
+    const std::ptrdiff_t n = nearest_.window;
+    if (n < 0) return nearest_;
+    nearest_.crossing = std::clamp(aim_[n], list.begin[n], list.end[n]);
+    nearest_.is_straight = nearest_.crossing == aim_[n];
+    return nearest_;
+  }
+
+  // One angle, two sides (Chen, Han 1990, doi:10.1145/98524.98601): let n be the window nearest the
+  // apex and c a point of its path there, from the base to the apex. By another window w,
+  // d_w(c) + |c - apex| >= d_w(apex) >= d_n(apex) = d_n(c) + |c - apex|, so no line through w that
+  // crosses the path of n is a shortest one. Hence windows right of the path leave by the right
+  // side only, and windows left of it by the left one.
+
+  /// How many windows at the start of the list may leave by the left side of the face.
+  [[nodiscard]] std::ptrdiff_t left_count(const List& list) const {
+    std::ptrdiff_t count = size_;
+    while (count > nearest_.window + 1 &&
+           !(list.begin[count - 1] < std::min(aim_[count - 1], nearest_.crossing))) {
+      --count;
+    }
+    while (count > 0 && !(list.begin[count - 1] < aim_[count - 1])) --count;
+    return count;
+  }
+
+  /// The first window that may leave by the right side.
+  [[nodiscard]] std::ptrdiff_t right_begin(const List& list) const {
+    std::ptrdiff_t first = 0;
+    while (first < nearest_.window && !(list.end[first] > std::max(aim_[first], nearest_.crossing)))
+      ++first;
+    while (first < size_ && !(list.end[first] > aim_[first])) ++first;
+    return first;
+  }
+
+  // A window that passes the apex leaves up to the side's end. That is not computed: where the
+  // image lies on the base's line, how far the aim is from the image is lost in rounding.
+
+  /// Windows [0, count) of the list as they leave by the left side of the face, of a given length,
+  /// in the frame from the base's origin to the apex. Returns how many there are.
+  [[nodiscard]] std::ptrdiff_t cross_left(const List& list, std::ptrdiff_t count, Real length,
+                                          const Columns& out) const {
+    const Real ax = apex_.x(), ay = apex_.y(), norm = std::sqrt(ax * ax + ay * ay);
+    const Real ux = ax / norm, uy = ay / norm;
+    for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
+      const Lane x = Lane::load(list.x + i), y = Lane::load(list.y + i), aim = Lane::load(&aim_[i]);
+      const auto share = [&](Lane p) {
+        return min(max((y * p) / (ax * y - ay * (x - p)), 0.0), 1.0);
+      };
+      (share(min(Lane::load(list.begin + i), aim)) * length).store(out.begin + i);
+      (share(min(Lane::load(list.end + i), aim)) * length).store(out.end + i);
+      (ux * x + uy * y).store(out.x + i);
+      min(ux * y - uy * x, -on_line * length).store(out.y + i);
+    }
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      if (!(list.end[i] < aim_[i])) out.end[i] = list.begin[i] < aim_[i] ? length : 0;
+    }
+    if (is_short(length)) {
+      close_before(count, length, out,
+                   [&](std::ptrdiff_t i) { return ux * list.y[i] - uy * list.x[i]; });
+    }
+    return compact(list, 0, count, length, out);
+  }
+
+  /// Windows [first, size) of the list as they leave by the right side of the face, of a given
+  /// length, in the frame from the apex to the base's tip; given the apex as seen from there, back
+  /// along the base and up. Returns how many there are.
+  [[nodiscard]] std::ptrdiff_t cross_right(const List& list, std::ptrdiff_t first, Real length,
+                                           const Vec2<Real>& apex_from_tip,
+                                           const Columns& out) const {
+    const Real ax = apex_from_tip.x(), ay = apex_from_tip.y();
+    const Real norm = std::sqrt(ax * ax + ay * ay), ux = ax / norm, uy = ay / norm;
+    for (std::ptrdiff_t i = first; i < size_; i += lane_size) {
+      const std::ptrdiff_t o = i - first;
+      const Lane x = base_ - Lane::load(list.x + i), y = Lane::load(list.y + i);
+      const Lane aim = Lane::load(&aim_[i]);
+      const auto share = [&](Lane position) {
+        const Lane p = base_ - position;
+        return min(max((y * p) / (ax * y - ay * (x - p)), 0.0), 1.0);
+      };
+      (length - share(max(Lane::load(list.begin + i), aim)) * length).store(out.begin + o);
+      (length - share(max(Lane::load(list.end + i), aim)) * length).store(out.end + o);
+      (length - (ux * x + uy * y)).store(out.x + o);
+      min(ux * y - uy * x, -on_line * length).store(out.y + o);
+    }
+    for (std::ptrdiff_t i = first; i < size_; ++i) {
+      const std::ptrdiff_t o = i - first;
+      if (!(list.begin[i] > aim_[i])) out.begin[o] = list.end[i] > aim_[i] ? 0 : length;
+    }
+    if (is_short(length)) {
+      close_before(size_ - first, length, out, [&](std::ptrdiff_t o) {
+        return ux * list.y[first + o] - uy * (base_ - list.x[first + o]);
+      });
+    }
+    return compact(list, first, size_ - first, length, out);
+  }
+
+ private:
+  // A window of fewer units in the last place is no window.
+  static constexpr Real narrow = 4 * std::numeric_limits<Real>::epsilon();
+
+  // Whether the apex is next to an end of the base, at a side of this length: on which side of it a
+  // line passes is rounding then.
+  [[nodiscard]] bool is_short(Real length) const { return length < next_to_vertex * base_; }
+
+  // Closes the windows on such a side whose images lie before it, by a height above it that is no
+  // rounding: lines from there do not cross it.
+  void close_before(std::ptrdiff_t count, Real length, const Columns& out,
+                    const auto& height) const {
+    constexpr Real rounding = 64 * std::numeric_limits<Real>::epsilon();
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      if (height(i) > rounding * (std::fabs(out.x[i]) + base_ + length)) out.end[i] = out.begin[i];
+    }
+  }
+
+  static std::ptrdiff_t compact(const List& list, std::ptrdiff_t first, std::ptrdiff_t count,
+                                Real length, const Columns& out) {
+    std::copy_n(list.origin + first, count, out.origin);
+    std::ptrdiff_t kept = 0;
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      if (!(out.end[i] - out.begin[i] > narrow * length)) continue;
+      if (kept != i) out.copy(kept, out, i);
+      ++kept;
+    }
+    return kept;
+  }
+
+  Real base_ = 0;
+  Vec2<Real> apex_{0, 0};
+  std::ptrdiff_t size_ = 0;
+  Nearest nearest_;
+  Array<Real> aim_;       // where on the base the line from each image to the apex crosses it
+  Array<Real> distance_;  // of the apex through each window
+};
+
+}  // namespace gelight::detail

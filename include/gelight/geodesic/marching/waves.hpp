@@ -1,0 +1,113 @@
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/mesh/simplified.hpp"
+#include "gelight/mesh/surface.hpp"
+
+namespace gelight::detail {
+
+/// The waves of several sources at the vertices of a mesh, a node each. A node tells its `distance`
+/// (infinite at first), its `wave` (the number of its source) and the `next` of the same vertex,
+/// both -1 where there is none. The first `vertex_count` nodes are the vertices' first ones.
+template <class Node>
+struct Waves {
+  Array<Node> nodes;
+  Array<Index> owner;  // vertex of each node after the first ones
+
+  void reset(Index vertex_count) {
+    nodes.assign(static_cast<std::size_t>(vertex_count), {});
+    owner.clear();
+  }
+
+  /// Keeps references to nodes good while no more than `count` are made.
+  void reserve_more(Index count) {
+    const std::size_t needed = nodes.size() + static_cast<std::size_t>(count);
+    if (needed > nodes.capacity()) nodes.reserve(std::max(needed, 2 * nodes.capacity()));
+  }
+
+  [[nodiscard]] Index vertex_of(Index node) const {
+    const auto later = static_cast<std::ptrdiff_t>(node) - (std::ssize(nodes) - std::ssize(owner));
+    return later < 0 ? node : owner[later];
+  }
+
+  /// Whichever wave it is of.
+  [[nodiscard]] double best(Index v) const {
+    double least = nodes[v].distance;
+    for (Index n = nodes[v].next; n >= 0; n = nodes[n].next) {
+      least = std::min(least, nodes[n].distance);
+    }
+    return least;
+  }
+
+  /// Whether no other wave has been at a vertex.
+  [[nodiscard]] bool is_alone(Index v, Index wave) const {
+    return nodes[v].next < 0 && (nodes[v].wave == wave || nodes[v].wave < 0);
+  }
+
+  /// Whether no other wave has been where a node is, nor at the other ends of its spokes.
+  template <class Spoke>
+  [[nodiscard]] bool is_alone_round(Index node, const Array<Index>& begin,
+                                    const Array<Spoke>& spokes) const {
+    const Index wave = nodes[node].wave;
+    if (node >= std::ssize(nodes) - std::ssize(owner) || !is_alone(node, wave)) return false;
+    for (Index s = begin[node]; s < begin[node + 1]; ++s) {
+      if (!is_alone(spokes[s].end, wave)) return false;
+    }
+    return true;
+  }
+
+  /// The node that a wave has at a vertex, or may have if no other has been there, or -1.
+  [[nodiscard]] Index find(Index v, Index wave) const {
+    return is_alone(v, wave) ? v : find_among(v, wave);
+  }
+
+  /// The same, and a new one where it has none, if it is the first there or `may_be_late`.
+  [[nodiscard]] Index place_for(Index v, double distance, Index wave, bool may_be_late) {
+    if (is_alone(v, wave)) return v;
+    return place_among(v, distance, wave, may_be_late);
+  }
+
+ private:
+  [[nodiscard, gnu::noinline]] Index find_among(Index v, Index wave) const {
+    Index n = v;
+    while (n >= 0 && nodes[n].wave != wave) n = nodes[n].next;
+    return n;
+  }
+
+  [[nodiscard, gnu::noinline]] Index place_among(Index v, double distance, Index wave,
+                                                 bool may_be_late) {
+    if (!(distance < unreachable<double>) || (!may_be_late && !(distance < best(v)))) return -1;
+    const Index known = find_among(v, wave);
+    if (known >= 0) return known;
+    const auto n = static_cast<Index>(nodes.size());
+    nodes.push_back({});
+    owner.push_back(v);
+    nodes[n].wave = wave;
+    nodes[n].next = std::exchange(nodes[v].next, n);
+    return n;
+  }
+};
+
+/// A source that was named before starts no wave of its own, nor does one that starts later there.
+template <std::floating_point Real>
+void keep_different(const Surface<Real>& surface, std::vector<Source<Real>>& sources) {
+  const auto less = [](const Source<Real>& a, const Source<Real>& b) {
+    return std::tie(a.point.kind, a.point.element, a.point.weights, a.distance) <
+           std::tie(b.point.kind, b.point.element, b.point.weights, b.distance);
+  };
+  for (auto& source : sources) source.point = simplified(surface, source.point);
+  std::sort(sources.begin(), sources.end(), less);
+  const auto same = [](const auto& a, const auto& b) { return a.point == b.point; };
+  sources.erase(std::unique(sources.begin(), sources.end(), same), sources.end());
+}
+
+}  // namespace gelight::detail

@@ -1,0 +1,174 @@
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "gelight/concepts/light.hpp"
+#include "gelight/concepts/mesh.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/light/field.hpp"
+#include "gelight/light/geodesic.hpp"
+#include "gelight/light/led.hpp"
+#include "gelight/light/linear.hpp"
+#include "gelight/light/plane.hpp"
+#include "gelight/light/transport.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
+#include "gelight/transport/vector_heat.hpp"
+
+// The four light models, behind one door: each is made of a membrane once, and asked for the light
+// of one LED after the other. `field` gives directions; `rays` also the length of the way and how
+// the light comes. Both throw InvalidInput for an LED without a point and for points that are not
+// of the membrane.
+namespace gelight {
+
+/// Where light enters a membrane: the one kind of source of all light models.
+template <std::floating_point T>
+struct Led {
+  /// Where on the membrane: a point, or several along what is larger (`points_along` makes them of
+  /// a path). Light comes from the nearest.
+  std::vector<SurfacePoint<T>> points;
+  /// Which way, for a model that keeps it (TransportLight): laid into the membrane's tangent plane,
+  /// of any length. Zero: every way.
+  Vec3<T> emission = Vec3<T>::Zero();
+};
+
+namespace detail {
+
+template <std::floating_point T>
+void require_led(const Led<T>& led) {
+  require(!led.points.empty(), "the LED has no point");
+  require(led.emission.allFinite(), "the LED's emission is (", led.emission.x(), ", ",
+          led.emission.y(), ", ", led.emission.z(), "), not finite");
+}
+
+}  // namespace detail
+
+/// Light that travels straight through space, whatever stands between: see `linear_field`.
+template <std::floating_point T>
+class LinearLight {
+ public:
+  /// Throws InvalidInput as Surface does.
+  explicit LinearLight(const TriangleMesh auto& membrane) : surface_(membrane) {}
+
+  /// See the top of the page.
+  ///@{
+  [[nodiscard]] LightField<T> field(const Led<T>& led, std::span<const SurfacePoint<T>> points,
+                                    const CancelHook& cancelled = {}) const {
+    return rays(led, points, cancelled).direction;
+  }
+  [[nodiscard]] LightRays<T> rays(const Led<T>& led, std::span<const SurfacePoint<T>> points,
+                                  const CancelHook& cancelled = {}) const {
+    detail::require_led(led);
+    return linear_rays<T>(positions(led.points), positions(points), cancelled);
+  }
+  ///@}
+
+ private:
+  [[nodiscard]] std::vector<Vec3<T>> positions(std::span<const SurfacePoint<T>> points) const {
+    std::vector<Vec3<T>> result;
+    result.reserve(points.size());
+    for (const auto& point : points) result.push_back(surface_.position(point));
+    return result;
+  }
+
+  Surface<T> surface_;
+};
+
+/// Light that stays in a plane through the LED and its normal: see `plane_field`.
+template <std::floating_point T>
+class PlaneLight {
+ public:
+  /// Throws InvalidInput as Surface does.
+  explicit PlaneLight(const TriangleMesh auto& membrane) : surface_(membrane) {}
+
+  /// See the top of the page.
+  ///@{
+  [[nodiscard]] LightField<T> field(const Led<T>& led, std::span<const SurfacePoint<T>> points,
+                                    const CancelHook& cancelled = {}) const {
+    detail::require_led(led);
+    if (led.points.size() == 1) return plane_field(surface_, led.points[0], points, cancelled);
+    return rays(led, points, cancelled).direction;
+  }
+  [[nodiscard]] LightRays<T> rays(const Led<T>& led, std::span<const SurfacePoint<T>> points,
+                                  const CancelHook& cancelled = {}) const {
+    detail::require_led(led);
+    return plane_rays(surface_, led.points, points, T(1e-6), cancelled);
+  }
+  ///@}
+
+ private:
+  Surface<T> surface_;
+};
+
+/// Light that follows the shortest paths on the membrane: see `geodesic_field`.
+template <std::floating_point T>
+class GeodesicLight {
+ public:
+  /// Throws InvalidInput as ExactSolver does.
+  explicit GeodesicLight(const TriangleMesh auto& membrane) : solver_(membrane) {}
+
+  /// See the top of the page.
+  ///@{
+  [[nodiscard]] LightField<T> field(const Led<T>& led, std::span<const SurfacePoint<T>> points,
+                                    const CancelHook& cancelled = {}) const {
+    detail::require_led(led);
+    return geodesic_field(solver_, as_sources(led.points), points, cancelled);
+  }
+  [[nodiscard]] LightRays<T> rays(const Led<T>& led, std::span<const SurfacePoint<T>> points,
+                                  const CancelHook& cancelled = {}) const {
+    detail::require_led(led);
+    return geodesic_rays(solver_, as_sources(led.points), points, T(1e-6), cancelled);
+  }
+  ///@}
+
+ private:
+  ExactSolver<T> solver_;
+};
+
+/// Light that keeps its direction as far as the membrane lets it: see `transport_field`. Without an
+/// emission it leaves the LED, which is one point then, in all directions.
+template <std::floating_point T>
+class TransportLight {
+ public:
+  /// Throws InvalidInput as VectorHeatSolver does.
+  explicit TransportLight(const TriangleMesh auto& membrane) : solver_(membrane) {}
+
+  /// See the top of the page. Throws InvalidInput also for several points without an emission, and
+  /// for one that is not a vertex.
+  [[nodiscard]] LightField<T> field(const Led<T>& led, std::span<const SurfacePoint<T>> points,
+                                    const CancelHook& cancelled = {}) const {
+    detail::require_led(led);
+    if (!led.emission.isZero(0)) {
+      std::vector<VectorSource<T>> sources;
+      for (const auto& point : led.points) sources.push_back({point, led.emission});
+      return transport_field(solver_, sources, points, cancelled);
+    }
+    const auto& point = led.points[0];
+    detail::require(led.points.size() == 1 && point.kind == SurfacePoint<T>::Kind::vertex,
+                    "light that is carried every way needs an LED that is one vertex");
+    return radial_transport_field(solver_, point.element[0], points, cancelled);
+  }
+
+ private:
+  VectorHeatSolver<T> solver_;
+};
+
+template <TriangleMesh M>
+explicit LinearLight(const M&) -> LinearLight<MeshScalar<M>>;
+template <TriangleMesh M>
+explicit PlaneLight(const M&) -> PlaneLight<MeshScalar<M>>;
+template <TriangleMesh M>
+explicit GeodesicLight(const M&) -> GeodesicLight<MeshScalar<M>>;
+template <TriangleMesh M>
+explicit TransportLight(const M&) -> TransportLight<MeshScalar<M>>;
+
+static_assert(LightModel<LinearLight<float>, float> && LightModel<PlaneLight<float>, float> &&
+              LightModel<GeodesicLight<float>, float> && LightModel<TransportLight<float>, float>);
+
+}  // namespace gelight

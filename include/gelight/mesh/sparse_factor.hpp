@@ -1,0 +1,211 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <memory>
+#include <stdexcept>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/progress.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/mesh/factor/dissection.hpp"
+#include "gelight/mesh/factor/front.hpp"
+#include "gelight/mesh/factor/large_array.hpp"
+#include "gelight/mesh/linear_factor.hpp"
+#include "gelight/mesh/sparse_matrix.hpp"
+
+namespace gelight::detail {
+
+/// The Cholesky factor L L* of a sparse positive definite matrix (Hermitian for complex scalars),
+/// by the multifrontal method (Liu 1992, doi:10.1137/1034004): each node of a dissection is
+/// eliminated as a dense block, what it changes outside is handed to its parent.
+///
+/// Throws std::runtime_error where a pivot is not positive. Asks the hook at each node. May be read
+/// by several threads.
+template <class Scalar>
+class SparseFactor : public LinearFactor<Scalar> {
+ public:
+  using Dissection = DissectionOf<typename Eigen::NumTraits<Scalar>::Real>;
+
+  SparseFactor(std::shared_ptr<const Dissection> dissection, const SymmetricMatrix<Scalar>& matrix,
+               const CancelHook& cancelled = {})
+      : dissection_(std::move(dissection)) {
+    double work = 0;
+    for (const auto& node : dissection_->nodes()) work += node.work();
+    double done = 0;
+    values_ = large_array<Scalar>(dissection_->value_count() + Front<Scalar>::overhang);
+    // What children hand to parents waits here.
+    const auto updates = large_array<Scalar>(dissection_->stack_size() + Front<Scalar>::overhang);
+    for (const auto& node : dissection_->nodes()) {
+      cancelled.check(done / work, "factoring a matrix");
+      done += node.work();
+      Scalar* const block = values_.get() + node.block;
+      Scalar* const update = updates.get() + node.update;
+      std::fill(block, block + std::ptrdiff_t{node.own()} * node.height(), Scalar(0));
+      clear_lower_triangle(update, node.border());
+      for (Index i = node.placements_begin; i < node.placements_end; ++i) {
+        const auto& [entry, is_transposed, slot] = dissection_->placements()[i];
+        block[slot] = is_transposed ? conjugate(matrix.values[entry]) : matrix.values[entry];
+      }
+      for (const std::size_t c : {1U, 0U}) {
+        if (node.children[c] < 0) continue;
+        const auto& child = dissection_->nodes()[node.children[c]];
+        add_child(node, child, updates.get() + child.update, block, update);
+      }
+      Front<Scalar>(block, node.own(), node.height(), update).eliminate();
+    }
+  }
+
+  [[nodiscard]] Array<Scalar> solve(const Array<Scalar>& b) const override { return solve(b, {}); }
+  [[nodiscard]] Array<Scalar> solve(const Array<Scalar>& b,
+                                    const CancelHook& cancelled) const override {
+    const auto& order = dissection_->order();
+    Array<Scalar> x(b.size());
+    for (Index p = 0; p < dissection_->size(); ++p) x[p] = b[order[p]];
+    solve_lower(x, cancelled.part(0, 0.5));
+    solve_upper(x, cancelled.part(0.5, 1));
+    Array<Scalar> result(b.size());
+    for (Index p = 0; p < dissection_->size(); ++p) result[order[p]] = x[p];
+    return result;
+  }
+
+ private:
+  using Node = typename Dissection::Node;
+  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+
+  static void clear_lower_triangle(Scalar* square, Index size) {
+    for (Index j = 0; j < size; ++j, square += size) {
+      std::fill(square + j, square + size, Scalar(0));
+    }
+  }
+
+  void add_child(const Node& node, const Node& child, const Scalar* from, Scalar* block,
+                 Scalar* update) const {
+    const Index* rows = dissection_->rows_in_parent().data() + child.rows_begin;
+    const Index own = node.own(), height = node.height();
+    const Index border = child.border();
+    for (Index j = 0; j < border; ++j, from += border) {
+      Scalar* const to = rows[j] < own
+                             ? block + std::ptrdiff_t{rows[j]} * height
+                             : update + std::ptrdiff_t{rows[j] - own} * node.border() - own;
+      for (Index i = j; i < border; ++i) to[rows[i]] += from[i];
+    }
+  }
+
+  // How often the triangular solves ask: after so many nodes.
+  static constexpr std::ptrdiff_t nodes_between = 256;
+
+  // Both gather a node's rows into one piece of memory, so that each column is one vector
+  // operation.
+  void solve_lower(Array<Scalar>& x, const CancelHook& cancelled) const {
+    const auto& rows = dissection_->rows();
+    Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
+    const auto& nodes = dissection_->nodes();
+    for (const Node& node : nodes) {
+      const auto number = &node - nodes.data();
+      if (number % nodes_between == 0) ask(cancelled, number);
+      const Index own = node.own(), height = node.height();
+      std::copy(x.data() + node.begin, x.data() + node.end, front.data());
+      std::fill(front.data() + own, front.data() + height, Scalar(0));
+      const Scalar* column = values_.get() + node.block;
+      for (Index k = 0; k < own; ++k, column += height) {
+        front[k] /= column[k];
+        const Index rest = height - k - 1;
+        Eigen::Map<Vector>(front.data() + k + 1, rest) -=
+            front[k] * Eigen::Map<const Vector>(column + k + 1, rest);
+      }
+      std::copy(front.data(), front.data() + own, x.data() + node.begin);
+      for (Index r = own; r < height; ++r) x[rows[node.rows_begin + r - own]] += front[r];
+    }
+  }
+
+  void solve_upper(Array<Scalar>& x, const CancelHook& cancelled) const {
+    const auto& rows = dissection_->rows();
+    const auto& nodes = dissection_->nodes();
+    Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
+    for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) {
+      const auto number = node - nodes.rbegin();
+      if (number % nodes_between == 0) ask(cancelled, number);
+      const Index own = node->own(), height = node->height();
+      std::copy(x.data() + node->begin, x.data() + node->end, front.data());
+      for (Index r = own; r < height; ++r) front[r] = x[rows[node->rows_begin + r - own]];
+      const Scalar* column = values_.get() + node->block + std::ptrdiff_t{own} * height;
+      for (Index k = own - 1; k >= 0; --k) {
+        column -= height;
+        const Index rest = height - k - 1;
+        front[k] -= Eigen::Map<const Vector>(column + k + 1, rest)
+                        .dot(Eigen::Map<const Vector>(front.data() + k + 1, rest));
+        front[k] /= column[k];
+      }
+      std::copy(front.data(), front.data() + own, x.data() + node->begin);
+    }
+  }
+
+  void ask(const CancelHook& cancelled, std::ptrdiff_t nodes_done) const {
+    cancelled.check(
+        static_cast<double>(nodes_done) / static_cast<double>(dissection_->nodes().size()),
+        "solving a linear system");
+  }
+
+  std::shared_ptr<const Dissection> dissection_;
+  LargeArray<Scalar> values_;  // column by column, each node's block from its first own row
+};
+
+/// Enlarges a matrix' diagonal until no row's other entries sum to more, but for rounding.
+template <class Scalar>
+void dominate(SymmetricMatrix<Scalar>& matrix) {
+  const auto& pattern = *matrix.pattern;
+  Array<double> others(static_cast<std::size_t>(pattern.size()), 0);
+  for (Index j = 0; j < pattern.size(); ++j) {
+    for (Index e = pattern.begin(j); e < pattern.begin(j + 1); ++e) {
+      const Index row = pattern.row(e);
+      if (row == j) continue;
+      others[j] += std::abs(matrix.values[e]);
+      others[row] += std::abs(matrix.values[e]);
+    }
+  }
+  constexpr double above = 1 + 1e-12;
+  for (Index j = 0; j < pattern.size(); ++j) {
+    Scalar& diagonal = matrix.values[pattern.diagonal(j)];
+    diagonal = std::max(std::real(diagonal), above * others[j]);
+  }
+}
+
+/// `factor(matrix)` of a matrix that is positive definite but for rounding, as those of needles and
+/// of edges without length are not: where a pivot fails, the diagonal is first enlarged by the
+/// least of 1e-14, 1e-12, ... of itself that helps. Where 1e-4 does not, as in a connection
+/// Laplacian of obtuse faces round a sharp cone, it is made diagonally dominant. Throws
+/// std::runtime_error where the matrix is not finite.
+template <class Scalar>
+[[nodiscard]] auto factored(SymmetricMatrix<Scalar> matrix, const auto& factor) {
+  for (const double share : {1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4}) {
+    try {
+      return factor(matrix);
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const std::runtime_error&) {
+      // Once more, with a larger diagonal.
+    }
+    const auto& pattern = *matrix.pattern;
+    for (Index v = 0; v < pattern.size(); ++v) matrix.values[pattern.diagonal(v)] *= 1 + share;
+  }
+  dominate(matrix);
+  return factor(matrix);
+}
+
+/// The same with our own factor.
+template <class Scalar>
+[[nodiscard]] SparseFactor<Scalar> factored(
+    const std::shared_ptr<const typename SparseFactor<Scalar>::Dissection>& dissection,
+    SymmetricMatrix<Scalar> matrix, const CancelHook& cancelled = {}) {
+  return factored(std::move(matrix), [&](const SymmetricMatrix<Scalar>& positive) {
+    return SparseFactor<Scalar>(dissection, positive, cancelled);
+  });
+}
+
+}  // namespace gelight::detail

@@ -1,0 +1,170 @@
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "gelight/concepts/image.hpp"
+#include "gelight/concepts/membrane.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/core/wide.hpp"
+#include "gelight/image/mask.hpp"
+#include "gelight/image/normal_rows.hpp"
+#include "gelight/sensor/rows/membrane_rows.hpp"
+#include "gelight/sensor/rows/padded_rows.hpp"
+#include "gelight/sensor/rows/row_runs.hpp"
+#include "gelight/views/image_view.hpp"
+
+namespace gelight::detail {
+
+/// The surface of any membrane model under contact, row after row. The model is asked for no more
+/// than a contact can have moved, and for nothing where there is none.
+template <std::floating_point T, MembraneModel<T> M>
+class ModelRows {
+ public:
+  /// What changes while the rows of one image go through.
+  struct Workspace {
+    Lines<T> buffer;            // a row of depths
+    Image<T> depth;             // of a frame that is not of T, or not packed
+    PaddedRows<T> surface;      // at rest but for `moved`
+    Window moved;               // whole blocks
+    std::vector<char> touched;  // of each block of a row
+    std::vector<char> holes;    // of each row: whether it has unknown depths
+    decltype(std::declval<const M&>().make_workspace(Index{}, Index{})) model;
+    bool everything = false;
+  };
+
+  template <ImageOf<T> D>
+  ModelRows(M model, const D& rest, Index width, Index height)
+      : model_(std::move(model)),
+        width_(width),
+        height_(height),
+        reach_(std::clamp(static_cast<Index>(model_.reach()), Index{0}, std::max(width, height))),
+        rest_(width, height),
+        masked_(static_cast<std::size_t>(height)) {
+    keep_rest_rows(rest_, masked_, rest, width, height);
+    extend(rest_, {0, 0, width, height});
+  }
+
+  /// How far from a contact the surface can differ from rest.
+  [[nodiscard]] Index radius() const { return reach_; }
+  [[nodiscard]] const T* rest(Index y) const { return rest_.row(y); }
+
+  /// Whether a row has pixels outside the membrane, or unknown ones in it.
+  ///@{
+  [[nodiscard]] bool is_masked(Index y) const { return masked_[static_cast<std::size_t>(y)] != 0; }
+  [[nodiscard]] bool has_holes(const Workspace& work, Index y) const {
+    return work.holes[static_cast<std::size_t>(y)] != 0;
+  }
+  ///@}
+
+  [[nodiscard]] Workspace make_workspace() const {
+    const auto blocks = static_cast<std::size_t>(block_count(width_));
+    Workspace work{{}, {}, rest_, {}, {}, {}, model_.make_workspace(width_, height_)};
+    work.buffer.resize(static_cast<std::size_t>(width_));
+    work.depth = Image<T>(width_, height_);
+    work.touched.resize(blocks);
+    work.holes.resize(static_cast<std::size_t>(height_));
+    return work;
+  }
+
+  /// Takes in an image of the contact's depth; of the surface, no more than `wanted`, whole blocks,
+  /// needs to be known. `everything` computes also what is at rest.
+  template <ImageOf<T> D>
+  void press(Workspace& work, const D& image, bool everything, const Window& wanted) const {
+    const ImageView<const T> depth = packed(work, image);
+    work.everything = everything;
+    for (Index y = work.moved.top; y < work.moved.bottom; ++y) {
+      std::copy_n(rest(y) - 1, width_ + 2, work.surface.row(y) - 1);
+    }
+    const Window touched = find_contact(work, depth);
+    work.moved = everything ? touched.grown(whole_image, width_, height_)
+                            : whole_blocks(touched.grown(reach_, width_, height_)).common(wanted);
+    if (touched.is_empty() || work.moved.is_empty()) {
+      work.moved = {};
+    } else {
+      model_.press_into(work.surface.view(), {depth, rest_.view(), work.moved}, work.model);
+    }
+    extend(work.surface, work.moved);
+  }
+
+  /// How far row y of the contact is pressed in, 0 where it does not touch or is not known.
+  template <ImageOf<T> D>
+  void protrusion(Workspace& work, const D& image, Index y, T* out) const {
+    const T* const depth = row_of(image, y, work.buffer.data(), width_);
+    vectorised([&] { protrusion_row(out, depth, rest(y), T(0), width_); });
+  }
+
+  /// Row y of the surface, from -1 to the height, a pixel more on each side; beyond the image it is
+  /// extrapolated.
+  [[nodiscard]] const T* row(const Workspace& work, Index y) const { return work.surface.row(y); }
+
+  /// Marks the blocks whose normals may differ from those at rest.
+  void mark_changed(const Workspace& work, Index y, std::vector<char>& changed) const {
+    const bool whole_row = work.everything || has_holes(work, y);
+    std::fill(changed.begin(), changed.end(), static_cast<char>(whole_row));
+    const Window near = work.moved.grown(1, width_, height_);
+    if (near.is_empty() || y < near.top || y >= near.bottom) return;
+    std::fill(changed.begin() + near.left / block_size,
+              changed.begin() + (near.right - 1) / block_size + 1, char{1});
+  }
+
+ private:
+  template <class D>
+  [[nodiscard]] ImageView<const T> packed(Workspace& work, const D& image) const {
+    if constexpr (std::convertible_to<const D&, ImageView<const T>>) {
+      const ImageView<const T> view = image;
+      if (view.rows_are_packed()) return view;
+    }
+    for (Index y = 0; y < height_; ++y) {
+      const T* const row = row_of(image, y, work.buffer.data(), width_);
+      std::copy_n(row, width_, work.depth.row(y));
+    }
+    return std::as_const(work.depth).view();
+  }
+
+  [[nodiscard]] Window whole_blocks(const Window& window) const {
+    if (window.is_empty()) return {};
+    return {window.left / block_size * block_size, window.top,
+            std::min(width_, block_count(window.right) * block_size), window.bottom};
+  }
+
+  // Where something touches the membrane: whole blocks, in whole rows. Notes what is not known.
+  [[nodiscard]] Window find_contact(Workspace& work, const ImageView<const T>& depth) const {
+    Window touched{width_, height_, 0, 0};
+    for (Index y = 0; y < height_; ++y) {
+      const T* const z = depth.row(y);
+      const T* const r = rest(y);
+      work.holes[static_cast<std::size_t>(y)] =
+          vectorised([&] { return row_has_holes(z, r, width_); });
+      if (vectorised([&] { return row_is_at_rest(z, r, T(0), width_); })) continue;
+      for (Index x = 0; x < width_; x += block_size) {
+        const Index end = std::min(width_, x + block_size);
+        bool touches = false;
+        for (Index i = x; i < end; ++i) touches = touches || (z[i] > 0 && z[i] < r[i]);
+        if (!touches) continue;
+        touched = {std::min(touched.left, x), std::min(touched.top, y),
+                   std::max(touched.right, end), y + 1};
+      }
+    }
+    return touched.is_empty() ? Window{} : touched;
+  }
+
+  // Makes what is beside an image of which a window has changed.
+  void extend(PaddedRows<T>& rows, const Window& changed) const {
+    for (Index y = changed.top; y < changed.bottom; ++y) extrapolate_ends(rows.row(y), width_);
+    const Index last = height_ - 1, second = std::min(Index{1}, last);
+    extrapolate_row(rows.row(-1), rows.row(0), rows.row(second), width_);
+    extrapolate_row(rows.row(height_), rows.row(last), rows.row(last - second), width_);
+  }
+
+  M model_;
+  Index width_, height_, reach_;
+  PaddedRows<T> rest_;  // NaN outside the membrane
+  std::vector<char> masked_;
+};
+
+}  // namespace gelight::detail

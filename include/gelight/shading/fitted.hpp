@@ -1,0 +1,249 @@
+#pragma once
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <variant>
+#include <vector>
+
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+
+// Reflectances that were fitted to photographs (sensor/calibrate.hpp): by how much a pixel becomes
+// brighter or darker than its background when the gel there tilts. Each gives a share of the
+// background, a channel: a pixel shows background * (1 + change).
+namespace gelight {
+
+/// What a pixel sees of the gel.
+struct GelPoint {
+  double nx = 0, ny = 0;  ///< the unit normal's coordinates along the image; it faces the camera
+  double x = 0, y = 0;    ///< place in the image, -1 at its first pixel and 1 at its last
+  bool touched = false;   ///< pressed by an object here, rather than free
+};
+
+/// By how much of its background a pixel becomes brighter: red, green, blue.
+using Change = std::array<double, 3>;
+
+namespace detail {
+
+/// The quadratic terms in the place by which reflectances vary over the image.
+inline constexpr int place_terms = 6;
+[[nodiscard]] inline std::array<double, place_terms> terms_of_place(double x, double y) {
+  return {1, x, y, x * x, x * y, y * y};
+}
+
+/// A sparse row of a linear model: which coefficients, times what.
+struct TermRow {
+  std::vector<int> index;
+  std::vector<double> value;
+
+  void clear() {
+    index.clear();
+    value.clear();
+  }
+  void add(int i, double v) {
+    index.push_back(i);
+    value.push_back(v);
+  }
+  [[nodiscard]] Change times(const std::vector<double>& coefficients) const {
+    Change sum{};
+    for (std::size_t t = 0; t < index.size(); ++t) {
+      const double* const three = coefficients.data() + 3 * std::ptrdiff_t{index[t]};
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += value[t] * three[c];
+    }
+    return sum;
+  }
+};
+
+}  // namespace detail
+
+/// A smooth table over the normal's two coordinates, bilinear between nodes, each node of which is
+/// quadratic in the place. One for gel that is touched, one for free gel, whose middle is 0.
+struct TableReflectance {
+  int nodes = 9;     ///< along each coordinate, odd
+  double reach = 1;  ///< the largest coordinate; beyond, it counts as this
+  /// For each node (row by row), each of the place's terms 1, x, y, x^2, xy, y^2 and each channel.
+  std::vector<double> touched, free;
+
+  /// How many nodes times terms of the place there are: a third of the numbers of either table.
+  [[nodiscard]] int size() const { return nodes * nodes * detail::place_terms; }
+
+  void fill(const GelPoint& p, detail::TermRow& row) const {
+    row.clear();
+    const auto place = detail::terms_of_place(p.x, p.y);
+    const double last = nodes - 1;
+    const double u = std::clamp((p.nx / reach + 1) / 2 * last, 0.0, last);
+    const double v = std::clamp((p.ny / reach + 1) / 2 * last, 0.0, last);
+    const int i = std::min(static_cast<int>(u), nodes - 2);
+    const int j = std::min(static_cast<int>(v), nodes - 2);
+    const double f = u - i, g = v - j;
+    const std::array<double, 4> share{(1 - f) * (1 - g), f * (1 - g), (1 - f) * g, f * g};
+    for (int corner = 0; corner < 4; ++corner) {
+      const int node = (j + corner / 2) * nodes + i + corner % 2;
+      for (int k = 0; k < detail::place_terms; ++k) {
+        row.add(node * detail::place_terms + k,
+                share[static_cast<std::size_t>(corner)] * place[static_cast<std::size_t>(k)]);
+      }
+    }
+  }
+};
+
+/// A polynomial of the normal's coordinates, times one of second degree in the place: what Taxim
+/// fits, there in bins of the normal. (Si, Yuan, Taxim: An Example-based Simulation Model for
+/// GelSight Tactile Sensors, 2022, doi:10.1109/LRA.2022.3142412)
+struct PolynomialReflectance {
+  int degree = 3;    ///< in the normal
+  double reach = 1;  ///< the largest coordinate; beyond, it counts as this
+  /// For each power of the normal (1, nx, ny, nx^2, ...), term of the place and channel.
+  std::vector<double> touched, free;
+
+  [[nodiscard]] int size() const { return (degree + 1) * (degree + 2) / 2 * detail::place_terms; }
+
+  void fill(const GelPoint& p, detail::TermRow& row) const {
+    row.clear();
+    const auto place = detail::terms_of_place(p.x, p.y);
+    const double u = std::clamp(p.nx / reach, -1.0, 1.0), v = std::clamp(p.ny / reach, -1.0, 1.0);
+    int power = 0;
+    for (int total = 0; total <= degree; ++total) {
+      for (int of_v = 0; of_v <= total; ++of_v, ++power) {
+        const double monomial = std::pow(u, total - of_v) * std::pow(v, of_v);
+        for (int k = 0; k < detail::place_terms; ++k) {
+          row.add(power * detail::place_terms + k, monomial * place[static_cast<std::size_t>(k)]);
+        }
+      }
+    }
+  }
+};
+
+/// A light near the gel.
+struct NearLight {
+  /// Half images to the right of and below the image's middle, and towards the camera from the gel
+  /// (all in units of half the image's width).
+  Vec3<double> place{0, 0, 1};
+  Change diffuse{}, specular{};  ///< shares of the background at a distance of 1
+};
+
+/// A few near lights, the physical model: soft-clamped Lambert and a Phong highlight, both falling
+/// off with the distance, ambient light that grows with the slope, and a constant for touched gel.
+struct LightsReflectance {
+  std::vector<NearLight> lights;
+  double softness = 0.3;       ///< over how much of the cosine a light fades at grazing incidence
+  double falloff = 1;          ///< the power of the distance by which light falls off
+  double shininess = 8;        ///< Phong's exponent
+  Change ambient{};            ///< times 1 - nz
+  Change contact{};            ///< of touched gel, whatever its normal
+  Change free_share{1, 1, 1};  ///< free gel changes by so much of what touched gel does
+  double height = 1;           ///< of the image, in units of its width
+};
+
+/// Any of the fitted reflectances.
+using FittedReflectance = std::variant<LightsReflectance, PolynomialReflectance, TableReflectance>;
+
+namespace detail {
+
+/// max(0, x), rounded off over `softness`.
+[[nodiscard]] inline double soft_positive(double x, double softness) {
+  const double t = x / softness;
+  return t > 30 ? x : softness * std::log1p(std::exp(t));
+}
+
+/// What a light of intensity one gives at a point with normal n, diffuse and specular, that it does
+/// not give at rest.
+struct LightTerms {
+  double diffuse = 0, specular = 0;
+};
+[[nodiscard]] inline LightTerms light_terms(const LightsReflectance& model,
+                                            const Vec3<double>& light, const Vec3<double>& n,
+                                            double x, double y) {
+  const Vec3<double> way(light.x() - x, light.y() - y * model.height, light.z());
+  const double distance = way.norm();
+  const double share = std::pow(distance, -model.falloff);
+  const Vec3<double> l = way / distance;
+  const auto shine = [&](double nz, double cosine) {
+    return std::pow(std::max(0.0, 2 * cosine * nz - l.z()), model.shininess);
+  };
+  const double cosine = n.dot(l);
+  return {share * (soft_positive(cosine, model.softness) - soft_positive(l.z(), model.softness)),
+          share * (shine(n.z(), std::max(0.0, cosine)) - shine(1, std::max(0.0, l.z())))};
+}
+
+}  // namespace detail
+
+/// @name The change of a pixel by a reflectance.
+///@{
+[[nodiscard]] inline Change change(const TableReflectance& table, const GelPoint& p) {
+  detail::TermRow row;
+  table.fill(p, row);
+  return row.times(p.touched ? table.touched : table.free);
+}
+[[nodiscard]] inline Change change(const PolynomialReflectance& polynomial, const GelPoint& p) {
+  detail::TermRow row;
+  polynomial.fill(p, row);
+  return row.times(p.touched ? polynomial.touched : polynomial.free);
+}
+[[nodiscard]] inline Change change(const LightsReflectance& model, const GelPoint& p) {
+  const double nz = std::sqrt(std::max(0.0, 1 - p.nx * p.nx - p.ny * p.ny));
+  Change sum{};
+  for (std::size_t c = 0; c < 3; ++c) sum[c] = model.ambient[c] * (1 - nz);
+  for (const NearLight& light : model.lights) {
+    const auto terms = detail::light_terms(model, light.place, {p.nx, p.ny, nz}, p.x, p.y);
+    for (std::size_t c = 0; c < 3; ++c) {
+      sum[c] += light.diffuse[c] * terms.diffuse + light.specular[c] * terms.specular;
+    }
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    sum[c] = p.touched ? sum[c] + model.contact[c] : sum[c] * model.free_share[c];
+  }
+  return sum;
+}
+[[nodiscard]] inline Change change(const FittedReflectance& model, const GelPoint& p) {
+  return std::visit([&](const auto& one) { return change(one, p); }, model);
+}
+///@}
+
+/// A table of another reflectance, at `nodes` (odd) along each coordinate of the normal: between
+/// nodes bilinear, in the place the quadratic nearest to it on a grid of 5 x 5. A table stays as it
+/// is.
+[[nodiscard]] inline TableReflectance tabulated(const FittedReflectance& model, int nodes = 17) {
+  if (const auto* const table = std::get_if<TableReflectance>(&model)) return *table;
+  detail::require(nodes >= 3 && nodes % 2 == 1 && nodes <= 65, "a table of ", nodes,
+                  " nodes: an odd number from 3 to 65 is wanted");
+  TableReflectance table;
+  table.nodes = nodes;
+  if (const auto* const p = std::get_if<PolynomialReflectance>(&model)) table.reach = p->reach;
+  using Terms = Eigen::Matrix<double, detail::place_terms, 1>;
+  std::vector<Terms> terms;
+  Eigen::Matrix<double, detail::place_terms, detail::place_terms> normal;
+  normal.setZero();
+  for (int k = 0; k < 25; ++k) {
+    const auto t = detail::terms_of_place(0.5 * (k % 5) - 1, 0.5 * (k / 5) - 1);
+    terms.push_back(Eigen::Map<const Terms>(t.data()));
+    normal += terms.back() * terms.back().transpose();
+  }
+  const Eigen::Matrix<double, detail::place_terms, detail::place_terms> inverse = normal.inverse();
+  for (const bool touched : {true, false}) {
+    std::vector<double>& numbers = touched ? table.touched : table.free;
+    for (int node = 0; node < nodes * nodes; ++node) {
+      // Corners of the table have no normal: the steepest in their direction.
+      Vec2<double> n(node % nodes, node / nodes);
+      n = table.reach * (2.0 / (nodes - 1) * n - Vec2<double>(1, 1));
+      if (n.norm() > 0.999) n *= 0.999 / n.norm();
+      Eigen::Matrix<double, detail::place_terms, 3> right;
+      right.setZero();
+      for (int k = 0; k < 25; ++k) {
+        const Change c =
+            change(model, {n.x(), n.y(), 0.5 * (k % 5) - 1, 0.5 * (k / 5) - 1, touched});
+        right += terms[static_cast<std::size_t>(k)] * Eigen::RowVector3d(c[0], c[1], c[2]);
+      }
+      const Eigen::Matrix<double, detail::place_terms, 3> best = inverse * right;
+      for (int k = 0; k < detail::place_terms; ++k) {
+        for (int c = 0; c < 3; ++c) numbers.push_back(best(k, c));
+      }
+    }
+  }
+  return table;
+}
+
+}  // namespace gelight

@@ -1,0 +1,92 @@
+#include "gelight/membrane/shadowed.hpp"
+
+#include <doctest/doctest.h>
+
+#include <limits>
+
+using namespace gelight;
+
+namespace {
+
+const Camera<double> camera{60, 60, 49.5, 39.5, 100, 80};
+
+// A square of 11 pixels pressed in around a pixel.
+Image<double> square(Index u, Index v, double depth) {
+  Image<double> contact(100, 80, 0.03);
+  for (Index y = v - 5; y <= v + 5; ++y) {
+    for (Index x = u - 5; x <= u + 5; ++x) contact(x, y) -= depth;
+  }
+  return contact;
+}
+
+const Image<double> rest(100, 80, 0.03);
+const Window whole{0, 0, 100, 80};
+
+Image<double> shadow_of(const Image<double>& contact) {
+  const ShadowedMembrane<double> membrane(camera, GaussianMembrane<double>());
+  auto work = membrane.make_workspace(100, 80);
+  return membrane.shadow_into(work, {contact, rest, whole});
+}
+
+}  // namespace
+
+TEST_CASE("without contact nothing is dark and nothing hidden: no 0/0") {
+  CHECK(shadow_of(rest) == Image<double>(100, 80));
+  const Image<double> unknown(100, 80, std::numeric_limits<double>::quiet_NaN());
+  CHECK(shadow_of(unknown) == Image<double>(100, 80));
+}
+
+TEST_CASE("a shadow lies within [0, 1], beside the contact and not on it") {
+  const auto contact = square(75, 40, 0.004);
+  const auto shadow = shadow_of(contact);
+  double most = 0;
+  for (Index y = 0; y < 80; ++y) {
+    for (Index x = 0; x < 100; ++x) {
+      CHECK(shadow(x, y) >= 0);
+      CHECK(shadow(x, y) <= 1);
+      most = std::max(most, shadow(x, y));
+      const bool around = std::abs(x - 75) <= 8 && std::abs(y - 40) <= 8;
+      if (around) CHECK(shadow(x, y) == 0);
+    }
+  }
+  CHECK(most > 0.1);
+  // To the right of the axis rays run to the right: the contact rises along them on its left side.
+  CHECK(shadow(66, 40) > 2 * shadow(84, 40));
+}
+
+TEST_CASE("a contact and a camera mirrored left to right have a mirrored shadow") {
+  const auto left = shadow_of(square(24, 30, 0.004));
+  const auto right = shadow_of(square(99 - 24, 30, 0.004));
+  for (Index y = 0; y < 80; ++y) {
+    for (Index x = 0; x < 100; ++x) {
+      CHECK(left(x, y) == doctest::Approx(right(99 - x, y)).epsilon(1e-4));
+    }
+  }
+}
+
+TEST_CASE("the surface is the Gaussian's, but for what of the bulge lies in the shadow") {
+  const auto contact = square(75, 40, 0.004);
+  const GaussianMembrane<double> plain;
+  const auto bulge = surface_depth(plain, contact, rest);
+  const auto surface = surface_depth(ShadowedMembrane<double>(camera, plain), contact, rest);
+  const auto shadow = shadow_of(contact);
+  for (Index y = 0; y < 80; ++y) {
+    for (Index x = 0; x < 100; ++x) {
+      CHECK(0.03 - surface(x, y) ==
+            doctest::Approx((1 - shadow(x, y)) * (0.03 - bulge(x, y))).epsilon(1e-12));
+      if (contact(x, y) < 0.03) CHECK(surface(x, y) == doctest::Approx(contact(x, y)));
+    }
+  }
+}
+
+TEST_CASE("input that cannot be used is refused") {
+  const GaussianMembrane<double> plain;
+  const auto make = [&](const ContactShadow& shadow) {
+    (void)ShadowedMembrane<double>(camera, plain, shadow);
+  };
+  CHECK_THROWS_AS(make({.sigma = -1}), InvalidInput);
+  CHECK_THROWS_AS(make({.radius = -1}), InvalidInput);
+  CHECK_THROWS_AS(make({.gap = -1}), InvalidInput);
+  CHECK_THROWS_AS(make({.contact = std::numeric_limits<double>::infinity()}), InvalidInput);
+  CHECK_THROWS_AS((void)surface_depth(plain, Image<double>(3, 3), rest), InvalidInput);
+}

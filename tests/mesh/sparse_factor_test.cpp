@@ -1,0 +1,127 @@
+#include "gelight/mesh/sparse_factor.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <complex>
+#include <memory>
+#include <random>
+#include <type_traits>
+#include <vector>
+
+#include "gelight/mesh/intrinsic.hpp"
+#include "gelight/mesh/shapes.hpp"
+
+using namespace gelight;
+
+namespace {
+
+template <class Scalar>
+Scalar random_scalar(std::mt19937& engine) {
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  if constexpr (std::is_floating_point_v<Scalar>) {
+    return uniform(engine);
+  } else {
+    return {uniform(engine), uniform(engine)};
+  }
+}
+
+// Random entries below, a diagonal that outweighs them.
+template <class Scalar>
+detail::SymmetricMatrix<Scalar> random_matrix(
+    const std::shared_ptr<const detail::SymmetricPattern>& pattern) {
+  std::mt19937 engine(7);
+  detail::SymmetricMatrix<Scalar> matrix{pattern, {}};
+  for (Index j = 0; j < pattern->size(); ++j) {
+    matrix.values.push_back(30);
+    for (Index e = pattern->begin(j) + 1; e < pattern->begin(j + 1); ++e) {
+      matrix.values.push_back(random_scalar<Scalar>(engine));
+    }
+  }
+  return matrix;
+}
+
+template <class Scalar>
+Eigen::Matrix<Scalar, -1, -1> dense(const detail::SymmetricMatrix<Scalar>& matrix) {
+  const auto& pattern = *matrix.pattern;
+  Eigen::Matrix<Scalar, -1, -1> result(pattern.size(), pattern.size());
+  result.setZero();
+  for (Index j = 0; j < pattern.size(); ++j) {
+    for (Index e = pattern.begin(j); e < pattern.begin(j + 1); ++e) {
+      result(pattern.row(e), j) = matrix.values[e];
+    }
+  }
+  result = result.template selfadjointView<Eigen::Lower>();
+  return result;
+}
+
+std::vector<Mesh<double>> meshes() {
+  const std::vector<Mesh<double>> parts{icosphere<double>(2), grid<double>(9, 4)};
+  auto scattered = joined<double>(parts);
+  scattered.positions.insert(scattered.positions.begin(), {1, 2, 3});
+  for (auto& face : scattered.faces) face = {face[0] + 1, face[1] + 1, face[2] + 1};
+  auto one_place = icosphere<double>(2);  // points that tell nothing
+  for (auto& p : one_place.positions) p = {0, 0, 0};
+  return {grid<double>(1, 1), icosphere<double>(3),        torus(2.0, 0.5, 25, 9), scattered,
+          one_place,          grid<double>(400, 1, 400, 1)};
+}
+
+std::vector<Vec3<double>> points_of(const Mesh<double>& mesh) {
+  std::vector<Vec3<double>> points;
+  for (const auto& p : mesh.positions) points.emplace_back(p[0], p[1], p[2]);
+  return points;
+}
+
+}  // namespace
+
+TEST_CASE("a dissection orders every unknown once, children before parents") {
+  for (const auto& mesh : meshes()) {
+    const detail::SymmetricPattern pattern(intrinsic_triangulation(Surface(mesh)));
+    const detail::Dissection dissection(pattern, points_of(mesh));
+    auto order = dissection.order();
+    std::sort(order.begin(), order.end());
+    for (Index v = 0; v < pattern.size(); ++v) CHECK(order[v] == v);
+    Index end = 0;
+    const auto& nodes = dissection.nodes();
+    for (Index n = 0; n < static_cast<Index>(nodes.size()); ++n) {
+      CHECK(nodes[n].begin == end);
+      end = nodes[n].end;
+      CHECK((nodes[n].parent > n || nodes[n].parent == -1));
+      // What is left of the whole pattern is empty at the root.
+      if (nodes[n].parent == -1) CHECK(nodes[n].border() == 0);
+    }
+    CHECK(end == pattern.size());
+  }
+}
+
+TEST_CASE_TEMPLATE("solves what dense elimination solves", Scalar, double, std::complex<double>) {
+  for (const auto& mesh : meshes()) {
+    const auto pattern =
+        std::make_shared<detail::SymmetricPattern>(intrinsic_triangulation(Surface(mesh)));
+    const auto matrix = random_matrix<Scalar>(pattern);
+    const detail::SparseFactor<Scalar> factor(
+        std::make_shared<detail::Dissection>(*pattern, points_of(mesh)), matrix);
+    std::mt19937 engine(3);
+    detail::Array<Scalar> b(mesh.positions.size());
+    for (auto& x : b) x = random_scalar<Scalar>(engine);
+    const auto x = factor.solve(b);
+    using Vector = Eigen::Matrix<Scalar, -1, 1>;
+    const auto size = static_cast<Eigen::Index>(b.size());
+    const Vector expected = dense(matrix).llt().solve(Eigen::Map<Vector>(b.data(), size));
+    const Vector found = Eigen::Map<const Vector>(x.data(), size);
+    CHECK((found - expected).norm() < 1e-13 * expected.norm());
+    const auto back = matrix * x;
+    for (Index i = 0; i < pattern->size(); ++i) CHECK(std::abs(back[i] - b[i]) < 1e-12);
+  }
+}
+
+TEST_CASE("a matrix that is not positive definite is refused") {
+  const auto mesh = icosphere<double>(2);
+  const auto pattern =
+      std::make_shared<detail::SymmetricPattern>(intrinsic_triangulation(Surface(mesh)));
+  auto matrix = random_matrix<double>(pattern);
+  matrix.values[pattern->diagonal(50)] = -1;
+  const auto dissection = std::make_shared<detail::Dissection>(*pattern, points_of(mesh));
+  CHECK_THROWS_AS(detail::SparseFactor<double>(dissection, matrix), std::runtime_error);
+}
