@@ -25,6 +25,7 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
+#include "gelight/geodesic/isoline.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/geodesic/plan.hpp"
 #include "gelight/geodesic/sampled_error.hpp"
