@@ -77,8 +77,9 @@ TEST_CASE("circles round a point of a sphere: length, area, order") {
 }
 
 TEST_CASE("every crossed edge is on a line once a side, on rough and open meshes") {
-  for (const auto& [name, mesh] : test::scan_meshes(2)) {
-    CAPTURE(name);
+  for (const test::NamedMesh& named : test::scan_meshes(2)) {
+    CAPTURE(named.name);
+    const Mesh<double>& mesh = named.mesh;
     const Surface<double> surface(mesh);
     const auto distance = ExactSolver(mesh).distance(0);
     double most = 0;

@@ -144,8 +144,9 @@ TEST_CASE("round a prism and over a box's edges, unfolded") {
 
 TEST_CASE("curves on rough meshes: as many points of them tell, but for their spacing") {
   Random random(12);
-  for (const auto& [name, mesh] : test::scan_meshes(2)) {
-    CAPTURE(name);
+  for (const test::NamedMesh& named : test::scan_meshes(2)) {
+    CAPTURE(named.name);
+    const Mesh<double>& mesh = named.mesh;
     const Surface<double> surface(mesh);
     const ExactSolver solver(mesh);
     double size = detail::size_of(surface);
