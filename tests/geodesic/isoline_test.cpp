@@ -94,9 +94,11 @@ TEST_CASE("every crossed edge is on a line once a side, on rough and open meshes
       }
       const auto lines = isolines(surface, distance, level);
       std::size_t pieces = 0;
+      bool meets_vertex = false;  // which faces there are touched in, at no length
       for (const auto& line : lines) {
         pieces += line.points.size() - 1;
         for (const auto& p : line.points) {
+          meets_vertex |= p.kind == SurfacePoint<double>::Kind::vertex;
           if (p.kind != SurfacePoint<double>::Kind::edge) continue;
           const double a = distance[static_cast<std::size_t>(p.element[0])];
           const double b = distance[static_cast<std::size_t>(p.element[1])];
@@ -108,7 +110,8 @@ TEST_CASE("every crossed edge is on a line once a side, on rough and open meshes
           CHECK(surface.is_border(surface.find_halfedge(p.element[0], p.element[1])));
         }
       }
-      CHECK(pieces == static_cast<std::size_t>(crossed));
+      CHECK(pieces <= static_cast<std::size_t>(crossed));
+      if (!meets_vertex) CHECK(pieces == static_cast<std::size_t>(crossed));
     }
   }
 }

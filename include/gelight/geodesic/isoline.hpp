@@ -94,7 +94,7 @@ class IsolineTracer {
 
   [[nodiscard]] SurfacePoint<T> place(Index h) const {
     // From the lower vertex to the higher, so that both faces have the same point.
-    const auto [a, b] = std::minmax(surface_.origin(h), surface_.tip(h));
+    const auto [a, b] = std::minmax({surface_.origin(h), surface_.tip(h)});
     const T t = (level_ - value(a)) / (value(b) - value(a));
     if (t <= 0) return vertex_point<T>(a);
     if (t >= 1) return vertex_point<T>(b);
