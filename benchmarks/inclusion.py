@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""What it costs to include each public header: python3 benchmarks/inclusion.py [--compiler g++]
+"""What it costs to include gelight, and to use it: python3 benchmarks/inclusion.py
 
-Seconds of processor time and peak memory to parse a file that includes nothing else, the median of
-several turns over all headers. Eigen/Core, which nearly all need, is the yardstick.
+Seconds of processor time (user) and peak memory, the median of several turns over all, so that what
+slows the machine down slows all alike. Eigen/Core, which nearly all need, is the yardstick: what
+counts are the ratios to it. Headers are parsed only; programs are compiled without optimisation and
+at -O2, by each compiler, and with GELIGHT_COMPILED, which leaves most of it to gelight.cpp.
 """
 
 import argparse
 import json
 import os
 import pathlib
+import re
 import statistics
 import subprocess
 import tempfile
@@ -16,53 +19,99 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 INCLUDE = ROOT / "include"
 
+MESH = """#include <gelight/gelight.hpp>
+int main() {
+  const std::vector<std::array<double, 3>> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  const std::vector<std::array<int, 3>> faces{{0, 1, 2}};
+  const gelight::MeshView<double> mesh(positions, faces);
+  return gelight::SOLVER(mesh).distance(0)[1] > 0 ? 0 : 1;
+}
+"""
+
+
+def readme():
+    """The README's example, as the tests compile it."""
+    code = re.search(r"```cpp\n(#include [^\n]*)\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
+    return f"{code[1]}\nint main() {{\n{code[2]}\nreturn image == sensor.rest_image() ? 0 : 1;\n}}\n"
+
+
+def programs():
+    yield "Eigen/Core", "#include <Eigen/Core>\nint main() {}\n"
+    yield "gelight.hpp", "#include <gelight/gelight.hpp>\nint main() {}\n"
+    yield "one fast marching solve", MESH.replace("SOLVER", "FastMarchingSolver")
+    yield "one exact solve", MESH.replace("SOLVER", "ExactSolver")
+    yield "the README's example", readme()
+
 
 def headers():
     yield "Eigen/Core"
     for path in sorted(INCLUDE.rglob("*.hpp")):
         name = str(path.relative_to(INCLUDE))
-        opt_in = "/io/" in name or name == "gelight/mesh/cholmod.hpp" or (
+        opt_in = "/io/" in name or name in ("gelight/mesh/cholmod.hpp", "gelight/compiled.hpp") or (
             name.startswith("gelight/views/") and path.stem in ("cgal", "opencv", "openmesh"))
         if name.count("/") < 3 and not opt_in:
             yield name
 
 
-def parse(compiler, eigen, header):
+def compile_once(compiler, eigen, text, flags):
     """Seconds and megabytes of one run of the compiler."""
     with tempfile.NamedTemporaryFile("w", suffix=".cpp") as source:
-        source.write(f"#include <{header}>\n")
+        source.write(text)
         source.flush()
-        child = subprocess.Popen([compiler, "-std=c++20", "-fsyntax-only", "-I", INCLUDE,
-                                  "-isystem", eigen, source.name])
+        child = subprocess.Popen([compiler, "-std=c++20", *flags, "-I", INCLUDE, "-isystem", eigen,
+                                  "-c", source.name, "-o", os.devnull])
         _, status, used = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(status)
         if child.returncode != 0:
-            raise SystemExit(f"{header} does not compile alone")
-        return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
+            raise SystemExit(f"does not compile:\n{text}")
+        return used.ru_utime, used.ru_maxrss / 1024
+
+
+def measure(jobs, turns, eigen):
+    """Of named jobs, each a compiler, a text and flags: medians of interleaved turns."""
+    runs = {name: [] for name in jobs}
+    for _ in range(turns):
+        for name, (compiler, text, flags) in jobs.items():
+            runs[name].append(compile_once(compiler, eigen, text, flags))
+    return {name: {"seconds": round(statistics.median(s for s, _ in r), 2),
+                   "megabytes": round(statistics.median(m for _, m in r))}
+            for name, r in runs.items()}
+
+
+def show(title, table):
+    print(f"\n{title}")
+    yardstick = table["Eigen/Core"]["seconds"]
+    for name, cost in table.items():
+        cost["ratio"] = round(cost["seconds"] / yardstick, 2)
+        print(f"{name:45}{cost['seconds']:7.2f} s  x{cost['ratio']:6.2f}{cost['megabytes']:6} MB")
 
 
 def main():
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--compiler", default="g++")
+    options.add_argument("--compilers", nargs="+", default=["g++", "clang++-14"])
     options.add_argument("--eigen", default="/usr/include/eigen3")
     options.add_argument("--turns", type=int, default=5)
+    options.add_argument("--only", choices=["headers", "programs"])
     options.add_argument("--out", default=ROOT / "benchmarks/results/inclusion.json")
     given = options.parse_args()
 
-    runs = {header: [] for header in headers()}
-    for _ in range(given.turns):
-        for header in runs:
-            runs[header].append(parse(given.compiler, given.eigen, header))
-    table = {header: {"seconds": round(statistics.median(s for s, _ in r), 2),
-                      "megabytes": round(statistics.median(m for _, m in r))}
-             for header, r in runs.items()}
-    version = subprocess.run([given.compiler, "--version"], capture_output=True, text=True)
-    result = {"compiler": version.stdout.splitlines()[0], "turns": given.turns, "headers": table}
+    result = {"turns": given.turns, "compilers": {}}
+    for compiler in given.compilers:
+        version = subprocess.run([compiler, "--version"], capture_output=True, text=True)
+        tables = {}
+        if given.only != "programs":
+            tables["headers"] = measure(
+                {h: (compiler, f"#include <{h}>\n", ["-fsyntax-only"]) for h in headers()},
+                given.turns, given.eigen)
+        if given.only != "headers":
+            for flags in (["-O0"], ["-O2"], ["-O2", "-DGELIGHT_COMPILED"]):
+                tables[" ".join(flags)] = measure(
+                    {name: (compiler, text, flags) for name, text in programs()},
+                    given.turns, given.eigen)
+        for title, table in tables.items():
+            show(f"{compiler} {title}", table)
+        result["compilers"][version.stdout.splitlines()[0]] = tables
     pathlib.Path(given.out).write_text(json.dumps(result, indent=1) + "\n")
-    eigen = table["Eigen/Core"]["seconds"]
-    for header, cost in table.items():
-        print(f"{header:45}{cost['seconds']:6.2f} s  {cost['seconds'] - eigen:+6.2f} s"
-              f"{cost['megabytes']:6} MB")
 
 
 if __name__ == "__main__":

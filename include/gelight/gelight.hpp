@@ -67,6 +67,7 @@
 #include "gelight/membrane/smoothing.hpp"
 #include "gelight/membrane/spring_membrane.hpp"
 #include "gelight/membrane/springs.hpp"
+#include "gelight/membrane/tension.hpp"
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/linear_factor.hpp"
@@ -98,3 +99,7 @@
 #include "gelight/views/image_view.hpp"
 #include "gelight/views/mdspan.hpp"
 #include "gelight/views/mesh_view.hpp"
+
+#if defined(GELIGHT_COMPILED)
+#include "gelight/compiled.hpp"
+#endif

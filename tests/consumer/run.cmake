@@ -2,7 +2,8 @@
 #
 # Builds the consumer from nothing in one way, runs it, and compares what it prints with what is
 # right. HOW: a compiler's flags (gelight on its include path, no CMake), or single_header,
-# pkg-config, find_package, add_subdirectory, FetchContent.
+# pkg-config, find_package, add_subdirectory, FetchContent; or compiled, which installs the library
+# that BUILD_DIR holds and compares its results with those of the headers, bit for bit.
 
 cmake_minimum_required(VERSION 3.22)
 
@@ -47,6 +48,18 @@ elseif(HOW STREQUAL "pkg-config")
 elseif(HOW STREQUAL "find_package")
   install_and_move()
   build_with_cmake()
+elseif(HOW STREQUAL "compiled")
+  run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/first)
+  file(RENAME ${WORK_DIR}/first ${WORK_DIR}/moved)
+  build_with_cmake()
+  run(${CXX} -std=c++20 -I ${SOURCE_DIR}/include -isystem ${EIGEN_DIR} ${consumer}/bits.cpp -o plain)
+  foreach(program plain bits)
+    execute_process(COMMAND ${WORK_DIR}/${program} COMMAND_ERROR_IS_FATAL ANY
+      OUTPUT_VARIABLE of_${program})
+  endforeach()
+  if(NOT of_plain STREQUAL of_bits)
+    message(FATAL_ERROR "By the headers:\n${of_plain}by the library:\n${of_bits}")
+  endif()
 elseif(HOW MATCHES "^(add_subdirectory|FetchContent)$")
   build_with_cmake()
 else()

@@ -37,6 +37,7 @@ using gelight::Surface;
 using gelight::SurfacePoint;
 using gelight::Vec3;
 using gelight::vertex_point;
+using gelight::test::longest_edge;
 using gelight::test::Random;
 using gelight::test::uniform;
 using gelight::test::uniform_index;
@@ -59,14 +60,6 @@ std::vector<Mesh<double>> meshes(int random_ones) {
   all.push_back(gelight::icosphere<double>(2));
   std::erase_if(all, [](const auto& mesh) { return !gelight::check(mesh).is_accepted(); });
   return all;
-}
-
-double longest_edge(const Surface<double>& surface) {
-  double longest = 0;
-  for (Index h = 0; h < surface.halfedge_count(); ++h) {
-    longest = std::max(longest, surface.length(h));
-  }
-  return longest;
 }
 
 // A point next to a corner of a face, off it by shares of 10^low to 10^high; sometimes on an edge.

@@ -36,6 +36,7 @@ using gelight::Surface;
 using gelight::SurfacePoint;
 using gelight::Vec3;
 using gelight::vertex_point;
+using gelight::test::longest_edge;
 using gelight::test::Random;
 using gelight::test::uniform;
 using gelight::test::uniform_index;
@@ -152,14 +153,6 @@ Mesh<double> lattice_mesh(Random& random) {
     for (auto& p : mesh.positions) p[2] *= 300;
   }
   return mesh;
-}
-
-double longest_edge(const Surface<double>& surface) {
-  double longest = 0;
-  for (Index h = 0; h < surface.halfedge_count(); ++h) {
-    longest = std::max(longest, surface.length(h));
-  }
-  return longest;
 }
 
 struct Mismatch {

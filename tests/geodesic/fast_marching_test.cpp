@@ -29,28 +29,11 @@ TEST_CASE("never longer than along edges; a query leaves no trace") {
 TEST_CASE("a fan of 10,000 spokes") { test::check_fan<Solver>(); }
 
 TEST_CASE("spheres: mean and largest error, and the order at which they fall") {
-  test::Error before, first;
-  for (const int level : {3, 4, 5, 6}) {
-    const test::Error error = test::sphere_error<Solver>(level, 130);
-    MESSAGE("level " << level << ": mean " << error.mean << ", max " << error.max);
-    if (level == 3) first = error;
-    before = error;
-  }
-  CHECK(std::log2(first.mean / before.mean) / 3 > 1.0);
-  CHECK(before.mean < 8e-4);
-  CHECK(before.max < 0.006);
+  test::check_spheres<Solver>(1.0, {.mean = 8e-4, .max = 0.006});
 }
 
 TEST_CASE("thin and obtuse triangles: near the exact polyhedral distance") {
-  for (const double stretch : {5.0, 20.0}) {
-    auto mesh = icosphere<double>(4);
-    for (auto& p : mesh.positions) p[2] *= stretch;
-    const std::vector<Source<double>> sources{{vertex_point<double>(100), 0}};
-    const auto error = test::polyhedral_error<Solver>(mesh, sources);
-    MESSAGE("stretched x" << stretch << ": mean " << error.mean << ", max " << error.max);
-    CHECK(error.mean < 2e-3);
-    CHECK(error.max < 0.02);
-  }
+  test::check_stretched_spheres<Solver>();
 }
 
 // Behind the corner a front of order one half starts anew: there edges alone lead on at first.
@@ -104,4 +87,29 @@ TEST_CASE("many sources: as near as the nearest alone") {
 
 TEST_CASE("a hook cancels and follows queries") {
   test::check_cancelling<Solver, FastMarchingOptions>();
+}
+
+TEST_CASE("below the straight line by rounding alone, which grows with the length of needles") {
+  for (const auto& [stretch, most] : {std::pair{1.0, 1e-12}, {100.0, 2e-10}, {1e4, 1e-6}}) {
+    double below = 0;
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+      test::Random random(seed);
+      const auto mesh = test::scans::stretched(test::jittered_grid(20, 0.2, random), stretch);
+      const Surface surface(mesh);
+      const Solver solver(mesh);
+      for (int i = 0; i < 12; ++i) {
+        const auto point = i % 3 == 0 ? vertex_point<double>(test::uniform_index(random, 441))
+                                      : test::random_point(mesh, random);
+        const std::vector<Source<double>> sources{{point, 0}};
+        const auto d = solver.distance(std::span<const Source<double>>(sources));
+        const auto from = surface.position(point);
+        for (std::size_t v = 0; v < d.size(); ++v) {
+          const double straight = (test::at(mesh, v) - from).norm();
+          if (straight > 0) below = std::max(below, 1 - d[v] / straight);
+        }
+      }
+    }
+    MESSAGE("stretched " << stretch << ": " << below << " below");
+    CHECK(below < most);
+  }
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "gelight/geodesic/fast_marching.hpp"
@@ -36,28 +37,11 @@ TEST_CASE("never longer than along edges; a query leaves no trace") {
 TEST_CASE("a fan of 10,000 spokes") { test::check_fan<Solver>(); }
 
 TEST_CASE("spheres: mean and largest error, and the order at which they fall") {
-  test::Error before, first;
-  for (const int level : {3, 4, 5, 6}) {
-    const test::Error error = test::sphere_error<Solver>(level, 130);
-    MESSAGE("level " << level << ": mean " << error.mean << ", max " << error.max);
-    if (level == 3) first = error;
-    before = error;
-  }
-  CHECK(std::log2(first.mean / before.mean) / 3 > 1.8);
-  CHECK(before.mean < 2e-4);
-  CHECK(before.max < 0.002);
+  test::check_spheres<Solver>(1.8, {.mean = 2e-4, .max = 0.002});
 }
 
 TEST_CASE("thin and obtuse triangles: near the exact polyhedral distance") {
-  for (const double stretch : {5.0, 20.0}) {
-    auto mesh = icosphere<double>(4);
-    for (auto& p : mesh.positions) p[2] *= stretch;
-    const std::vector<Source<double>> sources{{vertex_point<double>(100), 0}};
-    const auto error = test::polyhedral_error<Solver>(mesh, sources);
-    MESSAGE("stretched x" << stretch << ": mean " << error.mean << ", max " << error.max);
-    CHECK(error.mean < 2e-3);
-    CHECK(error.max < 0.02);
-  }
+  test::check_stretched_spheres<Solver>();
 }
 
 // Ways that bend at a needle's corner are longer than the straight one by less than 1e-10, but show
@@ -213,4 +197,37 @@ TEST_CASE("many sources: as near as the nearest alone") {
 
 TEST_CASE("a hook cancels and follows queries") {
   test::check_cancelling<Solver, VirtualSourceOptions>();
+}
+
+TEST_CASE("fins on inner edges lengthen no way over a flat sheet") {
+  for (const Index one_in : {1, 2, 5, 40}) {
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      CAPTURE(one_in);
+      CAPTURE(seed);
+      test::Random random(seed);
+      auto mesh = test::jittered_grid(16, 0.2, random);
+      const Surface sheet(mesh);
+      for (Index h = 0; h < sheet.halfedge_count(); ++h) {
+        const Index a = sheet.origin(h), b = sheet.tip(h);
+        if (sheet.is_border(h) || sheet.twin(h) < h || test::uniform_index(random, one_in) > 0) {
+          continue;
+        }
+        const Vec3<double> middle = (sheet.position(a) + sheet.position(b)) / 2;
+        mesh.faces.push_back({a, b, static_cast<Index>(mesh.positions.size())});
+        mesh.positions.push_back({middle[0], middle[1], test::uniform(random, -0.1, 0.1)});
+      }
+      std::shuffle(mesh.faces.begin(), mesh.faces.end(), random);
+      for (auto& face : mesh.faces) {
+        if (test::uniform_index(random, 2) == 0) std::swap(face[0], face[1]);
+      }
+      const Solver solver(mesh);
+      for (const Index source : {Index{0}, Index{8}, Index{144}, Index{211}}) {
+        const auto d = solver.distance(source);
+        for (Index v = 0; v < sheet.vertex_count(); ++v) {
+          const double straight = (sheet.position(v) - sheet.position(source)).norm();
+          CHECK(std::abs(d[static_cast<std::size_t>(v)] - straight) <= 1e-6 * straight);
+        }
+      }
+    }
+  }
 }

@@ -359,6 +359,14 @@ int invented_pixels(const Mesh<T>& mesh, const Camera<T>& of_mesh,
   return invented;
 }
 
+// With its centre anywhere between two columns, and the same rows.
+template <class T>
+Camera<T> any_camera(Generator& random, double from, double to, Index width, Index height) {
+  const double fx = uniform(random, 20, 90), fy = uniform(random, 20, 90);
+  const double cx = uniform(random, from, to), cy = uniform(random, from, to);
+  return Camera<double>{fx, fy, cx, cy, width, height}.template cast<T>();
+}
+
 }  // namespace
 
 TEST_CASE_TEMPLATE("a triangle covers the pixels whose centres lie in it or on its sides", T, float,
@@ -382,13 +390,7 @@ TEST_CASE_TEMPLATE("no ray slips through a closed plate, also where it passes th
   int holes = 0, invented = 0, off = 0;
   for (int view = 0; view < 40 * effort; ++view) {
     const double scale = std::exp2(integer(random, -20, 20));
-    const auto camera = Camera<double>{uniform(random, 20, 90),
-                                       uniform(random, 20, 90),
-                                       uniform(random, 10, 40),
-                                       uniform(random, 10, 40),
-                                       48,
-                                       50}
-                            .cast<T>();
+    const auto camera = any_camera<T>(random, 10, 40, 48, 50);
     PlateShape shape;
     shape.cell = static_cast<Index>(integer(random, 1, 3));
     shape.cells = 40 / shape.cell;
@@ -419,13 +421,7 @@ TEST_CASE_TEMPLATE("a face without area, and one seen edge-on, invents no depth"
   int shown = 0, off = 0, invented = 0;
   for (int i = 0; i < 200 * effort; ++i) {
     const double scale = std::exp2(integer(random, -20, 20));
-    const auto camera = Camera<double>{uniform(random, 20, 90),
-                                       uniform(random, 20, 90),
-                                       uniform(random, 0, 31),
-                                       uniform(random, 0, 31),
-                                       32,
-                                       32}
-                            .cast<T>();
+    const auto camera = any_camera<T>(random, 0, 31, 32, 32);
     const auto exact = camera.template cast<double>();
     const auto point = [&](double u, double v) {
       return Vec3<double>(uniform(random, 0.5, 2) * scale * exact.ray(u, v));
@@ -644,6 +640,64 @@ TEST_CASE("cameras and triangles of any size") {
       }
     }
   }
+}
+
+TEST_CASE_TEMPLATE("what is seen at any scale is right or refused, never missing", T, float,
+                   double) {
+  // A wall that fills a turned image's lower left half, with coordinates in double.
+  const auto seen = [](const Camera<T>& camera, double size) {
+    const auto exact = camera.template cast<double>();
+    Mesh<double> wall;
+    for (const auto& [u, v] : {std::pair{-9.0, -9.0}, {99.0, 99.0}, {-9.0, 99.0}}) {
+      const Vec3<double> p = 2 * size * exact.ray(u, v);
+      wall.positions.push_back({p[0], p[1], p[2]});
+    }
+    wall.faces = {{0, 1, 2}};
+    const auto raster = gelight::rasterize(wall, camera);
+    Index wrong = 0;
+    for (Index v = 0; v < camera.height; ++v) {
+      for (Index u = 0; u < camera.width; ++u) {
+        if (u == v) continue;  // on the wall's side but for rounding
+        const bool is_right =
+            u < v ? std::abs(raster.depth(u, v) / size - 2) < 1e-6 : raster.face(u, v) < 0;
+        wrong += is_right ? 0 : 1;
+      }
+    }
+    return wrong;
+  };
+  int right = 0, refused = 0;
+  const auto check = [&](const Camera<T>& camera, double size) {
+    CAPTURE(camera.fx);
+    CAPTURE(camera.cx);
+    CAPTURE(size);
+    try {
+      const Index wrong = seen(camera, size);
+      CHECK(wrong == 0);
+      ++right;
+    } catch (const gelight::InvalidInput&) {
+      ++refused;
+    }
+  };
+  const Camera<T> usual{20, 20, T(15.5), T(11.5), 32, 24};
+  for (int exponent = -307; exponent <= 307; ++exponent) {
+    check(usual, 1.5 * std::pow(10.0, exponent));
+  }
+  CHECK(right >= (sizeof(T) == 4 ? 70 : 290));
+  for (int exponent = 0; exponent <= 30; ++exponent) {
+    for (const double sign : {-1, 1}) {
+      auto far = usual;
+      far.cx = static_cast<T>(sign * 1.3 * std::pow(10.0, exponent));
+      check(far, 0.1);
+    }
+  }
+  CHECK(right >= (sizeof(T) == 4 ? 94 : 314));
+  for (const int exponent : {-300, -200, -30, -6, 6, 30, 200, 300}) {
+    auto zoomed = usual;
+    zoomed.fx = static_cast<T>(std::pow(10.0, exponent));
+    if (!(zoomed.fx > 0) || std::isinf(zoomed.fx)) continue;
+    check(zoomed, 1);
+  }
+  CHECK(refused > 100);
 }
 
 TEST_CASE("bad cameras and bad meshes are refused") {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "gelight/image/fast_gaussian.hpp"
 #include "support/dented_depth.hpp"
 
 using namespace gelight;
@@ -58,4 +59,60 @@ TEST_CASE("a mean of the known pixels: a plane's even part stays, unknown pixels
   const auto lost =
       gaussian_of_known(Image<double>(4, 4, std::numeric_limits<double>::quiet_NaN()), 1, 4);
   for (const double pixel : lost.pixels()) CHECK(std::isnan(pixel));
+}
+
+TEST_CASE_TEMPLATE("where little is known it is the mean of that, however wide the Gaussian", T,
+                   float, double) {
+  std::mt19937 random(9);
+  for (const double sigma : {2.0, 20.0, 200.0, 1000.0}) {
+    for (const int known : {1, 2, 5, 40}) {
+      for (const Border border : {Border::reflect101, Border::replicate, Border::normalised}) {
+        constexpr T constant = T(0.037);
+        Image<T> image(64, 48, std::numeric_limits<T>::quiet_NaN());
+        for (int i = 0; i < known; ++i) {
+          image(static_cast<Index>(random() % 64), static_cast<Index>(random() % 48)) = constant;
+        }
+        const auto mean = gaussian_of_known(image, sigma, static_cast<Index>(2 * sigma), border);
+        for (std::size_t i = 0; i < mean.pixels().size(); ++i) {
+          if (std::isnan(image.pixels()[i])) continue;
+          CHECK(mean.pixels()[i] ==
+                doctest::Approx(constant).epsilon(sizeof(T) == 4 ? 2e-5 : 1e-9));
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("what is no number reaches no further than the filter", T, float, double) {
+  std::mt19937 random(2);
+  const T inf = std::numeric_limits<T>::infinity();
+  for (const T bad : {inf, -inf, std::numeric_limits<T>::quiet_NaN()}) {
+    const auto at_x = static_cast<Index>(random() % 60), at_y = static_cast<Index>(random() % 40);
+    Image<T> whole(60, 40, T(0.5)), holed = whole;
+    holed(at_x, at_y) = bad;
+    const auto check = [&](const auto& filter, Index reach) {
+      const auto want = filter(whole), got = filter(holed);
+      int wrong = 0;
+      for (Index y = 0; y < 40; ++y) {
+        for (Index x = 0; x < 60; ++x) {
+          const bool is_beyond = std::abs(x - at_x) > reach || std::abs(y - at_y) > reach;
+          wrong += is_beyond && std::abs(got(x, y) - want(x, y)) > T(1e-6) ? 1 : 0;
+          wrong += is_beyond && !std::isfinite(got(x, y)) ? 1 : 0;
+        }
+      }
+      CHECK(wrong == 0);
+      CHECK(!std::isfinite(got(at_x, at_y)));
+    };
+    for (const Index radius : {1, 3, 9}) {
+      check([&](const auto& image) { return gaussian(image, 0, radius); }, 0);
+      check([&](const auto& image) { return gaussian(image, 1e-5, radius); }, 0);
+      check([&](const auto& image) { return gaussian(image, 2, radius); }, radius);
+    }
+    for (const int passes : {1, 3, 5}) {
+      for (const double sigma : {0.5, 1.0, 3.0}) {
+        const auto reach = passes * (static_cast<Index>(std::sqrt(3 * sigma * sigma / passes)) + 2);
+        check([&](const auto& image) { return gaussian_boxes(image, sigma, passes); }, reach);
+      }
+    }
+  }
 }

@@ -496,6 +496,55 @@ TEST_CASE("a taut membrane: nothing pulls at the object, nothing goes through it
   }
 }
 
+TEST_CASE("a very taut membrane: the contact's equations hold, and few cycles find it") {
+  // Sweeps alone would take thousands.
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> wave(500, 4000), height(2e-6, 4e-5);
+  const double pixel = 6e-5;
+  const auto eye = camera(201, 150, pixel);
+  for (const double tension : {30.0, 300.0, 3000.0}) {
+    const double a = wave(random), b = wave(random), rough = height(random);
+    const auto shape = object(eye, [&](double x, double y) {
+      return (x * x + 2 * y * y) / 0.01 + rough * std::sin(a * x) * std::cos(b * y);
+    });
+    const Gel gel{.elastic_modulus = 1e5, .thickness = 0.005, .tension = tension};
+    const SpringBed bed(eye, rest, gel);
+    int cycles = 0;
+    const CancelHook count([&] {
+      ++cycles;
+      return false;
+    });
+    const auto contact = bed.press(shape, 1.0, count);
+    REQUIRE(contact.equilibrium == Equilibrium::reached);
+    CHECK(cycles < 500);
+    const auto& w = contact.indentation;
+    const double c = tension / gel.stiffness() / (pixel * pixel);
+    const double deep = *std::max_element(w.pixels().begin(), w.pixels().end());
+    double sum = 0;
+    for (Index v = 0; v < eye.height; ++v) {
+      for (Index u = 0; u < eye.width; ++u) {
+        double pressure = w(u, v);
+        for (const auto& [du, dv] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+          const Index x = u + du, y = v + dv;
+          if (x < 0 || y < 0 || x >= eye.width || y >= eye.height) continue;
+          pressure += c * (w(u, v) - w(x, y));
+        }
+        sum += pressure;
+        const double past = contact.displacement - (shape(u, v) - rest);
+        CHECK(w(u, v) >= past - 1e-12 * deep);
+        const double rounding = 1e-11 * (1 + 4 * c) * deep;
+        if (contact.touching(u, v) == 1) {
+          CHECK(pressure > -rounding);
+          CHECK(std::abs(w(u, v) - past) < 1e-11 * deep);
+        } else {
+          CHECK(std::abs(pressure) < rounding);
+        }
+      }
+    }
+    CHECK(gel.stiffness() * bed.spring_area() * sum == doctest::Approx(1).epsilon(1e-9));
+  }
+}
+
 TEST_CASE("hardly any tension: the lone springs; more tension: less deep") {
   const auto eye = camera(41, 41, 2e-4);
   const auto ball = object(eye, [](double x, double y) { return (x * x + y * y) / 0.02; });

@@ -408,3 +408,25 @@ TEST_CASE_TEMPLATE("what is seen beyond is refused by pixel where it is no share
   rounded(3, 4) = {1.001, -0.0, 1};
   CHECK(refusal([&] { renderer.render_into(out, rest, rounded); }) == "accepted");
 }
+
+TEST_CASE_TEMPLATE("beside holes no pixel's light hangs on a rounding", T, float, double) {
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> one(0, 1);
+  const auto eye = camera.cast<T>();
+  for (const double known : {0.15, 0.3, 0.6, 0.9}) {
+    for (const Index radius : {1, 2}) {
+      const SeeThroughOptions options{.thickness = 0.02, .normal_radius = radius};
+      const std::array<T, 3> colour{T(0.7), T(0.7), T(0.8)};
+      const SeeThroughRenderer renderer(eye, rest, edge_lights(eye, T(0.3)), colour, options);
+      auto contact = ball(0.01, 35, 27, 20);
+      for (double& z : contact.pixels()) {
+        z = one(random) < known ? z - 1e-4 * one(random) : unknown;
+      }
+      auto beside = contact;
+      for (double& z : beside.pixels()) {
+        z *= 1 + 4 * double{std::numeric_limits<T>::epsilon()} * (one(random) - 0.5);
+      }
+      CHECK(worst(renderer.render(contact), renderer.render(beside)) <= 1);
+    }
+  }
+}

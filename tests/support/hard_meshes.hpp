@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gelight/mesh/shapes.hpp"
+#include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 #include "gelight/views/mesh_view.hpp"
 
@@ -27,6 +28,14 @@ inline double uniform(Random& random, double low, double high) {
 }
 inline Index uniform_index(Random& random, Index count) {
   return std::uniform_int_distribution<Index>(0, count - 1)(random);
+}
+
+inline double longest_edge(const Surface<double>& surface) {
+  double longest = 0;
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    longest = std::max(longest, surface.length(h));
+  }
+  return longest;
 }
 
 /// A flat sheet of n x n unit cells, each cut along a random diagonal.

@@ -76,6 +76,35 @@ Error polyhedral_error(const Mesh<double>& mesh, std::span<const Source<double>>
   return error_of(d, [&](std::size_t v) { return std::isfinite(exact[v]) ? exact[v] : 0; });
 }
 
+/// On icospheres of 642 to 40,962 vertices: the order at which the mean error falls at least, and
+/// what the last one's errors are below.
+template <class Solver>
+void check_spheres(double order, const Error& bounds) {
+  Error first, last;
+  for (const int level : {3, 4, 5, 6}) {
+    last = sphere_error<Solver>(level, 130);
+    MESSAGE("level " << level << ": mean " << last.mean << ", max " << last.max);
+    if (level == 3) first = last;
+  }
+  CHECK(std::log2(first.mean / last.mean) / 3 > order);
+  CHECK(last.mean < bounds.mean);
+  CHECK(last.max < bounds.max);
+}
+
+/// On spheres of thin and obtuse triangles: near the exact polyhedral distance.
+template <class Solver>
+void check_stretched_spheres() {
+  for (const double stretch : {5.0, 20.0}) {
+    auto mesh = icosphere<double>(4);
+    for (auto& p : mesh.positions) p[2] *= stretch;
+    const std::vector<Source<double>> sources{{vertex_point<double>(100), 0}};
+    const auto error = polyhedral_error<Solver>(mesh, sources);
+    MESSAGE("stretched x" << stretch << ": mean " << error.mean << ", max " << error.max);
+    CHECK(error.mean < 2e-3);
+    CHECK(error.max < 0.02);
+  }
+}
+
 // Three quarters of a square; the corner of the border is at (1, 1).
 inline Mesh<double> bent_sheet(Index n) {
   auto mesh = grid<double>(n, n, 2.0, 2.0);

@@ -27,7 +27,9 @@ struct Led;
 
 /// A light model: the unit direction in which the light of an LED travels at each of some points of
 /// a membrane, zero where it has none. It asks the hook while it works, and throws Cancelled where
-/// that answers yes. Calls may come from several threads.
+/// that answers yes. Calls may come from several threads. A `static constexpr bool is_tangent`, if
+/// there is one, tells a renderer whether light runs in the membrane, so that at rest it is
+/// tangent.
 template <class M, class T>
 concept LightModel = std::floating_point<T> &&
     requires(const M& model, const Led<T>& led, std::span<const SurfacePoint<T>> points,

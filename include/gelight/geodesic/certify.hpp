@@ -171,20 +171,7 @@ class Certifier {
   static constexpr double march_share = 0.6;
 
   [[nodiscard]] DistanceBounds<T> bounds_of(detail::Sources sources, std::span<const T> distances,
-                                            const CancelHook& cancelled) const {
-    require_distances(distances);
-    const auto starts = detail::move_to_zero(surface_, sources);
-    const detail::BoundFinder<double> finder(surface_, *faces_);
-    const Values upper = finder.upper(sources, cancelled.part(0, march_share));
-    Values potential = upper;
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      const double given = double{distances[static_cast<std::size_t>(v)]} - starts.at(v);
-      if (upper[v] < unreachable<double>) potential[v] = std::clamp(given, 0.0, upper[v]);
-    }
-    const Values lower =
-        finder.lower(sources, std::move(potential), cancelled.part(march_share, 1));
-    return detail::moved<T>(lower, upper, starts);
-  }
+                                            const CancelHook& cancelled) const;
 
   void require_distances(std::span<const T> distances) const {
     detail::require(distances.size() == static_cast<std::size_t>(surface_.vertex_count()),
@@ -198,6 +185,22 @@ class Certifier {
   Surface<double> surface_;
   std::shared_ptr<const detail::PlanarFaces> faces_;
 };
+
+template <std::floating_point T>
+auto Certifier<T>::bounds_of(detail::Sources sources, std::span<const T> distances,
+                             const CancelHook& cancelled) const -> DistanceBounds<T> {
+  require_distances(distances);
+  const auto starts = detail::move_to_zero(surface_, sources);
+  const detail::BoundFinder<double> finder(surface_, *faces_);
+  const Values upper = finder.upper(sources, cancelled.part(0, march_share));
+  Values potential = upper;
+  for (Index v = 0; v < surface_.vertex_count(); ++v) {
+    const double given = double{distances[static_cast<std::size_t>(v)]} - starts.at(v);
+    if (upper[v] < unreachable<double>) potential[v] = std::clamp(given, 0.0, upper[v]);
+  }
+  const Values lower = finder.lower(sources, std::move(potential), cancelled.part(march_share, 1));
+  return detail::moved<T>(lower, upper, starts);
+}
 
 template <TriangleMesh M>
 explicit Certifier(const M&) -> Certifier<MeshScalar<M>>;

@@ -47,14 +47,7 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   template <TriangleMesh M>
   explicit DijkstraSolver(const M& mesh, const DijkstraOptions& options = {})
       : surface_(mesh), cancelled_(options.cancelled) {
-    detail::require(options.steiner_points >= 0, "the number of Steiner points is ",
-                    options.steiner_points, ", less than 0");
-    if (options.steiner_points > 0) {
-      graph_ =
-          std::make_shared<const detail::SteinerGraphOf<Real>>(surface_, options.steiner_points);
-    } else {
-      link();
-    }
+    set_up(options);
   }
 
   /// The surface that the solver works on.
@@ -65,12 +58,9 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   using Real = typename detail::WorkingPrecision<T>::Real;
   using Queue = detail::BucketQueueOf<Real>;
 
-  [[nodiscard]] detail::Array<Real> solve_vertices(std::vector<Source<Real>> sources) const {
-    const auto starts = detail::move_to_zero(surface_, sources);
-    auto distance = graph_ ? graph_->distance(sources, cancelled_) : along_edges(sources);
-    for (Index v = 0; v < surface_.vertex_count(); ++v) distance[v] += starts.at(v);
-    return distance;
-  }
+  void set_up(const DijkstraOptions& options);
+
+  [[nodiscard]] detail::Array<Real> solve_vertices(std::vector<Source<Real>> sources) const;
 
   struct Edge {
     Real length;
@@ -135,6 +125,26 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   std::shared_ptr<detail::Pool<Queue>> queues_ = std::make_shared<detail::Pool<Queue>>();
   std::shared_ptr<const detail::SteinerGraphOf<Real>> graph_;  // where there are Steiner points
 };
+
+template <std::floating_point T>
+void DijkstraSolver<T>::set_up(const DijkstraOptions& options) {
+  detail::require(options.steiner_points >= 0, "the number of Steiner points is ",
+                  options.steiner_points, ", less than 0");
+  if (options.steiner_points > 0) {
+    graph_ = std::make_shared<const detail::SteinerGraphOf<Real>>(surface_, options.steiner_points);
+  } else {
+    link();
+  }
+}
+
+template <std::floating_point T>
+auto DijkstraSolver<T>::solve_vertices(std::vector<Source<Real>> sources) const
+    -> detail::Array<Real> {
+  const auto starts = detail::move_to_zero(surface_, sources);
+  auto distance = graph_ ? graph_->distance(sources, cancelled_) : along_edges(sources);
+  for (Index v = 0; v < surface_.vertex_count(); ++v) distance[v] += starts.at(v);
+  return distance;
+}
 
 template <TriangleMesh M>
 explicit DijkstraSolver(const M&) -> DijkstraSolver<MeshScalar<M>>;

@@ -168,27 +168,17 @@ class DistanceQueries {
     return distance(std::span<const Index>(&vertex, 1));
   }
   /// Distance of every vertex from the nearest of several vertices.
-  [[nodiscard]] std::vector<T> distance(std::span<const Index> vertices) const {
-    return to_vector(solver().solve_vertices(checked_sources(surface(), vertices)));
-  }
+  [[nodiscard]] std::vector<T> distance(std::span<const Index> vertices) const;
   /// Distance of every vertex from the nearest of several points, each with a start distance.
-  [[nodiscard]] std::vector<T> distance(std::span<const Source<T>> sources) const {
-    return to_vector(solver().solve_vertices(checked_sources(surface(), sources)));
-  }
+  [[nodiscard]] std::vector<T> distance(std::span<const Source<T>> sources) const;
 
   /// The same, copied into the caller's memory: `out` has an element per vertex. What the solver
   /// works with is allocated as for `distance`; only the result is not.
   void distance_into(std::span<T> out, Index vertex) const {
     distance_into(out, std::span<const Index>(&vertex, 1));
   }
-  void distance_into(std::span<T> out, std::span<const Index> vertices) const {
-    require_size(out);
-    copy(solver().solve_vertices(checked_sources(surface(), vertices)), out);
-  }
-  void distance_into(std::span<T> out, std::span<const Source<T>> sources) const {
-    require_size(out);
-    copy(solver().solve_vertices(checked_sources(surface(), sources)), out);
-  }
+  void distance_into(std::span<T> out, std::span<const Index> vertices) const;
+  void distance_into(std::span<T> out, std::span<const Source<T>> sources) const;
 
  private:
   [[nodiscard]] const Solver& solver() const { return static_cast<const Solver&>(*this); }
@@ -210,6 +200,31 @@ class DistanceQueries {
     return out;
   }
 };
+
+template <class Solver, std::floating_point T>
+auto DistanceQueries<Solver, T>::distance(std::span<const Index> vertices) const -> std::vector<T> {
+  return to_vector(solver().solve_vertices(checked_sources(surface(), vertices)));
+}
+
+template <class Solver, std::floating_point T>
+auto DistanceQueries<Solver, T>::distance(std::span<const Source<T>> sources) const
+    -> std::vector<T> {
+  return to_vector(solver().solve_vertices(checked_sources(surface(), sources)));
+}
+
+template <class Solver, std::floating_point T>
+void DistanceQueries<Solver, T>::distance_into(std::span<T> out,
+                                               std::span<const Index> vertices) const {
+  require_size(out);
+  copy(solver().solve_vertices(checked_sources(surface(), vertices)), out);
+}
+
+template <class Solver, std::floating_point T>
+void DistanceQueries<Solver, T>::distance_into(std::span<T> out,
+                                               std::span<const Source<T>> sources) const {
+  require_size(out);
+  copy(solver().solve_vertices(checked_sources(surface(), sources)), out);
+}
 
 }  // namespace detail
 }  // namespace gelight

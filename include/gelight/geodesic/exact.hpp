@@ -94,12 +94,7 @@ template <std::floating_point T>
 class ExactField {
  public:
   /// Distance of each vertex, +infinity where no path leads.
-  [[nodiscard]] std::vector<T> distances() const {
-    std::vector<T> out;
-    out.reserve(distances_.size());
-    for (Index v = 0; v < surface_.vertex_count(); ++v) out.push_back(distance_of_vertex(v));
-    return out;
-  }
+  [[nodiscard]] std::vector<T> distances() const;
 
   /// Distance of a point, +infinity where no path leads.
   ///@{
@@ -107,9 +102,7 @@ class ExactField {
     surface_.require_vertex(vertex);
     return distance_of_vertex(vertex);
   }
-  [[nodiscard]] T distance(const SurfacePoint<T>& point) const {
-    return distance_of(nearest(checked(point)));
-  }
+  [[nodiscard]] T distance(const SurfacePoint<T>& point) const;
   ///@}
 
   /// The shortest path from the source to a point; its length and the source's start distance sum
@@ -117,22 +110,14 @@ class ExactField {
   /// shortest paths one is returned.
   ///@{
   [[nodiscard]] Path<T> path(Index vertex) const { return path(vertex_point<T>(vertex)); }
-  [[nodiscard]] Path<T> path(const SurfacePoint<T>& point) const {
-    const std::vector<Point> back = trace(nearest(checked(point)));
-    Path<T> out;
-    out.reserve(back.size());
-    for (auto p = back.rbegin(); p != back.rend(); ++p) out.push_back(p->template cast<T>());
-    return out;
-  }
+  [[nodiscard]] Path<T> path(const SurfacePoint<T>& point) const;
   ///@}
 
   /// The unit tangent in which the shortest path travels on arrival. Zero at a source and where no
   /// path leads. Of several shortest paths one is taken; `arrivals` tells all.
   ///@{
   [[nodiscard]] Vec3<T> direction(Index vertex) const { return direction(vertex_point<T>(vertex)); }
-  [[nodiscard]] Vec3<T> direction(const SurfacePoint<T>& point) const {
-    return direction_of(nearest(checked(point))).template cast<T>();
-  }
+  [[nodiscard]] Vec3<T> direction(const SurfacePoint<T>& point) const;
   ///@}
 
   /// All straight lines by which a point is reached with at most (1 + relative_tolerance) times its
@@ -145,18 +130,7 @@ class ExactField {
     return arrivals(vertex_point<T>(vertex), relative_tolerance);
   }
   [[nodiscard]] std::vector<ExactArrival<T>> arrivals(
-      const SurfacePoint<T>& point, T relative_tolerance = default_tolerance) const {
-    detail::require(relative_tolerance >= 0, "a relative tolerance of ", relative_tolerance);
-    const Point p = checked(point);
-    const End shortest = nearest(p);
-    if (!(shortest.distance < unreachable<Real>)) return {};
-    const Real limit = shortest.distance * (1 + Real{relative_tolerance});
-    std::vector<End> ends = has_windows(p) ? ends_at(p, limit) : ends_of_search(p, limit);
-    ends.push_back(shortest);
-    std::stable_sort(ends.begin(), ends.end(),
-                     [](const End& a, const End& b) { return a.distance < b.distance; });
-    return distinct(ends);
-  }
+      const SurfacePoint<T>& point, T relative_tolerance = default_tolerance) const;
   ///@}
 
   /// How the shortest path to a point leaves its source, for log maps: the length is the distance,
@@ -166,14 +140,7 @@ class ExactField {
   [[nodiscard]] ExactDeparture<T> departure(Index vertex) const {
     return departure(vertex_point<T>(vertex));
   }
-  [[nodiscard]] ExactDeparture<T> departure(const SurfacePoint<T>& point) const {
-    std::vector<Point> path = trace(nearest(checked(point)));
-    detail::require(path.size() > 1, "no direction leads from a source to the point on ",
-                    point.kind == SurfacePoint<T>::Kind::face ? "face " : "vertex ",
-                    point.element[0]);
-    std::reverse(path.begin(), path.end());
-    return departure_along(path);
-  }
+  [[nodiscard]] ExactDeparture<T> departure(const SurfacePoint<T>& point) const;
   ///@}
 
  private:
@@ -749,6 +716,58 @@ class ExactField {
   std::size_t max_memory_ = std::numeric_limits<std::size_t>::max();
 };
 
+template <std::floating_point T>
+auto ExactField<T>::distances() const -> std::vector<T> {
+  std::vector<T> out;
+  out.reserve(distances_.size());
+  for (Index v = 0; v < surface_.vertex_count(); ++v) out.push_back(distance_of_vertex(v));
+  return out;
+}
+
+template <std::floating_point T>
+auto ExactField<T>::distance(const SurfacePoint<T>& point) const -> T {
+  return distance_of(nearest(checked(point)));
+}
+
+template <std::floating_point T>
+auto ExactField<T>::path(const SurfacePoint<T>& point) const -> Path<T> {
+  const std::vector<Point> back = trace(nearest(checked(point)));
+  Path<T> out;
+  out.reserve(back.size());
+  for (auto p = back.rbegin(); p != back.rend(); ++p) out.push_back(p->template cast<T>());
+  return out;
+}
+
+template <std::floating_point T>
+auto ExactField<T>::direction(const SurfacePoint<T>& point) const -> Vec3<T> {
+  return direction_of(nearest(checked(point))).template cast<T>();
+}
+
+template <std::floating_point T>
+auto ExactField<T>::arrivals(const SurfacePoint<T>& point, T relative_tolerance) const
+    -> std::vector<ExactArrival<T>> {
+  detail::require(relative_tolerance >= 0, "a relative tolerance of ", relative_tolerance);
+  const Point p = checked(point);
+  const End shortest = nearest(p);
+  if (!(shortest.distance < unreachable<Real>)) return {};
+  const Real limit = shortest.distance * (1 + Real{relative_tolerance});
+  std::vector<End> ends = has_windows(p) ? ends_at(p, limit) : ends_of_search(p, limit);
+  ends.push_back(shortest);
+  std::stable_sort(ends.begin(), ends.end(),
+                   [](const End& a, const End& b) { return a.distance < b.distance; });
+  return distinct(ends);
+}
+
+template <std::floating_point T>
+auto ExactField<T>::departure(const SurfacePoint<T>& point) const -> ExactDeparture<T> {
+  std::vector<Point> path = trace(nearest(checked(point)));
+  detail::require(path.size() > 1, "no direction leads from a source to the point on ",
+                  point.kind == SurfacePoint<T>::Kind::face ? "face " : "vertex ",
+                  point.element[0]);
+  std::reverse(path.begin(), path.end());
+  return departure_along(path);
+}
+
 /// Exact geodesic distance on a triangle mesh: the length of the shortest path over its faces.
 ///
 /// Constructed once from a mesh, in O(vertices + faces log valence); queries are const and safe
@@ -774,12 +793,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   /// Throws InvalidInput as Surface does, and for options that do not fit the mesh. The options
   /// hold for every query that is not given its own.
   explicit ExactSolver(const TriangleMesh auto& mesh, ExactOptions<T> options = {})
-      : surface_(mesh),
-        faces_(std::make_shared<const PlanarFaces>(surface_)),
-        options_(std::move(options)),
-        mean_edge_(detail::mean_edge_length(surface_)),
-        pool_(std::make_shared<Pool>()) {
-    require_options(options_);
+      : surface_(mesh), options_(std::move(options)) {
+    set_up();
   }
 
   /// The surface that the solver works on.
@@ -807,16 +822,12 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     return solve(vertices, options_);
   }
   [[nodiscard]] ExactField<T> solve(std::span<const Index> vertices,
-                                    const ExactOptions<T>& options) const {
-    return solve_checked(detail::checked_sources(surface_, vertices), options);
-  }
+                                    const ExactOptions<T>& options) const;
   [[nodiscard]] ExactField<T> solve(std::span<const Source<T>> sources) const {
     return solve(sources, options_);
   }
   [[nodiscard]] ExactField<T> solve(std::span<const Source<T>> sources,
-                                    const ExactOptions<T>& options) const {
-    return solve_checked(detail::checked_sources(surface_, sources), options);
-  }
+                                    const ExactOptions<T>& options) const;
   ///@}
 
   /// Distances from the nearest points of segments: of curves, as chains of them. They are those of
@@ -853,6 +864,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   using Pool = detail::Pool<Workspace>;
   using Borrowed = typename Pool::Borrowed;
 
+  void set_up();
+
   void require_options(const ExactOptions<T>& options) const {
     detail::require(!std::isnan(options.max_distance), "the greatest distance is not a number");
     detail::require(options.reset_radius > 0, "the reset radius is ", options.reset_radius,
@@ -860,21 +873,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     for (const auto& target : options.targets) surface_.require_point(target);
   }
 
-  [[nodiscard]] detail::Array<Real> solve_vertices(Sources sources) const {
-    const auto starts = normalise(sources);
-    const Borrowed workspace(*pool_);
-    Limits limits = limits_of(options_, starts);
-    limits.keep_windows = false;
-    limits.faces_to_keep.clear();
-    run(*workspace, sources, limits);
-    detail::Array<Real> out;
-    out.reserve((*workspace).distances.size());
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      const Real d = (*workspace).distances[v];
-      out.push_back(d <= (*workspace).bound_at(v) ? d + starts.at(v) : unreachable<Real>);
-    }
-    return out;
-  }
+  [[nodiscard]] detail::Array<Real> solve_vertices(Sources sources) const;
 
   // Segments, and the points of them from which their ends and the corners of their faces are
   // reached.
@@ -910,26 +909,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   }
 
   [[nodiscard]] ExactField<T> solve_checked(Sources sources, const ExactOptions<T>& options,
-                                            std::vector<detail::FrontOf<Real>> fronts = {}) const {
-    require_options(options);
-    ExactField<T> field(surface_);
-    field.faces_ = faces_;
-    field.cancelled_ = options.cancelled;
-    field.max_memory_ = options.max_memory;
-    field.starts_ = normalise(sources);
-    field.sources_ = std::move(sources);
-    for (auto& front : fronts) front.start -= field.starts_.at(surface_.face(front.face)[0]);
-    field.fronts_ = std::move(fronts);
-    Limits limits = limits_of(options, field.starts_);
-    limits.fronts = field.fronts_;
-    limits.size = field.fronts_.empty() ? 0 : detail::size_of(surface_);
-    const Borrowed workspace(*pool_);
-    run(*workspace, field.sources_, limits);
-    field.adopt(*workspace);
-    field.bends_anywhere_ = limits.ring < unreachable<Real>;
-    field.kept_faces_ = limits.keep_windows ? detail::Array<char>{} : limits.faces_to_keep;
-    return field;
-  }
+                                            std::vector<detail::FrontOf<Real>> fronts = {}) const;
 
   void run(Workspace& workspace, const Sources& sources, const Limits& limits) const {
     workspace.run(surface_, *faces_, sources, limits);
@@ -984,9 +964,70 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   Surface<Real> surface_;
   std::shared_ptr<const PlanarFaces> faces_;
   ExactOptions<T> options_;
-  Real mean_edge_;
+  Real mean_edge_ = 0;
   std::shared_ptr<Pool> pool_;
 };
+
+template <std::floating_point T>
+void ExactSolver<T>::set_up() {
+  require_options(options_);
+  faces_ = std::make_shared<const PlanarFaces>(surface_);
+  mean_edge_ = detail::mean_edge_length(surface_);
+  pool_ = std::make_shared<Pool>();
+}
+
+template <std::floating_point T>
+auto ExactSolver<T>::solve(std::span<const Index> vertices, const ExactOptions<T>& options) const
+    -> ExactField<T> {
+  return solve_checked(detail::checked_sources(surface_, vertices), options);
+}
+
+template <std::floating_point T>
+auto ExactSolver<T>::solve(std::span<const Source<T>> sources, const ExactOptions<T>& options) const
+    -> ExactField<T> {
+  return solve_checked(detail::checked_sources(surface_, sources), options);
+}
+
+template <std::floating_point T>
+auto ExactSolver<T>::solve_vertices(Sources sources) const -> detail::Array<Real> {
+  const auto starts = normalise(sources);
+  const Borrowed workspace(*pool_);
+  Limits limits = limits_of(options_, starts);
+  limits.keep_windows = false;
+  limits.faces_to_keep.clear();
+  run(*workspace, sources, limits);
+  detail::Array<Real> out;
+  out.reserve((*workspace).distances.size());
+  for (Index v = 0; v < surface_.vertex_count(); ++v) {
+    const Real d = (*workspace).distances[v];
+    out.push_back(d <= (*workspace).bound_at(v) ? d + starts.at(v) : unreachable<Real>);
+  }
+  return out;
+}
+
+template <std::floating_point T>
+auto ExactSolver<T>::solve_checked(Sources sources, const ExactOptions<T>& options,
+                                   std::vector<detail::FrontOf<Real>> fronts) const
+    -> ExactField<T> {
+  require_options(options);
+  ExactField<T> field(surface_);
+  field.faces_ = faces_;
+  field.cancelled_ = options.cancelled;
+  field.max_memory_ = options.max_memory;
+  field.starts_ = normalise(sources);
+  field.sources_ = std::move(sources);
+  for (auto& front : fronts) front.start -= field.starts_.at(surface_.face(front.face)[0]);
+  field.fronts_ = std::move(fronts);
+  Limits limits = limits_of(options, field.starts_);
+  limits.fronts = field.fronts_;
+  limits.size = field.fronts_.empty() ? 0 : detail::size_of(surface_);
+  const Borrowed workspace(*pool_);
+  run(*workspace, field.sources_, limits);
+  field.adopt(*workspace);
+  field.bends_anywhere_ = limits.ring < unreachable<Real>;
+  field.kept_faces_ = limits.keep_windows ? detail::Array<char>{} : limits.faces_to_keep;
+  return field;
+}
 
 template <TriangleMesh M>
 explicit ExactSolver(const M&) -> ExactSolver<MeshScalar<M>>;

@@ -260,21 +260,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   HeatSolver(Surface<Real> surface, const HeatOptions& options,
              std::shared_ptr<const detail::HeatSystemOf<Real>> system)
       : surface_(std::move(surface)), options_(options), system_(std::move(system)) {
-    detail::require(options.exact_radius >= 0, "the exact radius is ", options.exact_radius,
-                    ", less than 0");
-    detail::require(options.refinements >= 0, "the number of refinements is ", options.refinements,
-                    ", less than 0");
-    const CancelHook cancelled = detail::rising(options.cancelled, "the heat solver's set-up");
-    if (system_ != nullptr) {
-      system_->require_made_of(surface_);
-    } else {
-      system_ = std::make_shared<detail::HeatSystemOf<Real>>(
-          surface_, options.time_factor, options.intrinsic_delaunay, options.backend, cancelled);
-    }
-    if (options.exact_radius > 0) exact_.emplace(surface_);
-    if (options.boundary != HeatBoundary::neumann) hold_border(cancelled.part(0.2, 0.5));
-    (void)system_->heat_factor(cancelled.part(0.5, 0.75));
-    (void)system_->poisson_factor(cancelled.part(0.75, 1));
+    set_up(options);
   }
 
   /// The surface that the solver works on.
@@ -288,12 +274,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   [[nodiscard]] HeatResult<T> solve(Index vertex) const {
     return solve(std::span<const Index>(&vertex, 1));
   }
-  [[nodiscard]] HeatResult<T> solve(std::span<const Index> vertices) const {
-    return result_of(solution(detail::checked_sources(surface_, vertices)));
-  }
-  [[nodiscard]] HeatResult<T> solve(std::span<const Source<T>> sources) const {
-    return result_of(solution(detail::checked_sources(surface_, sources)));
-  }
+  [[nodiscard]] HeatResult<T> solve(std::span<const Index> vertices) const;
+  [[nodiscard]] HeatResult<T> solve(std::span<const Source<T>> sources) const;
   ///@}
 
   /// The factored systems, for solvers that share them.
@@ -321,9 +303,9 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   // Lengthening it would lift what lies beyond.
   static constexpr Real shortest_gradient = 0.97;
 
-  [[nodiscard]] detail::Array<Real> solve_vertices(detail::Sources sources) const {
-    return solution(std::move(sources)).distance;
-  }
+  void set_up(const HeatOptions& options);
+
+  [[nodiscard]] detail::Array<Real> solve_vertices(detail::Sources sources) const;
 
   [[nodiscard]] Solution solution(detail::Sources sources) const {
     return solution(std::move(sources),
@@ -578,6 +560,40 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   detail::SymmetricMatrix<Real> border_heat_;
   typename detail::HeatSystemOf<Real>::Factor border_factor_;
 };
+
+template <std::floating_point T>
+void HeatSolver<T>::set_up(const HeatOptions& options) {
+  detail::require(options.exact_radius >= 0, "the exact radius is ", options.exact_radius,
+                  ", less than 0");
+  detail::require(options.refinements >= 0, "the number of refinements is ", options.refinements,
+                  ", less than 0");
+  const CancelHook cancelled = detail::rising(options.cancelled, "the heat solver's set-up");
+  if (system_ != nullptr) {
+    system_->require_made_of(surface_);
+  } else {
+    system_ = std::make_shared<detail::HeatSystemOf<Real>>(
+        surface_, options.time_factor, options.intrinsic_delaunay, options.backend, cancelled);
+  }
+  if (options.exact_radius > 0) exact_.emplace(surface_);
+  if (options.boundary != HeatBoundary::neumann) hold_border(cancelled.part(0.2, 0.5));
+  (void)system_->heat_factor(cancelled.part(0.5, 0.75));
+  (void)system_->poisson_factor(cancelled.part(0.75, 1));
+}
+
+template <std::floating_point T>
+auto HeatSolver<T>::solve(std::span<const Index> vertices) const -> HeatResult<T> {
+  return result_of(solution(detail::checked_sources(surface_, vertices)));
+}
+
+template <std::floating_point T>
+auto HeatSolver<T>::solve(std::span<const Source<T>> sources) const -> HeatResult<T> {
+  return result_of(solution(detail::checked_sources(surface_, sources)));
+}
+
+template <std::floating_point T>
+auto HeatSolver<T>::solve_vertices(detail::Sources sources) const -> detail::Array<Real> {
+  return solution(std::move(sources)).distance;
+}
 
 template <TriangleMesh M>
 explicit HeatSolver(const M&) -> HeatSolver<MeshScalar<M>>;

@@ -231,9 +231,7 @@ class DistancePlanner {
   template <TriangleMesh M>
   explicit DistancePlanner(const M& mesh, PlanRequest request = {})
       : surface_(mesh), request_(std::move(request)), statistics_(surface_) {
-    require_request();
-    solvers_ = std::make_shared<const Solvers>(surface_, request_.targets);
-    choose();
+    set_up();
   }
 
   /// What was chosen for the request, and why.
@@ -245,12 +243,8 @@ class DistancePlanner {
   [[nodiscard]] PlannedDistances<T> distance(Index vertex) const {
     return distance(std::span<const Index>(&vertex, 1));
   }
-  [[nodiscard]] PlannedDistances<T> distance(std::span<const Index> vertices) const {
-    return run(detail::checked_sources(surface_, vertices));
-  }
-  [[nodiscard]] PlannedDistances<T> distance(std::span<const Source<T>> sources) const {
-    return run(detail::checked_sources(surface_, sources));
-  }
+  [[nodiscard]] PlannedDistances<T> distance(std::span<const Index> vertices) const;
+  [[nodiscard]] PlannedDistances<T> distance(std::span<const Source<T>> sources) const;
   ///@}
 
  private:
@@ -518,19 +512,9 @@ class DistancePlanner {
     double worst_checked = 0;
   };
 
-  [[nodiscard]] PlannedDistances<T> run(detail::Sources sources) const {
-    detail::Starts starts = detail::move_to_zero(surface_, sources);
-    const Query query{std::move(sources), std::move(starts)};
-    if (is_lifted()) return lifted(query);
-    const bool is_last = !may_escalate();
-    const CancelHook& hook = request_.cancelled;
-    PlannedDistances<T> result =
-        attempt(chosen_, query, is_last ? hook : hook.part(0, first_method));
-    if (result.satisfies || is_last) return result;
-    PlannedDistances<T> exact = attempt(Method::exact, query, hook.part(first_method, 1));
-    exact.reason = result.reason + "; escalated: " + exact.reason;
-    return exact;
-  }
+  void set_up();
+
+  [[nodiscard]] PlannedDistances<T> run(detail::Sources sources) const;
   [[nodiscard]] bool may_escalate() const {
     return chosen_ != Method::exact && plan_.expected_to_satisfy && within_limits(Method::exact);
   }
@@ -788,6 +772,37 @@ class DistancePlanner {
   DistancePlan plan_;
   std::shared_ptr<const Solvers> solvers_;
 };
+
+template <std::floating_point T>
+void DistancePlanner<T>::set_up() {
+  require_request();
+  solvers_ = std::make_shared<const Solvers>(surface_, request_.targets);
+  choose();
+}
+
+template <std::floating_point T>
+auto DistancePlanner<T>::distance(std::span<const Index> vertices) const -> PlannedDistances<T> {
+  return run(detail::checked_sources(surface_, vertices));
+}
+
+template <std::floating_point T>
+auto DistancePlanner<T>::distance(std::span<const Source<T>> sources) const -> PlannedDistances<T> {
+  return run(detail::checked_sources(surface_, sources));
+}
+
+template <std::floating_point T>
+auto DistancePlanner<T>::run(detail::Sources sources) const -> PlannedDistances<T> {
+  detail::Starts starts = detail::move_to_zero(surface_, sources);
+  const Query query{std::move(sources), std::move(starts)};
+  if (is_lifted()) return lifted(query);
+  const bool is_last = !may_escalate();
+  const CancelHook& hook = request_.cancelled;
+  PlannedDistances<T> result = attempt(chosen_, query, is_last ? hook : hook.part(0, first_method));
+  if (result.satisfies || is_last) return result;
+  PlannedDistances<T> exact = attempt(Method::exact, query, hook.part(first_method, 1));
+  exact.reason = result.reason + "; escalated: " + exact.reason;
+  return exact;
+}
 
 template <TriangleMesh M>
 explicit DistancePlanner(const M&) -> DistancePlanner<MeshScalar<M>>;

@@ -166,7 +166,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     Lift lift(*faces_);
     const Lifted found = lift.measure(on_mesh);
     out.trust = trust(found);
-    out.length = static_cast<T>(found.shortest());
+    out.length = detail::distance_as<T>(found.shortest(), "a point");
     out.direction = found.direction.template cast<T>();
     for (const auto& p : lift.places()) out.positions.push_back(p.template cast<T>());
     return out;
@@ -257,8 +257,9 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
       if (v % 64 == 0) ask(0.3 + 0.6 * v / count);
     }
     mark_cut_locus(ends);
-    for (const End& end : ends) {
-      out.distance.push_back(static_cast<T>(end.distance));
+    for (Index v = 0; v < count; ++v) {
+      const End& end = ends[v];
+      out.distance.push_back(detail::distance_as<T>(end.distance, "vertex ", v));
       out.direction.push_back(end.direction.template cast<T>());
       out.trust.push_back(end.trust);
     }

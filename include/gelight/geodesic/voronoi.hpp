@@ -60,10 +60,11 @@ class GrowingDistances {
   ///@}
 
   /// Distance of a vertex from the nearest source so far, +infinity where there is none. Throws
-  /// InvalidInput for a vertex that is not of the surface.
+  /// InvalidInput for a vertex that is not of the surface, and a distance that T cannot hold.
   [[nodiscard]] T distance(Index vertex) const {
     surface_.require_vertex(vertex);
-    return is_first_ ? unreachable<T> : static_cast<T>(propagation_.distances[vertex]);
+    if (is_first_) return unreachable<T>;
+    return detail::distance_as<T>(propagation_.distances[vertex], "vertex ", vertex);
   }
 
   /// The surface.

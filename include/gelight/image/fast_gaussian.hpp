@@ -182,8 +182,28 @@ void slide_row(T* __restrict out, double* __restrict sum, const T* first, const 
   }
 }
 
+/// The sums that box_down moves on, each anew: of what is not finite nothing can be taken away.
+template <class T>
+[[nodiscard]] Image<T> summed_box_down(const Image<T>& padded, const ExtendedBox& box) {
+  const Index reach = box.radius + 1, width = padded.width(), height = padded.height() - 2 * reach;
+  Image<T> result(width, height);
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      double sum = 0;
+      for (Index k = 1; k < 2 * reach; ++k) sum += double{padded(x, y + k)};
+      const double ends = double{padded(x, y)} + double{padded(x, y + 2 * reach)};
+      result(x, y) = static_cast<T>(box.inner * sum + (box.outer > 0 ? box.outer * ends : 0));
+    }
+  }
+  return result;
+}
+
 template <class T>
 [[nodiscard]] Image<T> box_down(const Image<T>& padded, const ExtendedBox& box) {
+  const auto& pixels = padded.pixels();
+  if (!std::all_of(pixels.begin(), pixels.end(), [](T value) { return std::isfinite(value); })) {
+    return summed_box_down(padded, box);
+  }
   const Index reach = box.radius + 1, width = padded.width(), height = padded.height() - 2 * reach;
   Image<T> result(width, height);
   std::vector<double> sum(static_cast<std::size_t>(width));

@@ -169,7 +169,9 @@ template <ImageLike I, class T>
 [[nodiscard]] Image<PixelOf<I>> convolve_symmetric(const I& image, const std::vector<T>& weights,
                                                    Border border) {
   using P = PixelOf<I>;
-  const Index radius = static_cast<Index>(weights.size()) - 1;
+  Index radius = static_cast<Index>(weights.size()) - 1;
+  // What has no weight does not count, even where it is no number.
+  while (radius > 0 && weights[static_cast<std::size_t>(radius)] == 0) --radius;
   constexpr Index parts = PixelParts<P>::count;
   const Index width = static_cast<Index>(ImageTraits<I>::width(image));
   const Index height = static_cast<Index>(ImageTraits<I>::height(image));
@@ -218,8 +220,9 @@ template <ImageLike I, class T>
 
 /// Convolves an image with a Gaussian cut off beyond `radius` pixels, rows and columns in turn.
 ///
-/// Pixels are floating-point numbers or vectors of them; the result has the same size. Exact but
-/// for rounding; 4 radius + 2 multiply-adds a pixel. Throws as gaussian_weights does.
+/// Pixels are floating-point numbers or vectors of them; the result has the same size. What is not
+/// finite spreads as far as it has weight (see image/mask.hpp). Exact but for rounding; 4 radius +
+/// 2 multiply-adds a pixel. Throws as gaussian_weights does.
 template <ImageLike I>
 requires detail::FilterPixel<PixelOf<I>>
 [[nodiscard]] Image<PixelOf<I>> gaussian(const I& image, double sigma, Index radius,

@@ -15,6 +15,11 @@
 //     NaN, zero, negative      not known: the pixel stays so, and nothing around it counts it
 //
 // Of a membrane's own depth at rest, where there is nothing or nothing known is no membrane.
+//
+// The filters of filter.hpp, smooth.hpp and fast_gaussian.hpp take any numbers, and know nothing of
+// this. To them NaN and the infinities are values: each makes what it has weight in NaN or
+// infinite, and no other pixel (by gaussian_recursive, which has no end, whole rows and columns).
+// `gaussian_of_known` alone leaves them out.
 namespace gelight {
 namespace detail {
 

@@ -17,6 +17,14 @@
 namespace gelight {
 namespace detail {
 
+/// Throws InvalidInput for a surface whose distances' squares leave the range of numbers.
+template <class T>
+void require_fitted_depth(T z, Index x, Index y) {
+  const bool is_in_range = double{z} >= least_fitted_depth && double{z} <= most_fitted_depth;
+  require(!is_depth(z) || is_in_range, "the depth ", z, " at pixel (", x, ", ", y,
+          ") is not between ", least_fitted_depth, " and ", most_fitted_depth);
+}
+
 template <class T, class I>
 void fit_planes(Image<Vec3<T>>& normals, const I& depth, const Camera<T>& camera, Index radius) {
   const Index width = camera.width, height = camera.height;
@@ -49,17 +57,27 @@ void fit_planes(Image<Vec3<T>>& normals, const I& depth, const Camera<T>& camera
 /// The normal of the plane that fits the points of a (2 radius + 1)^2 window best, towards the
 /// camera: the direction of least variance of their covariance, as in the STS sensor's simulator.
 ///
-/// Zero where no surface is seen (image/mask.hpp tells what depths mean), or at fewer than three
-/// pixels of the window, or their points lie on a line; other pixels without a surface are left
-/// out, as is what lies outside the image. Works in double whatever T is; the cost grows with the
-/// logarithm of the radius. Throws InvalidInput for a camera that is not valid, a depth image of
-/// another size and a radius below 1.
+/// Zero where no surface is seen (image/mask.hpp tells what depths mean), or only at pixels of the
+/// window that lie on a line of the image: the plane through these is seen edge-on, and has no side
+/// towards the camera. Other pixels without a surface are left out, as is what lies outside the
+/// image. Where noise makes the plane of least variance one that is seen edge-on but for half a
+/// degree, the normal leaves its direction for one that still faces the camera, so that it is a
+/// continuous function of the depths. Works in double whatever T is, on depths of any unit; the
+/// cost grows with the logarithm of the radius. Throws InvalidInput for a camera that is not valid,
+/// a depth image of another size, a radius below 1 and a depth that is not from 1e-140 to 1e140.
 template <std::floating_point T, ImageOf<T> I>
 [[nodiscard]] Image<Vec3<T>> plane_fit_normals(const I& depth, const Camera<T>& camera,
                                                Index radius) {
   camera.require_valid();
   detail::require_camera_size(depth, camera, "the depth image");
   detail::require(radius >= 1, "a window of radius ", radius, " has no neighbours");
+  if constexpr (sizeof(T) > 4) {
+    for (Index y = 0; y < camera.height; ++y) {
+      for (Index x = 0; x < camera.width; ++x) {
+        detail::require_fitted_depth(static_cast<T>(ImageTraits<I>::pixel(depth, x, y)), x, y);
+      }
+    }
+  }
   Image<Vec3<T>> normals(camera.width, camera.height);
   detail::vectorised([&] { detail::fit_planes(normals, depth, camera, radius); });
   return normals;

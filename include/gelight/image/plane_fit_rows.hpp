@@ -88,14 +88,18 @@ struct DirectionRow {
 inline constexpr std::size_t fit_tile = 64;
 using FitTile = std::array<double, fit_tile>;
 
-/// Added where 0 may be divided by, to leave 0: to compare instead makes branches.
-inline constexpr double tiny = 1e-100;
+/// Added where 0 may be divided by, to leave 0: to compare instead makes branches. Less than any
+/// square of a depth within these bounds.
+inline constexpr double tiny = 1e-290, least_fitted_depth = 1e-140, most_fitted_depth = 1e140;
 
 /// The covariances of windows, scaled to a trace of 1.
 struct Covariances {
   FitTile xx, xy, xz, yy, yz, zz;
 
   void take(const std::array<const double*, moments>& sums, std::size_t count) {
+    // Less than any trace, as a share of the sum of the depths' squares, that is not rounding
+    // alone.
+    constexpr double no_trace = 1e-24;
     for (std::size_t i = 0; i < count; ++i) {
       const double share = 1 / (sums[m_n][i] + tiny);
       const double x = sums[m_x][i] * share, y = sums[m_y][i] * share, z = sums[m_z][i] * share;
@@ -107,7 +111,7 @@ struct Covariances {
       zz[i] = sums[m_zz][i] * share - z * z;
     }
     for (std::size_t i = 0; i < count; ++i) {
-      const double scale = 1 / (xx[i] + yy[i] + zz[i] + tiny);
+      const double scale = 1 / (xx[i] + yy[i] + zz[i] + (no_trace * sums[m_zz][i] + tiny));
       xx[i] *= scale;
       xy[i] *= scale;
       xz[i] *= scale;
@@ -144,43 +148,95 @@ struct Covariances {
   }
 };
 
+/// What takes a pixel's ray to a multiple of its plane's normal: a covariance's adjugate, when a
+/// share of the least variance has been taken from it. With all of it, the adjugate is a multiple
+/// of n n^T, and so leads along n, to the side that the ray goes to.
+struct Adjugates {
+  FitTile xx, yy, zz, xy, xz, yz;
+
+  void take(const Covariances& spread, const FitTile& taken, std::size_t i) {
+    const double a = spread.xx[i] - taken[i], b = spread.yy[i] - taken[i],
+                 c = spread.zz[i] - taken[i];
+    const double ab = spread.xy[i], ac = spread.xz[i], bc = spread.yz[i];
+    xx[i] = b * c - bc * bc;
+    yy[i] = a * c - ac * ac;
+    zz[i] = a * b - ab * ab;
+    xy[i] = ac * bc - ab * c;
+    xz[i] = ab * bc - ac * b;
+    yz[i] = ab * ac - a * bc;
+  }
+};
+
+/// Whether the pixels of windows span an area of the image, more than 0, rather than lie on a line
+/// of it, from the sums over their points: by the least variance of their rays, weighted by the
+/// squares of the depths.
+inline void spanned_areas(FitTile& area, const std::array<const double*, moments>& sums,
+                          std::size_t count) {
+  // What variances of rays are rounded by, a thousand times over; pixels that are a millionth of
+  // the focal length apart have more.
+  constexpr double rounded_off = 1e-13;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double share = 1 / (sums[m_zz][i] + tiny);
+    const double u = sums[m_xz][i] * share, v = sums[m_yz][i] * share;
+    const double uu = sums[m_xx][i] * share - u * u, vv = sums[m_yy][i] * share - v * v,
+                 uv = sums[m_xy][i] * share - u * v;
+    const double rounding = rounded_off * (1 + u * u + v * v);
+    area[i] = (uu * vv - uv * uv) - rounding * (uu + vv + rounding);
+  }
+}
+
 /// The unit vectors along which the points of windows spread least, towards the camera; zero where
-/// they lie on a line.
-///
-/// What is left of a covariance's adjugate without the least variance is a multiple of n n^T, and
-/// so takes the pixel's ray to a multiple of n, on the side that the ray goes to.
+/// their pixels lie on a line of the image: the plane through these is seen edge-on, from either
+/// side, whatever their depths.
 template <class T>
 void flattest_directions(const DirectionRow<T>& out, const std::array<const double*, moments>& sums,
                          const double* u, double v, std::size_t count) {
   // Of points on a line the share of the second variance is what the sums were rounded by.
   constexpr double rounded_off = 1e-10;
+  // The square of the cosine at which a plane is seen edge-on: no depth image shows more than its
+  // side, and which side is soon a matter of rounding. From there on less and less of the least
+  // variance is taken away, so that the direction turns to where the ray still meets a plane from
+  // the front, rather than to the other side at once.
+  constexpr double edge_on = 1e-4;
   Covariances spread;
-  FitTile least, x, y, z, unit, flatness;
+  Adjugates adjugate;
+  FitTile least, x, y, z, unit, flatness, area;
   spread.take(sums, count);
   spread.least_variances(least, count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double xx = spread.xx[i] - least[i], yy = spread.yy[i] - least[i],
-                 zz = spread.zz[i] - least[i];
-    const double xy = spread.xy[i], xz = spread.xz[i], yz = spread.yz[i];
-    const double axx = yy * zz - yz * yz, ayy = xx * zz - xz * xz, azz = xx * yy - xy * xy;
-    const double axy = xz * yz - xy * zz, axz = xy * yz - xz * yy, ayz = xy * xz - xx * yz;
-    x[i] = axx * u[i] + axy * v + axz;
-    y[i] = axy * u[i] + ayy * v + ayz;
-    z[i] = axz * u[i] + ayz * v + azz;
-    const double others = 1 - 3 * least[i];  // the sum of the other variances less twice this one
-    flatness[i] = axx + ayy + azz - rounded_off * others * others;
+  const auto point = [&](std::size_t i) {
+    adjugate.take(spread, least, i);
+    x[i] = adjugate.xx[i] * u[i] + adjugate.xy[i] * v + adjugate.xz[i];
+    y[i] = adjugate.xy[i] * u[i] + adjugate.yy[i] * v + adjugate.yz[i];
+    z[i] = adjugate.xz[i] * u[i] + adjugate.yz[i] * v + adjugate.zz[i];
     unit[i] = -root_of_inverse(x[i] * x[i] + y[i] * y[i] + z[i] * z[i] + tiny);
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    point(i);
+    const double others = 1 - 3 * least[i];  // the sum of the other variances less twice this one
+    flatness[i] = adjugate.xx[i] + adjugate.yy[i] + adjugate.zz[i] - rounded_off * others * others;
   }
+  spanned_areas(area, sums, count);
   // A loop for each choice: compilers turn several of them in one into branches.
   for (std::size_t i = 0; i < count; ++i) unit[i] = flatness[i] > 0 ? unit[i] : 0.0;
-  const double* const points = sums[m_n];
-  for (std::size_t i = 0; i < count; ++i) unit[i] = points[i] > 2.5 ? unit[i] : 0.0;
-  T *const nx = out.x, *const ny = out.y, *const nz = out.z, *const facing = out.facing;
+  for (std::size_t i = 0; i < count; ++i) unit[i] = area[i] > 0 ? unit[i] : 0.0;
+  const auto facing = [&](std::size_t i) { return unit[i] * (u[i] * x[i] + v * y[i] + z[i]); };
+  const auto is_edge_on = [&](std::size_t i) {
+    return facing(i) * facing(i) < edge_on * (u[i] * u[i] + v * v + 1) ? 1.0 : 0.0;
+  };
+  double edges = 0;
+  for (std::size_t i = 0; i < count; ++i) edges += is_edge_on(i);
+  for (std::size_t i = 0; i < count && edges > 0; ++i) {
+    if (unit[i] == 0 || is_edge_on(i) == 0) continue;
+    const double square = facing(i) * facing(i) / (u[i] * u[i] + v * v + 1);
+    least[i] = std::max(least[i], 0.0) * (square / edge_on);
+    point(i);
+  }
+  T *const nx = out.x, *const ny = out.y, *const nz = out.z, *const towards = out.facing;
   for (std::size_t i = 0; i < count; ++i) {
     nx[i] = static_cast<T>(unit[i] * x[i]);
     ny[i] = static_cast<T>(unit[i] * y[i]);
     nz[i] = static_cast<T>(unit[i] * z[i]);
-    facing[i] = static_cast<T>(unit[i] * (u[i] * x[i] + v * y[i] + z[i]));
+    towards[i] = static_cast<T>(facing(i));
   }
 }
 

@@ -36,6 +36,12 @@ namespace detail {
   return std::fma(a, b, -cd) + std::fma(-c, d, cd);
 }
 
+/// Within these products and quotients of two focal lengths, coordinates or depths are numbers.
+inline constexpr double least_drawn = 1e-150, most_drawn = 1e150;
+
+/// A centre farther off leaves less than ten binary digits of a pixel to the places in the image.
+inline constexpr double farthest_centre = 0x1p42;
+
 /// A point as it appears in the image. On the grid of its ImagePlane, so that differences of
 /// coordinates have no rounding, and faces that share a vertex see it at the same place.
 struct ImagePoint {
@@ -75,6 +81,13 @@ class CutPolygon {
 class ImagePlane {
  public:
   explicit ImagePlane(const Camera<double>& camera) : camera_(camera) {
+    for (const double f : {camera.fx, camera.fy}) {
+      require(f >= least_drawn && f <= most_drawn, "the focal length ", f, " is not between ",
+              least_drawn, " and ", most_drawn);
+    }
+    require(std::abs(camera.cx) <= farthest_centre && std::abs(camera.cy) <= farthest_centre,
+            "the camera's centre (", camera.cx, ", ", camera.cy, ") is more than ", farthest_centre,
+            " pixels off");
     while (size_ < std::max(camera.width, camera.height)) size_ *= 2;
   }
 
@@ -217,6 +230,19 @@ struct FaceTarget {
   }
 };
 
+/// Whether T holds a depth, and double what is computed with it.
+template <class T>
+[[nodiscard]] bool is_drawn(double z) {
+  using Limits = std::numeric_limits<T>;
+  return z >= std::max(least_drawn, double{Limits::min()}) &&
+         z <= std::min(most_drawn, double{Limits::max()});
+}
+template <class T>
+void require_drawn(double z, Index face) {
+  require(is_drawn<T>(z), "face ", face, " is seen at depth ", z,
+          ", which is out of the range of depths");
+}
+
 /// Draws a triangle of the image: a face, or a part of one. Which pixel centres lie in it or on its
 /// sides is told without rounding, so that triangles that share corners leave none between them;
 /// one without area has none.
@@ -233,13 +259,13 @@ class ImageTriangle {
   /// Each corner's barycentric coordinates in the face; null: the corners are those of the face.
   using Shares = std::array<Vec3<double>, 3>;
 
-  template <class Target>
-  void draw(const Target& target, Index width, Index height, Index face,
+  template <template <class> class Target, class T>
+  void draw(const Target<T>& target, Index width, Index height, Index face,
             const Shares* shares = nullptr) {
     const Index first_column = first_pixel(left_, width), last_column = last_pixel(right_, width);
     const Index first_row = first_pixel(top_, height), last_row = last_pixel(bottom_, height);
     if (first_column > last_column || first_row > last_row || !find_sides()) return;
-    find_depths();
+    find_depths<T>();
     // Where there are few, to look at them all is less work than to choose.
     const bool is_wide = last_column - first_column > 3;
     if (is_wide) find_slopes();
@@ -279,10 +305,12 @@ class ImageTriangle {
     return area != 0;
   }
 
+  template <class T>
   void find_depths() {
     const auto& [a, b, c] = corners_;
     least_ = std::min({a.z, b.z, c.z});
     most_ = std::max({a.z, b.z, c.z});
+    may_leave_range_ = !(is_drawn<T>(least_) && is_drawn<T>(most_));
     inverse_depths_ = {a.inverse_z, b.inverse_z, c.inverse_z};
   }
 
@@ -312,6 +340,7 @@ class ImageTriangle {
     const Three step{-sides_[0].dy, -sides_[1].dy, -sides_[2].dy};
     const Three inverse_depths = inverse_depths_;
     const double doubtful = doubtful_, least = least_, most = most_;
+    const bool may_leave_range = may_leave_range_;
     for (Index u = first; u <= last; ++u) {
       // The areas that the pixel's centre spans with the sides.
       const double steps = u - first;
@@ -325,7 +354,9 @@ class ImageTriangle {
                   areas[2] * inverse_depths[2]};
       const double sum = parts[0] + parts[1] + parts[2];
       const double depth = (areas[0] + areas[1] + areas[2]) / sum;
-      const auto z = static_cast<T>(std::min(std::max(depth, least), most));
+      const double exact = std::min(std::max(depth, least), most);
+      if (may_leave_range) require_drawn<T>(exact, face);
+      const auto z = static_cast<T>(exact);
       if (!(z < depths[u])) continue;
       depths[u] = z;
       row.show(u, face, [&]() -> std::array<T, 3> {
@@ -358,7 +389,8 @@ class ImageTriangle {
   const std::array<ImagePoint, 3>& corners_;
   double left_, right_, top_, bottom_;
   double doubtful_ = 0;  // areas up to this may have the wrong sign: all those of a thin triangle
-  double least_ = 0, most_ = 0;  // depth of the corners
+  double least_ = 0, most_ = 0;   // depth of the corners
+  bool may_leave_range_ = false;  // a pixel's depth
   Three inverse_depths_;
   std::array<Side, 3> sides_;
 };
@@ -367,8 +399,10 @@ inline void require_vertex(Index face, Index vertex, Index vertices) {
   require(vertex >= 0 && vertex < vertices, "face ", face, " has vertex ", vertex,
           ", the mesh has ", vertices, " vertices");
 }
-inline void require_finite(const Vec3<double>& position, Index vertex) {
+inline void require_in_range(const Vec3<double>& position, Index vertex) {
   require(position.allFinite(), "vertex ", vertex, " is not finite");
+  require(position.cwiseAbs().maxCoeff() <= most_drawn, "vertex ", vertex, " at (", position.x(),
+          ", ", position.y(), ", ", position.z(), ") is farther off than ", most_drawn);
 }
 
 /// Draws a mesh whose vertices are at `position(v)`, of which `point(v)` is the image.
@@ -388,7 +422,7 @@ void draw_mesh(const Target& target, const M& mesh, const ImagePlane& plane, Ind
     }
     const std::array<Vec3<double>, 3> positions{position(face[0]), position(face[1]),
                                                 position(face[2])};
-    for (std::size_t k = 0; k < 3; ++k) require_finite(positions[k], face[k]);
+    for (std::size_t k = 0; k < 3; ++k) require_in_range(positions[k], face[k]);
     if (plane.misses_image(corners)) continue;
     const auto polygon = plane.cut(positions, corners);
     for (std::size_t k = 2; k < polygon.size(); ++k) {
@@ -462,7 +496,12 @@ void draw_moved(const Target<T>& target, const M& mesh, const Pose& pose, const 
     for (Index f = 0; f < static_cast<Index>(MeshTraits<M>::face_count(mesh)); ++f) {
       for (const Index v : MeshTraits<M>::face(mesh, f)) {
         require_vertex(f, v, vertices);
-        if (!(point(v).inverse_z > 0)) require_finite(position(v), v);
+        const ImagePoint seen = point(v);
+        if (seen.inverse_z > 0) {
+          require_drawn<T>(seen.z, f);
+        } else {
+          require_in_range(position(v), v);
+        }
       }
     }
     draw_mesh(target, mesh, plane, camera.width, camera.height, position, point);
@@ -524,8 +563,10 @@ template <std::floating_point T>
 /// corner appears is rounded to 2^-50 of the image's longer side, made a power of two. A face whose
 /// image has no area is not seen; the depth of a pixel is one that its face has.
 ///
-/// Throws InvalidInput for a bad camera, and for a face with an index out of range or a position
-/// that is not finite. Cost: O(vertices + faces + rows and pixels covered).
+/// Throws InvalidInput for a bad camera, one whose focal lengths are not from 1e-150 to 1e150 or
+/// whose centre is more than 2^42 pixels off, for a face with an index out of range or a position
+/// that is not finite, and for one that is seen at a depth that T does not hold, or not from 1e-150
+/// to 1e150. Cost: O(vertices + faces + rows and pixels covered).
 template <std::floating_point T, TriangleMesh M>
 [[nodiscard]] Raster<T> rasterize(const M& mesh, const Camera<T>& camera) {
   Raster<T> raster = empty_raster(camera);

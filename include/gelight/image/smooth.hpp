@@ -64,24 +64,26 @@ requires std::floating_point<PixelOf<I>>
   using T = PixelOf<I>;
   const Index width = static_cast<Index>(ImageTraits<I>::width(image));
   const Index height = static_cast<Index>(ImageTraits<I>::height(image));
-  Image<T> values(width, height), missing(width, height);
+  Image<T> values(width, height);
+  // In double: of 1 less the share that is missing little may be left.
+  Image<double> missing(width, height);
   bool any_missing = false;
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {
       const T value = ImageTraits<I>::pixel(image, x, y);
       const bool known = std::isfinite(value);
       values(x, y) = known ? value : T(0);
-      missing(x, y) = known ? T(0) : T(1);
+      missing(x, y) = known ? 0 : 1;
       any_missing = any_missing || !known;
     }
   }
   Image<T> mean = gaussian(values, sigma, radius, border);
   if (!any_missing) return mean;
   // The share that is missing, not the one that is there: it is exactly 0 where all is known.
-  const Image<T> lack = gaussian(missing, sigma, radius, border);
+  const Image<double> lack = gaussian(missing, sigma, radius, border);
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {
-      if (lack(x, y) > 0) mean(x, y) /= 1 - lack(x, y);
+      if (lack(x, y) > 0) mean(x, y) = static_cast<T>(double{mean(x, y)} / (1 - lack(x, y)));
       if (missing(x, y) != 0) mean(x, y) = ImageTraits<I>::pixel(image, x, y);
     }
   }

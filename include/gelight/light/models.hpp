@@ -53,6 +53,9 @@ void require_led(const Led<T>& led) {
 template <std::floating_point T>
 class LinearLight {
  public:
+  /// Whether light runs in the membrane, so that at rest it is tangent to it.
+  static constexpr bool is_tangent = false;
+
   /// Throws InvalidInput as Surface does.
   explicit LinearLight(const TriangleMesh auto& membrane) : surface_(membrane) {}
 
@@ -84,6 +87,9 @@ class LinearLight {
 template <std::floating_point T>
 class PlaneLight {
  public:
+  /// Whether light runs in the membrane, so that at rest it is tangent to it.
+  static constexpr bool is_tangent = true;
+
   /// Throws InvalidInput as Surface does.
   explicit PlaneLight(const TriangleMesh auto& membrane) : surface_(membrane) {}
 
@@ -110,6 +116,9 @@ class PlaneLight {
 template <std::floating_point T>
 class GeodesicLight {
  public:
+  /// Whether light runs in the membrane, so that at rest it is tangent to it.
+  static constexpr bool is_tangent = true;
+
   /// Throws InvalidInput as ExactSolver does.
   explicit GeodesicLight(const TriangleMesh auto& membrane) : solver_(membrane) {}
 
@@ -136,6 +145,9 @@ class GeodesicLight {
 template <std::floating_point T>
 class TransportLight {
  public:
+  /// Whether light runs in the membrane, so that at rest it is tangent to it.
+  static constexpr bool is_tangent = true;
+
   /// Throws InvalidInput as VectorHeatSolver does.
   explicit TransportLight(const TriangleMesh auto& membrane) : solver_(membrane) {}
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "gelight/concepts/image.hpp"
@@ -16,6 +16,7 @@
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/membrane/gel.hpp"
+#include "gelight/membrane/springs/principal_axes.hpp"
 #include "gelight/membrane/springs/spring_sums.hpp"
 #include "gelight/membrane/springs/taut_membrane.hpp"
 #include "gelight/views/image_view.hpp"
@@ -24,7 +25,8 @@ namespace gelight {
 namespace detail {
 
 /// Solves a x = b for a symmetric, positive definite a, by elimination.
-[[nodiscard]] inline Vec3<double> solve_positive(const Eigen::Matrix3d& a, const Vec3<double>& b) {
+template <std::floating_point Real>
+[[nodiscard]] Vec3<Real> solve_positive(const Eigen::Matrix<Real, 3, 3>& a, const Vec3<Real>& b) {
   const double p = a(1, 0) / a(0, 0), q = a(2, 0) / a(0, 0);
   const double middle = a(1, 1) - p * a(1, 0), side = a(2, 1) - p * a(2, 0), r = side / middle;
   const double last = a(2, 2) - q * a(2, 0) - r * side;
@@ -55,12 +57,12 @@ struct SpringContact {
   /// How far the object moves from where it was seen, towards the camera, where the camera's axis
   /// meets the gel, m; and how much more with every metre along x and y.
   double displacement = 0;
-  Vec2<double> tilt = Vec2<double>::Zero();  ///< see displacement
-  double force = 0;                          ///< what the springs bear, N
-  double residual_force = 0;                 ///< what they were asked to bear less what they do, N
+  Vec2<double> tilt{0, 0};    ///< see displacement
+  double force = 0;           ///< what the springs bear, N
+  double residual_force = 0;  ///< what they were asked to bear less what they do, N
   /// The moments of what they bear about the line that the force acts along, sum of x and y times
   /// force, N m; zero where the object may not tilt.
-  Vec2<double> residual_moment = Vec2<double>::Zero();
+  Vec2<double> residual_moment{0, 0};
   Image<T> indentation;          ///< of the gel's surface, m; NaN where the depth is not known
   Image<std::uint8_t> touching;  ///< 1 where object and gel touch
   Index unknown = 0;             ///< pixels without a known depth: nothing touches there
@@ -76,6 +78,9 @@ struct SpringContact {
 /// Through your Skin, 2021, doi:10.1109/WACV48630.2021.00126)
 template <std::floating_point T>
 class SpringBed {
+  using Real = std::common_type_t<T, double>;  // so that nothing is compiled unused
+  using Matrix3 = detail::DoubleMatrix3<T>;
+
  public:
   /// `rest_depth` is the untouched gel's, in m. Throws InvalidInput for a camera that is not valid,
   /// a depth, modulus or thickness that is not positive and finite, and a negative tension.
@@ -161,8 +166,8 @@ class SpringBed {
   // bear it of the products of 1, column and row, which are counted from the load's centre, in half
   // images.
   struct Response {
-    Vec3<double> load = Vec3<double>::Zero();
-    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    Vec3<Real> load = Vec3<Real>::Zero();
+    Matrix3 spread = Matrix3::Zero();
   };
 
   struct Outcome {
@@ -225,9 +230,10 @@ class SpringBed {
       springs.press(contact.touching, outcome.motion);
     } else {
       const double reach = std::sqrt(gel_.tension / gel_.stiffness());
-      detail::TautMembrane<T> membrane(springs, camera_.width, camera_.height, reach / column(),
-                                       reach / row(), cancelled);
-      outcome = equilibrate(membrane, first_guess(springs, load), load, {});
+      detail::TautMembrane membrane(springs, camera_.width, camera_.height, reach / column(),
+                                    reach / row(), cancelled);
+      const double guess = membrane.approach(sought(membrane, load), first_guess(springs, load));
+      outcome = equilibrate(membrane, guess, load, {});
       membrane.write(contact.indentation, contact.touching);
     }
     report(contact, outcome, load);
@@ -283,9 +289,16 @@ class SpringBed {
     return r;
   }
 
-  [[nodiscard]] detail::RigidMotion motion(const Vec3<double>& p, const Load& load) const {
+  [[nodiscard]] detail::RigidMotion motion(const Vec3<Real>& p, const Load& load) const {
     const double per_column = p[1] / half_image(), per_row = p[2] / half_image();
     return {p[0] - per_column * load.centre.x() - per_row * load.centre.y(), per_column, per_row};
+  }
+
+  // The load in units of a spring's stiffness. A force that presses everything in twice as far as
+  // the gel is thick is as good as any more.
+  template <class Springs>
+  [[nodiscard]] double sought(const Springs& springs, const Load& load) const {
+    return std::min(load.force / spring(), 2 * gel_.thickness * springs.most());
   }
 
   // Newton's method on the object's motion, from a displacement without tilt. The load less the
@@ -299,25 +312,27 @@ class SpringBed {
                                     const CancelHook& cancelled) const {
     constexpr int most_steps = 200;
     constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
-    // A force that presses everything in twice as far as the gel is thick is as good as any more.
-    const double wanted = std::min(load.force / spring(), 2 * gel_.thickness * springs.most());
-    const Vec3<double> target(wanted, 0, 0);
-    const auto at = [&](const Vec3<double>& p) {
+    const double wanted = sought(springs, load);
+    const Vec3<Real> target(wanted, 0, 0);
+    // Of a tilting object the moments, too, tell how near it is.
+    springs.expect(load.tilts ? 0 : wanted);
+    const auto at = [&](const Vec3<Real>& p) {
       return response(springs.sums(motion(p, load), load.tilts), load);
     };
     // Light loads are lost in the rounding of the places of the springs that bear them.
-    const auto is_enough = [&](double residual, const Vec3<double>& place, const Response& there) {
+    const auto is_enough = [&](double residual, const Vec3<Real>& place, const Response& there) {
       const double stiffness = springs.stiffest() * std::max(1.0, there.spread(0, 0));
-      return residual <= std::max(acceptable * wanted, rounding * place.lpNorm<1>() * stiffness);
+      return residual <=
+             std::max(acceptable * wanted, rounding * place.template lpNorm<1>() * stiffness);
     };
-    Vec3<double> p(displacement, 0, 0), best = p;
+    Vec3<Real> p(displacement, 0, 0), best = p;
     Response r = at(p), best_response = r;
     double least = (r.load - target).norm();
     for (int step = 0; step < most_steps && least > Springs::accuracy * wanted; ++step) {
       cancelled.check(step / (step + 10.0), "pressing into springs");
       if (!springs.is_settled()) break;
       const bool is_near = is_enough(least, best, best_response);
-      const Vec3<double> start = p, direction = newton_step(springs, r, target, load);
+      const Vec3<Real> start = p, direction = newton_step(springs, r, target, load);
       const double slope = (r.load - target).dot(direction);
       p = start + direction;
       r = at(p);
@@ -340,20 +355,21 @@ class SpringBed {
     if (through > acceptable * gel_.thickness) {
       outcome.equilibrium = Equilibrium::too_strong;
       outcome.motion.offset -= through;
+      springs.expect(0);
       outcome.response = response(springs.sums(outcome.motion, load.tilts), load);
     }
     return outcome;
   }
 
   struct Line {
-    Vec3<double> start, direction;
+    Vec3<Real> start, direction;
     double slope;  // of the energy at the start, which is negative
   };
 
   // Moves p and its response, from the end of a line, to where the energy still falls along it, but
   // no more than half as steeply as at the start: longer than the line where it has to be.
   template <class At>
-  void descend(const At& at, Vec3<double>& p, Response& r, const Vec3<double>& target,
+  void descend(const At& at, Vec3<Real>& p, Response& r, const Vec3<Real>& target,
                const Line& line) const {
     constexpr int most_tries = 120;
     constexpr double narrow = 1e-15;  // of a bracket: nothing is left between its ends
@@ -385,20 +401,21 @@ class SpringBed {
   // springs that bear do not resist, as where these stand on a line, need no step, or a long one:
   // till others bear. Neither is longer than the gel is thick.
   template <class Springs>
-  [[nodiscard]] Vec3<double> newton_step(const Springs& springs, const Response& r,
-                                         const Vec3<double>& target, const Load& load) const {
+  [[nodiscard]] Vec3<Real> newton_step(Springs& springs, const Response& r,
+                                       const Vec3<Real>& target, const Load& load) const {
     constexpr double share_of_resistance = 1e-12;
-    const Vec3<double> residual = r.load - target;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(r.spread);
-    Eigen::Matrix3d modes = Eigen::Matrix3d::Zero();
+    const Vec3<Real> residual = r.load - target;
+    const detail::PrincipalAxes<Real> principal = detail::principal_axes(r.spread);
+    Matrix3 modes = Matrix3::Zero();
     std::array<detail::RigidMotion, 3> motions;
-    Vec3<double> free = Vec3<double>::Zero();
-    for (Index k = 0; k < 3; ++k) {
-      const Vec3<double> axis = axes.eigenvectors().col(k);
-      const double spread = axes.eigenvalues()[k];
-      if (spread > share_of_resistance * axes.eigenvalues()[2]) {
-        modes.col(k) = axis / std::sqrt(spread);
-        motions[static_cast<std::size_t>(k)] = motion(modes.col(k), load);
+    Vec3<Real> free = Vec3<Real>::Zero();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3<Real>& axis = principal.axes[k];
+      const double spread = principal.values[k];
+      if (spread > share_of_resistance * principal.values[2]) {
+        const auto column = static_cast<Index>(k);
+        modes.col(column) = axis / std::sqrt(spread);
+        motions[k] = motion(modes.col(column), load);
       } else {
         free -= axis.dot(residual) * axis;
       }
@@ -407,9 +424,9 @@ class SpringBed {
     const bool is_rounding = unresisted <= 0.5 * acceptable * std::max(target[0], r.load[0]);
     free *= is_rounding ? 0 : gel_.thickness / unresisted;
     // To move by a mode takes at least as much load along it: the matrix is far from singular.
-    const Vec3<double> shares =
-        detail::solve_positive(springs.resistance(motions), modes.transpose() * residual);
-    Vec3<double> resisted = -(modes * shares);
+    const Vec3<Real> shares =
+        detail::solve_positive<Real>(springs.resistance(motions), modes.transpose() * residual);
+    Vec3<Real> resisted = -(modes * shares);
     const double longest = resisted.template lpNorm<1>();
     if (longest > gel_.thickness) resisted *= gel_.thickness / longest;
     return resisted + free;
@@ -417,7 +434,7 @@ class SpringBed {
 
   void report(SpringContact<T>& contact, const Outcome& outcome, const Load& load) const {
     const detail::RigidMotion& motion = outcome.motion;
-    const Vec3<double> borne = spring() * outcome.response.load;
+    const Vec3<Real> borne = spring() * outcome.response.load;
     contact.equilibrium = outcome.equilibrium;
     contact.force = borne[0];
     contact.residual_force = load.force - borne[0];

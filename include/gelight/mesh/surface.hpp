@@ -59,15 +59,7 @@ class Surface {
   /// and two faces with the same three vertices. An edge of less than 1e-75 counts as of no length;
   /// a mesh of such edges only is refused.
   template <TriangleMesh M>
-  requires(!std::same_as<M, Surface>) explicit Surface(const M& mesh) {
-    auto data = std::make_shared<Data>();
-    copy_positions(mesh, *data);
-    copy_faces(mesh, *data);
-    link_corners(*data);
-    link_twins(*data);
-    measure(*data);
-    data_ = std::move(data);
-  }
+  requires(!std::same_as<M, Surface>) explicit Surface(const M& mesh) : data_(snapshot(mesh)) {}
 
   /// The parts of the mesh, numbered as they were in the mesh that it is a snapshot of.
   ///@{
@@ -220,6 +212,9 @@ class Surface {
   }
 
   template <TriangleMesh M>
+  static std::shared_ptr<const Data> snapshot(const M& mesh);
+
+  template <TriangleMesh M>
   static void copy_positions(const M& mesh, Data& data) {
     const auto count = checked_count(MeshTraits<M>::vertex_count(mesh), 1, "vertices");
     data.positions.resize(static_cast<std::size_t>(count));
@@ -347,6 +342,18 @@ class Surface {
 
   std::shared_ptr<const Data> data_;
 };
+
+template <std::floating_point T>
+template <TriangleMesh M>
+auto Surface<T>::snapshot(const M& mesh) -> std::shared_ptr<const Data> {
+  auto data = std::make_shared<Data>();
+  copy_positions(mesh, *data);
+  copy_faces(mesh, *data);
+  link_corners(*data);
+  link_twins(*data);
+  measure(*data);
+  return data;
+}
 
 template <TriangleMesh M>
 explicit Surface(const M&) -> Surface<MeshScalar<M>>;

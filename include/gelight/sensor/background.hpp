@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <concepts>
+#include <cstdint>
 #include <limits>
 #include <type_traits>
 #include <utility>
@@ -53,14 +56,20 @@ concept Rgb = requires(const P& pixel) {
 template <class P>
 concept Colour = Rgb<P> || ColourChannel<P>;
 
+/// The first channel, or the only one.
+template <Colour P>
+[[nodiscard]] auto first_channel(const P& pixel) {
+  if constexpr (Rgb<P>) {
+    return pixel[0];
+  } else {
+    return pixel;
+  }
+}
+
 /// Whether a colour's channels are integers, which are shares of full light whatever they are.
 template <Colour P>
 [[nodiscard]] constexpr bool has_levels() {
-  if constexpr (Rgb<P>) {
-    return std::integral<std::remove_cvref_t<decltype(std::declval<const P&>()[0])>>;
-  } else {
-    return std::integral<P>;
-  }
+  return std::integral<decltype(first_channel(std::declval<const P&>()))>;
 }
 
 /// An image of colours.
@@ -81,6 +90,41 @@ template <std::floating_point T, Colour P>
 template <std::floating_point T>
 [[nodiscard]] bool is_share_of_light(T value) {
   return value >= 0 && value <= T(1 + beyond_full_light);
+}
+
+/// Whether the numbers of a row are shares of full light, but that it may say no of -0: numbers
+/// without a sign are in the order of their bits, and those with one, or that are none, are above.
+template <std::floating_point T>
+[[nodiscard]] bool are_shares_of_light(const T* row, Index count) {
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  Bits largest = 0;
+  for (Index i = 0; i < count; ++i) largest = std::max(largest, std::bit_cast<Bits>(row[i]));
+  return largest <= std::bit_cast<Bits>(T(1 + beyond_full_light));
+}
+
+/// The same of all channels of an image.
+template <ColourImage I>
+[[nodiscard]] bool are_shares_of_light(const I& image) {
+  using P = PixelOf<I>;
+  using C = decltype(first_channel(std::declval<const P&>()));
+  const auto width = static_cast<Index>(ImageTraits<I>::width(image));
+  const auto height = static_cast<Index>(ImageTraits<I>::height(image));
+  if constexpr (std::convertible_to<const I&, ImageView<const P>> && sizeof(P) % sizeof(C) == 0) {
+    const ImageView<const P> view = image;
+    constexpr auto channels = static_cast<Index>(sizeof(P) / sizeof(C));
+    for (Index y = 0; y < height && view.rows_are_packed(); ++y) {
+      const C* const row = reinterpret_cast<const C*>(view.row(y));
+      if (!are_shares_of_light(row, channels * width)) return false;
+    }
+    if (view.rows_are_packed()) return true;
+  }
+  for (Index y = 0; y < height; ++y) {
+    for (Index x = 0; x < width; ++x) {
+      const auto rgb = linear_rgb<C>(ImageTraits<I>::pixel(image, x, y));
+      if (!are_shares_of_light(rgb.data(), 3)) return false;
+    }
+  }
+  return true;
 }
 
 /// Throws InvalidInput unless a colour is in shares of full light; its name is joined of parts.

@@ -19,6 +19,7 @@
 #include "gelight/image/camera.hpp"
 #include "gelight/image/filter.hpp"
 #include "gelight/image/mask.hpp"
+#include "gelight/image/plane_fit.hpp"
 #include "gelight/image/plane_fit_rows.hpp"
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/frame/light_check.hpp"
@@ -105,8 +106,9 @@ template <std::floating_point T>
 /// doi:10.1109/WACV48630.2021.00126)
 ///
 /// Depths mean what image/mask.hpp says: a pixel whose depth is not known is lit by ambient light
-/// alone, and its neighbours' normals are fitted without it; one without a rest depth lies outside
-/// the membrane.
+/// alone, and its neighbours' normals are fitted without it (as plane_fit_normals does: where what
+/// is left of a window lies on a line of the image, ambient light alone); one without a rest depth
+/// lies outside the membrane.
 ///
 /// What does not depend on the frame is computed once, and normals only around what touches.
 /// `render` may be called from several threads.
@@ -114,8 +116,8 @@ template <std::floating_point T>
 class SeeThroughRenderer {
  public:
   /// Throws InvalidInput for a camera that is not valid, an image of another size than the
-  /// camera's, a light or background with a number that is not finite, options out of range, and a
-  /// coating that would give more light than it gets.
+  /// camera's, a light with a number that is not finite, options out of range, a coating that would
+  /// give more light than it gets, and a rest depth that plane_fit_normals does not take.
   template <ImageOf<T> D>
   SeeThroughRenderer(const Camera<T>& camera, const D& rest_depth,
                      const std::vector<Light<T>>& lights,
@@ -238,6 +240,11 @@ class SeeThroughRenderer {
                                                         const Background<T>& background) {
     camera.require_valid();
     detail::require_camera_size(rest_depth, camera, "the rest depth image");
+    for (Index y = 0; y < camera.height; ++y) {
+      for (Index x = 0; x < camera.width; ++x) {
+        detail::require_fitted_depth(static_cast<T>(ImageTraits<D>::pixel(rest_depth, x, y)), x, y);
+      }
+    }
     if (background.is_image()) {
       detail::require_camera_size(background.image(), camera, "the background image");
     }
@@ -269,16 +276,10 @@ class SeeThroughRenderer {
                     " is negative or not finite");
   }
 
-  // By a row at a time, which compilers vectorise.
   template <class V>
   void require_colours(const V& visual) const {
+    if (detail::vectorised([&] { return detail::are_shares_of_light(visual); })) return;
     for (Index y = 0; y < camera_.height; ++y) {
-      Index shares = 0;
-      for (Index x = 0; x < camera_.width; ++x) {
-        const auto rgb = detail::linear_rgb<T>(ImageTraits<V>::pixel(visual, x, y));
-        for (const T share : rgb) shares += detail::is_share_of_light(share) ? 1 : 0;
-      }
-      if (shares == 3 * camera_.width) continue;
       for (Index x = 0; x < camera_.width; ++x) {
         detail::require_colour(detail::linear_rgb<T>(ImageTraits<V>::pixel(visual, x, y)),
                                "the visual image at pixel (", x, ", ", y, ")");

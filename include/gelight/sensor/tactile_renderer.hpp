@@ -171,13 +171,8 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   template <ImageOf<T> D>
   TactileRenderer(const Camera<T>& camera, const D& rest_depth, Membrane membrane, Shine shine,
                   const FrameOptions& options = {})
-      : camera_(camera),
-        options_(checked(options, camera, rest_depth)),
-        membrane_(membrane_rows(std::move(membrane), rest_depth, camera)),
-        shading_(shaded_rows(camera, rest_depth, std::move(shine), options)),
-        rest_image_(camera.width, camera.height) {
-    render_all(rest_image_, rest_depth, Extent::everything);
-  }
+      : TactileRenderer(Direct(), camera, as_view(rest_depth), std::move(membrane),
+                        std::move(shine), options) {}
 
   /// The camera that it was built with.
   [[nodiscard]] const Camera<T>& camera() const { return camera_; }
@@ -227,13 +222,37 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
     detail::require_camera_size(frame.depth, camera_, "the frame's depth image");
     detail::require_camera_size(frame.image, camera_, "the frame's image");
     detail::require_apart(frame.image, depth, "the depth image");
-    lend_workspace([&](Workspace& work) {
-      if (!work.changes.update(frame.depth, depth, work.membrane.buffer.data())) return;
-      render_rows(frame.image, ImageView<const T>(frame.depth), Extent::changed, work);
-    });
+    if constexpr (std::convertible_to<const D&, View>) {
+      render_next_view(frame, depth);
+    } else {
+      render_next(frame, depth);
+    }
   }
 
  private:
+  // Images that views can look at are compiled for once; others are copied, or have their own.
+  struct Direct {};
+  using View = ImageView<const T>;
+  TactileRenderer(Direct, const Camera<T>& camera, const View& rest_depth, Membrane membrane,
+                  Shine shine, const FrameOptions& options);
+
+  template <class D>
+  [[nodiscard]] static auto as_view(const D& depth) {
+    if constexpr (std::convertible_to<const D&, View>) {
+      return View(depth);
+    } else {
+      const auto width = static_cast<Index>(ImageTraits<D>::width(depth));
+      const auto height = static_cast<Index>(ImageTraits<D>::height(depth));
+      Image<T> copy(width, height);
+      for (Index y = 0; y < height; ++y) {
+        for (Index x = 0; x < width; ++x) {
+          copy(x, y) = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
+        }
+      }
+      return copy;
+    }
+  }
+
   // What comes most often has loops of its own.
   using MembraneRows = typename detail::RowsOf<T, Membrane>::Type;
   using ShadedRows = typename detail::ShadingOf<T, Shine>::Type;
@@ -351,13 +370,24 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
 
   template <class D>
   void render_all(ImageView<Rgb8> out, const D& depth, Extent extent) const {
-    if constexpr (std::convertible_to<const D&, ImageView<const T>>) {
-      const ImageView<const T> view = depth;  // so that what follows is compiled once for them all
-      lend_workspace([&](Workspace& work) { render_rows(out, view, extent, work); });
+    if constexpr (std::convertible_to<const D&, View>) {
+      render_view(out, depth, extent);
     } else {
       lend_workspace([&](Workspace& work) { render_rows(out, depth, extent, work); });
     }
   }
+
+  void render_view(ImageView<Rgb8> out, const View& depth, Extent extent) const;
+
+  template <class D>
+  void render_next(TactileFrame<T>& frame, const D& depth) const {
+    lend_workspace([&](Workspace& work) {
+      if (!work.changes.update(frame.depth, depth, work.membrane.buffer.data())) return;
+      render_rows(frame.image, View(frame.depth), Extent::changed, work);
+    });
+  }
+
+  void render_next_view(TactileFrame<T>& frame, const View& depth) const;
 
   template <class D>
   void render_rows(ImageView<Rgb8> out, const D& depth, Extent extent, Workspace& work) const {
@@ -526,6 +556,31 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   Image<Rgb8> rest_image_;
   mutable detail::Store<Workspace> workspaces_;
 };
+
+template <std::floating_point T, MembraneModel<T> Membrane, class Shine>
+requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>)
+    TactileRenderer<T, Membrane, Shine>::TactileRenderer(Direct, const Camera<T>& camera,
+                                                         const View& rest_depth, Membrane membrane,
+                                                         Shine shine, const FrameOptions& options)
+    : camera_(camera),
+      options_(checked(options, camera, rest_depth)),
+      membrane_(membrane_rows(std::move(membrane), rest_depth, camera)),
+      shading_(shaded_rows(camera, rest_depth, std::move(shine), options)),
+      rest_image_(camera.width, camera.height) {
+  render_all(rest_image_, rest_depth, Extent::everything);
+}
+
+template <std::floating_point T, MembraneModel<T> Membrane, class Shine>
+requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) void TactileRenderer<
+    T, Membrane, Shine>::render_view(ImageView<Rgb8> out, const View& depth, Extent extent) const {
+  lend_workspace([&](Workspace& work) { render_rows(out, depth, extent, work); });
+}
+
+template <std::floating_point T, MembraneModel<T> Membrane, class Shine>
+requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) void TactileRenderer<
+    T, Membrane, Shine>::render_next_view(TactileFrame<T>& frame, const View& depth) const {
+  render_next(frame, depth);
+}
 
 template <std::floating_point T, class D>
 TactileRenderer(const Camera<T>&, const D&, const std::type_identity_t<std::vector<Light<T>>>&,

@@ -44,7 +44,9 @@ struct MeshStatisticsOf {
 
   // Of a half-edge, of unit length, so that no scale overflows; zero where it has no length.
   static Vec3<Real> direction(const Surface<double>& surface, Index h) {
-    const Vec3<Real> way = surface.position(surface.tip(h)) - surface.position(surface.origin(h));
+    const Vec3<Real>&from = surface.position(surface.origin(h)),
+          &to = surface.position(surface.tip(h));
+    const Vec3<Real> way(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
     return surface.length(h) > 0 ? Vec3<Real>(way / surface.length(h)) : Vec3<Real>::Zero();
   }
   static Vec3<Real> normal(const Surface<double>& surface, Index f) {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
@@ -15,6 +16,10 @@
 
 // Springs under an object, row by row, in plain loops that compilers vectorise.
 namespace gelight::detail {
+
+/// Three by three numbers in double. (By T, so that nothing is compiled unused.)
+template <std::floating_point T>
+using DoubleMatrix3 = Eigen::Matrix<std::common_type_t<T, double>, 3, 3>;
 
 /// The object over one row of springs: between which columns it is, and its least gap.
 struct SpringRow {
@@ -187,13 +192,15 @@ class LoneSprings {
   }
   /// What one bears at most by its own displacement and its neighbours', over that.
   [[nodiscard]] static double stiffest() { return 1; }
+  /// The load that is looked for. Sums are exact in any case.
+  static void expect(double) {}
   /// Whether the last sums are those of an equilibrium of the springs.
   [[nodiscard]] static bool is_settled() { return true; }
 
   /// How the load along each of some motions grows with each of them. They are orthonormal, or
   /// none, over the springs that are touched.
-  [[nodiscard]] static Eigen::Matrix3d resistance(const std::array<RigidMotion, 3>& /*motions*/) {
-    return Eigen::Matrix3d::Identity();
+  [[nodiscard]] static DoubleMatrix3<T> resistance(const std::array<RigidMotion, 3>& /*motions*/) {
+    return DoubleMatrix3<T>::Identity();
   }
 
   /// The sums over every `step`-th row.

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <functional>
 #include <numeric>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -116,7 +117,10 @@ template <std::floating_point T>
   const double longest =
       std::max({stable_norm(edges[0]), stable_norm(edges[1]), stable_norm(edges[2])});
   if (!(longest > 0)) return true;
-  return cross<double>(edges[0] / longest, edges[1] / longest).norm() <= share;
+  const auto unit = [&](const Vec3<double>& edge) {
+    return Vec3<double>(edge[0] / longest, edge[1] / longest, edge[2] / longest);
+  };
+  return stable_norm(cross<double>(unit(edges[0]), unit(edges[1]))) <= share;
 }
 
 /// What Surface refuses in a face, if anything.
@@ -132,7 +136,8 @@ enum class FaceFault { none, out_of_range, repeated_vertex };
 
 /// Faces, ascending, with the same three vertices as an earlier one among the usable.
 [[nodiscard]] inline Array<Index> repeated_faces(const auto& faces, const Array<char>& is_usable) {
-  Array<std::pair<std::array<Index, 3>, Index>> keys;
+  using Face = typename std::remove_cvref_t<decltype(faces)>::value_type;
+  Array<std::pair<Face, Index>> keys;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     if (!is_usable.data()[f]) continue;
     auto key = faces[f];
