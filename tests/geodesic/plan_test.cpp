@@ -528,37 +528,49 @@ TEST_CASE("a certificate that fails is given up, and exact distances are returne
   CHECK(certified > 0);
 }
 
-TEST_CASE("a mesh too coarse for the smooth surface: refine, and to what edges") {
-  for (const double tolerance : {1e-3, 1e-4}) {
-    const DistancePlanner coarse(icosphere<double>(3),
-                                 {.tolerance = tolerance, .truth = DistanceTruth::smooth});
-    const DistancePlan plan = coarse.plan();
-    CAPTURE(plan.reason);
-    if (tolerance == 1e-3) {
-      // The mesh is off by 0.10 (kappa h)^2 = 0.0021.
-      CHECK(plan.refine_to > 0.05);
-      CHECK(plan.refine_to < 0.12);
+TEST_CASE("a mesh too coarse for the smooth surface: solve on that, or refine, and to what edges") {
+  const auto great_circles = [](const Mesh<double>& mesh) {
+    std::vector<double> truth;
+    const Vec3<double> s(mesh.positions[0][0], mesh.positions[0][1], mesh.positions[0][2]);
+    for (const auto& [x, y, z] : mesh.positions) {
+      const Vec3<double> p(x, y, z);
+      truth.push_back(std::atan2(cross(s, p).norm(), s.dot(p)));
     }
+    truth[0] = 0;
+    return truth;
+  };
+  const auto smooth = [](double tolerance) {
+    return PlanRequest{.tolerance = tolerance, .truth = DistanceTruth::smooth};
+  };
+  // The mesh is off by 0.10 (kappa h)^2 = 0.0021.
+  const auto coarse = icosphere<double>(3);
+  for (const double tolerance : {1e-3, 2e-4}) {
+    const DistancePlanner planner(coarse, smooth(tolerance));
+    CAPTURE(planner.plan().reason);
+    CHECK(planner.plan().method == "smooth");
+    CHECK(planner.plan().refine_to == 0);
+    const auto result = planner.distance(0);
+    CHECK(result.satisfies);
+    CHECK(result.method == "smooth");
+    CHECK(result.achieved == Assurance::expected);
+    CHECK(error_of(result.distances, great_circles(coarse)).mean <= tolerance);
+  }
+  for (const double tolerance : {4e-5, 2e-5}) {
+    const DistancePlanner planner(coarse, smooth(tolerance));
+    const DistancePlan plan = planner.plan();
+    CAPTURE(plan.reason);
     REQUIRE(plan.refine_to > 0);
     CHECK_FALSE(plan.expected_to_satisfy);
     CHECK(plan.reason.find("refine to edges of") == 0);
-    CHECK_FALSE(coarse.distance(0).satisfies);
+    CHECK_FALSE(planner.distance(0).satisfies);
     // Refined as told, it satisfies, and it does against great circles.
     int level = 3;
     for (double h = 0.15; h > plan.refine_to; h /= 2) ++level;
+    REQUIRE(level < 6);
     const auto fine = icosphere<double>(level);
-    const auto result =
-        DistancePlanner(fine, {.tolerance = tolerance, .truth = DistanceTruth::smooth}).distance(0);
+    const auto result = DistancePlanner(fine, smooth(tolerance)).distance(0);
     CHECK(result.satisfies);
-    CHECK(result.achieved == Assurance::expected);
-    std::vector<double> truth;
-    const Vec3<double> s(fine.positions[0][0], fine.positions[0][1], fine.positions[0][2]);
-    for (const auto& [x, y, z] : fine.positions) {
-      const Vec3<double> p(x, y, z);
-      truth.push_back(std::atan2(s.cross(p).norm(), s.dot(p)));
-    }
-    truth[0] = 0;
-    CHECK(error_of(result.distances, truth).mean <= tolerance);
+    CHECK(error_of(result.distances, great_circles(fine)).mean <= tolerance);
   }
 }
 

@@ -279,8 +279,9 @@ TEST_CASE("scale, float, parts, cancelling and the mesh's orientation") {
 
 TEST_CASE(
     "every mesh of a scanner's kind is answered, and no longer than along its edges' curves") {
-  for (const auto& [name, mesh] : test::scan_meshes(2)) {
-    CAPTURE(name);
+  for (const test::NamedMesh& named : test::scan_meshes(2)) {
+    CAPTURE(named.name);
+    const Mesh<double>& mesh = named.mesh;
     const auto exact = ExactSolver(mesh).distance(0);
     const auto smooth = SmoothDistanceSolver(mesh).solve(0);
     for (std::size_t v = 0; v < exact.size(); ++v) {

@@ -110,8 +110,9 @@ TEST_CASE("along grid lines, through vertices and along a border") {
 
 TEST_CASE("what leaves in the direction of a shortest path arrives at its end") {
   Random random(7);
-  for (const auto& [name, mesh] : test::scan_meshes(2)) {
-    CAPTURE(name);
+  for (const test::NamedMesh& named : test::scan_meshes(2)) {
+    CAPTURE(named.name);
+    const Mesh<double>& mesh = named.mesh;
     const Surface<double> surface(mesh);
     const ExactSolver solver(mesh);
     for (int i = 0; i < 6; ++i) {

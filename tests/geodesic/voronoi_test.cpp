@@ -50,8 +50,9 @@ std::vector<test::NamedMesh> meshes() {
 
 TEST_CASE("sources added one by one are as good as all at once") {
   Random random(5);
-  for (const auto& [name, mesh] : meshes()) {
-    CAPTURE(name);
+  for (const test::NamedMesh& named : meshes()) {
+    CAPTURE(named.name);
+    const Mesh<double>& mesh = named.mesh;
     const ExactSolver solver(mesh);
     GrowingDistances<double> growing(solver);
     std::vector<Source<double>> sources;
@@ -84,8 +85,9 @@ TEST_CASE("sources added one by one are as good as all at once") {
 }
 
 TEST_CASE("each farthest point is the farthest there is") {
-  for (const auto& [name, mesh] : meshes()) {
-    CAPTURE(name);
+  for (const test::NamedMesh& named : meshes()) {
+    CAPTURE(named.name);
+    const Mesh<double>& mesh = named.mesh;
     const ExactSolver solver(mesh);
     const Index count = std::min<Index>(20, static_cast<Index>(mesh.positions.size()));
     const std::vector<Index> points = farthest_points(solver, count, 3);
@@ -103,8 +105,9 @@ TEST_CASE("each farthest point is the farthest there is") {
 
 TEST_CASE("a vertex' site is as near as any") {
   Random random(8);
-  for (const auto& [name, mesh] : meshes()) {
-    CAPTURE(name);
+  for (const test::NamedMesh& named : meshes()) {
+    CAPTURE(named.name);
+    const Mesh<double>& mesh = named.mesh;
     const ExactSolver solver(mesh);
     const FastMarchingSolver marching(mesh);
     std::vector<Index> sites;

@@ -25,6 +25,7 @@
 #include "gelight/geodesic/exact/window_backtrace.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/path.hpp"
+#include "gelight/geodesic/segment.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -205,6 +206,7 @@ class ExactField {
       best.last = last;
       best.at = at;
     });
+    from_fronts(p, best);
     if (!has_windows(p)) search_for_shorter(p, best);
     return best.distance <= bound_at(corner_of(p)) ? best : End{unreachable<Real>, p, {}};
   }
@@ -304,6 +306,23 @@ class ExactField {
     bool all = true;
     for_each_face(p, [&](Index f, const Weights&) { all &= keeps_windows(f); });
     return all;
+  }
+
+  // Straight from the nearest point of a segment in a face of the point.
+  void from_fronts(const Point& p, End& best) const {
+    for (const auto& front : fronts_) {
+      const Point begin = face_point(front.face, front.begin),
+                  end = face_point(front.face, front.end);
+      if (!share_face(p, begin)) continue;
+      const Vec3<Real> way = surface_.difference(begin, end), to = surface_.difference(begin, p);
+      const Real square = way.squaredNorm();
+      const Real t = square > 0 ? std::clamp(way.dot(to) / square, Real(0), Real(1)) : 0;
+      const Point foot = detail::simplified(surface_, face_point(front.face, front.at(t)));
+      const Real distance = front.start + detail::straight(surface_, foot, p);
+      if (!(distance < best.distance)) continue;
+      best = {distance, p, {}, {0, 0}, {p}};
+      if (!(foot == p)) best.back.push_back(foot);
+    }
   }
 
   // --- search back to the sources --------------------------------------------------------------
@@ -572,6 +591,7 @@ class ExactField {
       origin = origins_[origin].previous;
     }
     const Origin& o = origins_[origin];
+    if (o.kind == Origin::Kind::front) return first_bend(trace(end));
     return o.kind == Origin::Kind::vertex ? vertex_point<Real>(o.index) : source_point(o.index);
   }
 
@@ -601,8 +621,9 @@ class ExactField {
     if (!end.back.empty()) return end.back;
     if (!(end.distance < unreachable<Real>)) return {};
     const detail::LineBacktraceOf<Real> tracer(surface_, *faces_, sources_, distances_, arrivals_,
-                                               origins_);
+                                               origins_, fronts_);
     std::vector<Point> path = tracer.back(end.point, end.at, end.last);
+    if (!fronts_.empty()) return path;
     const Real error = path_error(path, end.distance);
     if (error <= most_path_error * end.distance) return path;
     std::vector<Point> again = backtrace_by_windows(end);
@@ -682,7 +703,8 @@ class ExactField {
   Mesh surface_;
   std::shared_ptr<const PlanarFaces> faces_;
   detail::StartsOf<Real> starts_;
-  std::vector<Source<Real>> sources_;  // their distances less those
+  std::vector<Source<Real>> sources_;          // their distances less those
+  std::vector<detail::FrontOf<Real>> fronts_;  // of segments, theirs likewise
   Real bound_ = unreachable<Real>;
   detail::Array<Real> distances_;    // of each vertex, less its start
   detail::Array<Arrival> arrivals_;  // of each vertex
@@ -808,6 +830,29 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
                                     const ExactOptions<T>& options) const;
   ///@}
 
+  /// Distances from the nearest points of segments: of curves, as chains of them. They are those of
+  /// straight lines at a right angle to a segment, but for 1e-9 of the mesh's size. Paths and
+  /// directions begin at the nearest point. Throws InvalidInput as above, for no segment and for
+  /// one whose ends no face holds both.
+  ///@{
+  [[nodiscard]] ExactField<T> solve(std::span<const Segment<T>> segments) const {
+    return solve(segments, options_);
+  }
+  [[nodiscard]] ExactField<T> solve(std::span<const Segment<T>> segments,
+                                    const ExactOptions<T>& options) const {
+    const Curves curves = curves_of(segments);
+    // Queries at points that are no vertices cannot search back to a line.
+    ExactOptions<T> with_windows = options;
+    with_windows.keep_windows = true;
+    return solve_checked(curves.sources, with_windows, curves.fronts);
+  }
+  [[nodiscard]] std::vector<T> distance(std::span<const Segment<T>> segments) const {
+    const Curves curves = curves_of(segments);
+    return solve_checked(curves.sources, options_, curves.fronts).distances();
+  }
+  using detail::DistanceQueries<ExactSolver<T>, T>::distance;
+  ///@}
+
  private:
   friend class detail::DistanceQueries<ExactSolver<T>, T>;
   using Real = typename detail::WorkingPrecision<T>::Real;
@@ -830,7 +875,41 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
 
   [[nodiscard]] detail::Array<Real> solve_vertices(Sources sources) const;
 
-  [[nodiscard]] ExactField<T> solve_checked(Sources sources, const ExactOptions<T>& options) const;
+  // Segments, and the points of them from which their ends and the corners of their faces are
+  // reached.
+  struct Curves {
+    std::vector<detail::FrontOf<Real>> fronts;
+    Sources sources;
+  };
+  [[nodiscard]] Curves curves_of(std::span<const Segment<T>> segments) const {
+    detail::require(!segments.empty(), "there is no segment");
+    Curves out;
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      const auto fronts = detail::fronts_of(surface_, segments[i], i);
+      for (const auto& front : fronts) add_points(front, out.sources);
+      out.fronts.insert(out.fronts.end(), fronts.begin(), fronts.end());
+    }
+    return out;
+  }
+  void add_points(const detail::FrontOf<Real>& front, Sources& sources) const {
+    const Point begin = face_point(front.face, front.begin),
+                end = face_point(front.face, front.end);
+    const Vec3<Real> way = surface_.difference(begin, end);
+    const Real square = way.squaredNorm();
+    const auto add = [&](Real t) {
+      sources.push_back({face_point(front.face, front.at(t)), front.start});
+    };
+    add(0);
+    if (!(square > 0)) return;
+    add(1);
+    for (const Index v : surface_.face(front.face)) {
+      const Real t = way.dot(surface_.difference(begin, vertex_point<Real>(v))) / square;
+      if (t > 0 && t < 1) add(t);
+    }
+  }
+
+  [[nodiscard]] ExactField<T> solve_checked(Sources sources, const ExactOptions<T>& options,
+                                            std::vector<detail::FrontOf<Real>> fronts = {}) const;
 
   void run(Workspace& workspace, const Sources& sources, const Limits& limits) const {
     workspace.run(surface_, *faces_, sources, limits);
@@ -927,7 +1006,8 @@ auto ExactSolver<T>::solve_vertices(Sources sources) const -> detail::Array<Real
 }
 
 template <std::floating_point T>
-auto ExactSolver<T>::solve_checked(Sources sources, const ExactOptions<T>& options) const
+auto ExactSolver<T>::solve_checked(Sources sources, const ExactOptions<T>& options,
+                                   std::vector<detail::FrontOf<Real>> fronts) const
     -> ExactField<T> {
   require_options(options);
   ExactField<T> field(surface_);
@@ -936,7 +1016,11 @@ auto ExactSolver<T>::solve_checked(Sources sources, const ExactOptions<T>& optio
   field.max_memory_ = options.max_memory;
   field.starts_ = normalise(sources);
   field.sources_ = std::move(sources);
-  const Limits limits = limits_of(options, field.starts_);
+  for (auto& front : fronts) front.start -= field.starts_.at(surface_.face(front.face)[0]);
+  field.fronts_ = std::move(fronts);
+  Limits limits = limits_of(options, field.starts_);
+  limits.fronts = field.fronts_;
+  limits.size = field.fronts_.empty() ? 0 : detail::size_of(surface_);
   const Borrowed workspace(*pool_);
   run(*workspace, field.sources_, limits);
   field.adopt(*workspace);

@@ -27,6 +27,7 @@
 #include "gelight/geodesic/planning/method_models.hpp"
 #include "gelight/geodesic/planning/path_error.hpp"
 #include "gelight/geodesic/planning/target_search.hpp"
+#include "gelight/geodesic/smooth.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
 #include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -81,7 +82,7 @@ struct PlanRequest {
 
 /// What was chosen, and why.
 struct DistancePlan {
-  std::string method;  ///< The solver: dijkstra, fast_marching, virtual_source or exact.
+  std::string method;  ///< The solver: dijkstra, fast_marching, virtual_source, exact or smooth.
   bool expected_to_satisfy = true;  ///< Whether tolerance, assurance and limits can all be met.
   /// In the norm and against the truth asked for, from one source; with what rounding to the
   /// caller's type takes. Where it is more than the tolerance though that is expected to be
@@ -92,8 +93,9 @@ struct DistancePlan {
   std::string unfamiliar;
   double seconds = 0;  ///< Estimate for all queries, with checks.
   double bytes = 0;    ///< Estimate beyond the mesh.
-  /// Where the smooth surface is meant and the mesh is too coarse for the tolerance: the mean edge
-  /// length that would do, in the unit of the positions. 0 otherwise.
+  /// Where the smooth surface is meant and the mesh is too coarse for the tolerance, even for
+  /// SmoothDistanceSolver: the mean edge length that would do, in the unit of the positions. 0
+  /// otherwise.
   double refine_to = 0;
   std::string reason;  ///< The choice in words.
 };
@@ -144,6 +146,15 @@ class PlannedSolvers {
     }
   }
 
+  [[nodiscard]] SmoothDistances<Real> smooth(const Sources& sources,
+                                             const CancelHook& cancelled) const {
+    cancelled.check(0, "the planned query");
+    const std::span<const Source<Real>> from(sources);
+    const auto& solver = smooth_.get([&] { return SmoothDistanceSolver<Real>(surface_); });
+    if (!cancelled) return solver.solve(from);
+    return SmoothDistanceSolver<Real>(surface_, {.cancelled = cancelled}).solve(from);
+  }
+
   [[nodiscard]] const PlanarFacesOf<Real>& faces() const {
     return faces_.get([&] { return PlanarFacesOf<Real>(surface_); });
   }
@@ -164,6 +175,7 @@ class PlannedSolvers {
   Lazy<VirtualSourceSolver<Real>> virtual_source_;
   Lazy<FastMarchingSolver<Real>> fast_marching_;
   Lazy<ExactSolver<Real>> exact_;
+  Lazy<SmoothDistanceSolver<Real>> smooth_;
   Lazy<PlanarFacesOf<Real>> faces_;
 };
 
@@ -200,7 +212,9 @@ class PlannedSolvers {
 /// Against the smooth surface nothing can be checked: the error of the mesh itself is taken for
 /// 0.3 times the mean squared angle between faces, which is 0.10 (kappa h)^2 on a sphere of
 /// curvature kappa and edges h, and the assurance is never more than expected. Where it exceeds
-/// the tolerance the plan says to what edge length to refine.
+/// the tolerance, SmoothDistanceSolver is chosen, whose error is taken for a 25th of that (the
+/// largest: an 8th), and where the surface is rough for all of it; and where that exceeds the
+/// tolerance the plan says to what edge length to refine.
 ///
 /// HeatSolver is not among the methods: on every mesh of benchmarks/results, and on spheres of
 /// 163,842 vertices, fast marching takes about as long for a further source, a tenth to a fifth
@@ -252,6 +266,9 @@ class DistancePlanner {
   // what is expected over what is allowed are beyond that, on meshes that are unfamiliar all.
   static constexpr double doubtful = 0.25, failing = 0.1, sureness = 2.5;
   static constexpr Index few_paths = 64, many_paths = 256;
+  // How many times nearer to the smooth surface its own solver is at least, as measured on
+  // spheroids, a torus and a cylinder of 600 vertices and more; and what it costs, to exact.
+  static constexpr double mean_gain = 25, max_gain = 8, lifted_cost = 7;
   // What comparing numbers takes.
   static constexpr double arithmetic = 8 * std::numeric_limits<double>::epsilon();
   // The shares of a query after which a method and all of its checks are done, where exact
@@ -279,6 +296,11 @@ class DistancePlanner {
     if (request_.truth == DistanceTruth::polyhedral) return 0;
     const double mean = 0.3 * statistics_.turn * statistics_.turn;
     return request_.norm == ErrorNorm::mean ? mean : 3 * mean;
+  }
+  // Whether only distances on the smooth surface may keep the tolerance, and what they are off.
+  [[nodiscard]] bool is_lifted() const { return floor() >= request_.tolerance; }
+  [[nodiscard]] double lifted_error() const {
+    return floor() / (request_.norm == ErrorNorm::mean ? mean_gain : max_gain);
   }
   // What is left of the tolerance for the method. A mesh too coarse leaves none; then an error as
   // small as its own is enough.
@@ -399,20 +421,34 @@ class DistancePlanner {
     plan_.unfamiliar = Models(statistics_).unfamiliar();
     plan_.seconds = seconds_with_checks(chosen_);
     plan_.bytes = bytes(chosen_);
-    if (floor() >= request_.tolerance) {
-      plan_.refine_to = statistics_.mean_edge * std::sqrt(request_.tolerance / (2 * floor()));
-    }
-    plan_.reason = refining() + plan_.method + ": " +
-                   reason(cheapest.has_value(), best.has_value()) + how_checked();
+    if (is_lifted()) return lift();
+    plan_.reason =
+        plan_.method + ": " + reason(cheapest.has_value(), best.has_value()) + how_checked();
   }
 
-  [[nodiscard]] std::string refining() const {
-    if (plan_.refine_to == 0) return "";
-    return detail::joined("refine to edges of ", detail::two_digits(plan_.refine_to),
-                          ": the mesh itself is off the smooth surface by about ",
-                          detail::two_digits(floor()), ", more than the tolerance ",
-                          detail::two_digits(request_.tolerance),
-                          "; until then finer methods are false precision. ");
+  // The mesh itself is too coarse.
+  void lift() {
+    const double exact = seconds(detail::cost_of(Method::exact));
+    plan_.method = "smooth";
+    plan_.expected_error = lifted_error();
+    plan_.seconds = lifted_cost * exact;
+    plan_.bytes = 2 * bytes(Method::exact);
+    const bool is_near = lifted_error() <= request_.tolerance;
+    const bool is_allowed =
+        plan_.seconds <= request_.time_limit && plan_.bytes <= request_.memory_limit;
+    plan_.expected_to_satisfy = is_near && is_allowed;
+    const std::string off = detail::two_digits(floor()), tolerance = in_words(request_.tolerance);
+    if (!is_near) {
+      plan_.refine_to =
+          statistics_.mean_edge * std::sqrt(request_.tolerance / (2 * lifted_error()));
+      plan_.reason =
+          detail::joined("refine to edges of ", detail::two_digits(plan_.refine_to), ". ");
+    }
+    plan_.reason +=
+        detail::joined("smooth: the mesh itself is off the smooth surface by about ", off,
+                       ", more than the tolerance ", tolerance,
+                       "; distances there are expected to be within ", in_words(lifted_error()));
+    if (!is_allowed) plan_.reason += "; beyond the limits";
   }
   [[nodiscard]] std::string reason(bool has_satisfying, bool within_limits) const {
     const std::string error = detail::two_digits(plan_.expected_error);
@@ -481,6 +517,27 @@ class DistancePlanner {
   [[nodiscard]] PlannedDistances<T> run(detail::Sources sources) const;
   [[nodiscard]] bool may_escalate() const {
     return chosen_ != Method::exact && plan_.expected_to_satisfy && within_limits(Method::exact);
+  }
+
+  [[nodiscard]] PlannedDistances<T> lifted(const Query& query) const {
+    const SmoothDistances<Real> found = solvers_->smooth(query.sources, request_.cancelled);
+    PlannedDistances<T> result;
+    result.method = plan_.method;
+    result.distances.reserve(found.distance.size());
+    double not_smooth = 0;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      const auto i = static_cast<std::size_t>(v);
+      result.distances.push_back(
+          detail::distance_as<T>(query.starts.at(v) + found.distance[i], "vertex ", v));
+      not_smooth += found.trust[i] == SmoothTrust::rough;
+    }
+    not_smooth /= surface_.vertex_count();
+    if (request_.norm == ErrorNorm::max && not_smooth > 0) not_smooth = 1;
+    result.error = lifted_error() + not_smooth * floor();
+    result.satisfies = result.error <= request_.tolerance;
+    result.reason =
+        detail::joined("smooth: expected to be within ", in_words(result.error), ", not checked");
+    return result;
   }
 
   [[nodiscard]] PlannedDistances<T> attempt(Method method, const Query& query,
@@ -737,6 +794,7 @@ template <std::floating_point T>
 auto DistancePlanner<T>::run(detail::Sources sources) const -> PlannedDistances<T> {
   detail::Starts starts = detail::move_to_zero(surface_, sources);
   const Query query{std::move(sources), std::move(starts)};
+  if (is_lifted()) return lifted(query);
   const bool is_last = !may_escalate();
   const CancelHook& hook = request_.cancelled;
   PlannedDistances<T> result = attempt(chosen_, query, is_last ? hook : hook.part(0, first_method));

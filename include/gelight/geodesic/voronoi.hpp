@@ -28,8 +28,11 @@ class GrowingDistances {
   /// On the surface of a solver, with no source yet.
   explicit GrowingDistances(const ExactSolver<T>& solver)
       : surface_(solver.surface()), faces_(surface_) {}
+  /// Not copied: what it works with refers to its own surface.
+  ///@{
   GrowingDistances(const GrowingDistances&) = delete;
   GrowingDistances& operator=(const GrowingDistances&) = delete;
+  ///@}
 
   /// Adds a source and returns the vertices that came nearer by it. Throws InvalidInput for a
   /// source that is not of the surface or starts with a distance that is not finite; Cancelled

@@ -8,6 +8,8 @@
 
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
+#include "gelight/geodesic/segment.hpp"
+#include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -25,13 +27,15 @@ class LineBacktraceOf {
 
   LineBacktraceOf(const Mesh& surface, const PlanarFacesOf<Real>& faces,
                   const std::vector<Source<Real>>& sources, const Array<Real>& distances,
-                  const Array<Arrival>& arrivals, const Array<Origin>& origins)
+                  const Array<Arrival>& arrivals, const Array<Origin>& origins,
+                  const std::vector<FrontOf<Real>>& fronts)
       : surface_(surface),
         faces_(faces),
         sources_(sources),
         distances_(distances),
         arrivals_(arrivals),
-        origins_(origins) {}
+        origins_(origins),
+        fronts_(fronts) {}
 
   /// The path from `from`, at `at` in the frame of half-edge `last.entry` (where there is one), to
   /// the source.
@@ -79,6 +83,25 @@ class LineBacktraceOf {
     return arrived;
   }
 
+  // To where the line from `at` to the image meets a segment in h's face.
+  Index reach_front(Index number, Index h, const Vec2<Real>& at, const Vec2<Real>& image,
+                    std::vector<Point>& path) const {
+    const FrontOf<Real>& front = fronts_[static_cast<std::size_t>(number)];
+    const auto in_frame = [&](const std::array<Real, 3>& shares) -> Vec2<Real> {
+      const Real at_tip = shares[static_cast<std::size_t>((h + 1) % 3)];
+      const Real at_apex = shares[static_cast<std::size_t>((h + 2) % 3)];
+      const Vec2<Real>& apex = faces_.apex(h);
+      return {at_tip * surface_.length(h) + at_apex * apex.x(), at_apex * apex.y()};
+    };
+    const Vec2<Real> a = in_frame(front.begin), along = in_frame(front.end) - a;
+    const Vec2<Real> line = stable_unit(image - at), from = at - a;
+    const Real t =
+        (from.x() * line.y() - from.y() * line.x()) / (along.x() * line.y() - along.y() * line.x());
+    append(path,
+           simplified(surface_, face_point(front.face, front.at(std::clamp(t, Real(0), Real(1))))));
+    return arrived;
+  }
+
   // Goes back straight through faces; returns the vertex at which the straight line ends. It is
   // nearer to the source, or at the place of the last one and new, or in needles and on edges of no
   // length the way could go in a circle.
@@ -119,6 +142,7 @@ class LineBacktraceOf {
       }
       if (is_in_face(origin, across)) {
         const Origin& o = origins_[origin];
+        if (o.kind == Origin::Kind::front) return reach_front(o.index, across, at, image, path);
         return o.kind == Origin::Kind::vertex ? o.index : reach_source(o.index, path);
       }
       h = step(across, at, image);
@@ -190,6 +214,9 @@ class LineBacktraceOf {
   [[nodiscard]] bool is_in_face(Index origin, Index h) const {
     const Origin& o = origins_[origin];
     if (o.kind == Origin::Kind::crossing) return false;
+    if (o.kind == Origin::Kind::front) {
+      return fronts_[static_cast<std::size_t>(o.index)].face == Mesh::face_of(h);
+    }
     const auto has = [&](Index v) {
       return surface_.origin(h) == v || surface_.tip(h) == v || surface_.apex(h) == v;
     };
@@ -207,6 +234,7 @@ class LineBacktraceOf {
   const Array<Real>& distances_;
   const Array<Arrival>& arrivals_;
   const Array<Origin>& origins_;
+  const std::vector<FrontOf<Real>>& fronts_;
 };
 
 }  // namespace gelight::detail

@@ -22,18 +22,20 @@
 #include "gelight/geodesic/exact/window_filters.hpp"
 #include "gelight/geodesic/exact/window_list.hpp"
 #include "gelight/geodesic/marching/indexed_heap.hpp"
+#include "gelight/geodesic/segment.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight::detail {
 
-/// From where windows come: a source, a vertex at which paths bend, or the crossing of an edge of
-/// three faces or more.
+/// From where windows come: a source, a vertex at which paths bend, the crossing of an edge of
+/// three faces or more, or a segment that they leave at a right angle.
 template <std::floating_point Real>
 struct OriginOf {
-  enum class Kind : unsigned char { source, vertex, crossing };
+  enum class Kind : unsigned char { source, vertex, crossing, front };
   Real start;  // the distance there
   Kind kind;
-  Index index;     // of the source, the vertex, or the half-edge by which the edge was reached
+  Index index;     // of the source, the vertex, the front, or the half-edge by which the edge was
+                   // reached
   Index previous;  // of a crossing: the origin of the windows that cross
 };
 
@@ -71,6 +73,8 @@ struct PropagationLimitsOf {
   }
 
   Real distance = unreachable<Real>;
+  std::vector<FrontOf<Real>> fronts;  // segments that waves leave at a right angle
+  Real size = 0;                      // of the mesh, where there are any
   Array<Real> starts;           // of each vertex, where not empty: what its distances count from
   std::vector<Target> targets;  // propagation ends when all of these are known
   CancelHook cancelled;
@@ -168,6 +172,9 @@ class WindowPropagationOf {
  private:
   void propagate_sources(const std::vector<Source<Real>>& sources) {
     for (std::size_t s = 0; s < sources.size(); ++s) add_source(sources[s], static_cast<Index>(s));
+    for (std::size_t i = 0; i < limits_->fronts.size(); ++i) {
+      add_front(limits_->fronts[i], static_cast<Index>(i));
+    }
     const auto vertices = static_cast<double>(surface_->vertex_count());
     for (int pops = 0; !heap_.empty(); ++pops) {
       if (pops % pops_between_polls == 0) ask(static_cast<double>(reached_.size()) / vertices);
@@ -277,6 +284,47 @@ class WindowPropagationOf {
       h = Mesh::next(h);
       std::rotate(shares.begin(), shares.begin() + 1, shares.end());
     }
+  }
+
+  // A wave that leaves a segment at a right angle, as circles about centres so far away that they
+  // are straight but for 2^-32 of the mesh's size, a few side by side where the segment is long.
+  // Its corners and ends are reached from points of the segment, which are sources.
+  void add_front(const FrontOf<Real>& front, Index number) {
+    constexpr Real far = 1 << 20, widest = 0.04;
+    const Real away = far * limits_->size;
+    const Index origin = add_origin({front.start - away, Origin::Kind::front, number, -1});
+    for (Index h = 3 * front.face; h < 3 * front.face + 3; ++h) {
+      const Vec2<Real> a = in_frame(h, front.begin), b = in_frame(h, front.end);
+      const Vec2<Real> way = b - a;
+      const Real width = stable_norm(way);
+      if (!(width > 0) || way.x() == 0 || (a.y() == 0 && b.y() == 0)) continue;
+      // Towards the side.
+      const Vec2<Real> across = Vec2<Real>(way.y(), -way.x()) / (way.x() > 0 ? width : -width);
+      const auto pieces = static_cast<int>(std::ceil(width / (widest * limits_->size)));
+      for (int i = 0; i < pieces; ++i) {
+        const Vec2<Real> from = a + way * (static_cast<Real>(i) / pieces);
+        const Vec2<Real> to = a + way * (static_cast<Real>(i + 1) / pieces);
+        const Vec2<Real> centre = (from + to) / 2 - away * across;
+        const Real length = surface_->length(h);
+        const Real first = std::clamp(crossing_from(from, centre), Real(0), length);
+        const Real last = std::clamp(crossing_from(to, centre), Real(0), length);
+        if (first == last) continue;
+        emit(h, {length - centre.x(), centre.y()}, std::min(first, last), std::max(first, last),
+             origin);
+      }
+    }
+  }
+
+  // Where the line to a place from a centre beyond it meets the axis.
+  static Real crossing_from(const Vec2<Real>& at, const Vec2<Real>& centre) {
+    return at.x() + (at.x() - centre.x()) * (at.y() / (centre.y() - at.y()));
+  }
+
+  [[nodiscard]] Vec2<Real> in_frame(Index h, const std::array<Real, 3>& shares) const {
+    const Real at_tip = shares[static_cast<std::size_t>((h + 1) % 3)];
+    const Real at_apex = shares[static_cast<std::size_t>((h + 2) % 3)];
+    const Vec2<Real>& apex = faces_->apex(h);
+    return {at_tip * surface_->length(h) + at_apex * apex.x(), at_apex * apex.y()};
   }
 
   [[nodiscard]] Vec2<Real> tip(Index h) const { return {surface_->length(h), 0}; }

@@ -1,0 +1,129 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/path.hpp"
+#include "gelight/mesh/simplified.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+namespace gelight {
+
+/// A straight piece of one face, or of an edge, as a source: distances count from its nearest
+/// point.
+template <std::floating_point T>
+struct Segment {
+  SurfacePoint<T> begin;  ///< one end
+  SurfacePoint<T> end;    ///< the other, in a face that holds both
+  T distance = 0;         ///< with how much distances start, all along it
+};
+
+/// The pieces of a path, which is a chain of them; one point is a piece of no length.
+template <std::floating_point T>
+[[nodiscard]] std::vector<Segment<T>> segments(const Path<T>& path) {
+  std::vector<Segment<T>> out;
+  if (path.size() == 1) out.push_back({path[0], path[0]});
+  for (std::size_t i = 1; i < path.size(); ++i) out.push_back({path[i - 1], path[i]});
+  return out;
+}
+
+namespace detail {
+
+/// The faces that hold a point, and its shares of each one's corners.
+template <std::floating_point T>
+void for_each_place(const Surface<T>& surface, const SurfacePoint<T>& point, const auto& visit) {
+  using Kind = typename SurfacePoint<T>::Kind;
+  if (point.kind == Kind::face) return visit(point.element[0], point.weights);
+  for (const Index h : surface.corners(point.element[0])) {
+    const auto k = static_cast<std::size_t>(h % 3);
+    std::array<T, 3> weights{0, 0, 0};
+    weights[k] = point.weights[0];
+    if (point.kind == Kind::edge) {
+      if (surface.tip(h) != point.element[1] && surface.apex(h) != point.element[1]) continue;
+      weights[surface.tip(h) == point.element[1] ? (k + 1) % 3 : (k + 2) % 3] = point.weights[1];
+    }
+    visit(surface.face_of(h), weights);
+  }
+}
+
+/// A segment as one face has it: the shares of its ends.
+template <std::floating_point T>
+struct FrontOf {
+  Index face = -1;
+  std::array<T, 3> begin{}, end{};
+  T start = 0;
+
+  /// The shares at a part of the way from its beginning.
+  [[nodiscard]] std::array<T, 3> at(T t) const {
+    std::array<T, 3> out;
+    for (std::size_t k = 0; k < 3; ++k) out[k] = (1 - t) * begin[k] + t * end[k];
+    const T sum = out[0] + out[1] + out[2];
+    for (T& w : out) w /= sum;
+    return out;
+  }
+};
+
+/// The diagonal of the box about a surface.
+template <std::floating_point Real>
+[[nodiscard]] Real size_of(const Surface<Real>& surface) {
+  Vec3<Real> low = surface.position(0), high = low;
+  for (Index v = 1; v < surface.vertex_count(); ++v) {
+    low = low.cwiseMin(surface.position(v));
+    high = high.cwiseMax(surface.position(v));
+  }
+  return stable_norm(high - low);
+}
+
+/// A segment in each of the faces that hold it. Throws InvalidInput for points that are not of the
+/// surface, where none holds both, and a start that is not finite.
+template <std::floating_point Real, std::floating_point T>
+[[nodiscard]] std::vector<FrontOf<Real>> fronts_of(const Surface<Real>& surface,
+                                                   const Segment<T>& segment, std::size_t number) {
+  for (const auto& point : {segment.begin, segment.end}) surface.require_point(point);
+  require(std::isfinite(segment.distance), "segment ", number, " starts with distance ",
+          segment.distance, ", which is not finite");
+  const auto begin = simplified(surface, segment.begin.template cast<Real>());
+  const auto end = simplified(surface, segment.end.template cast<Real>());
+  std::vector<FrontOf<Real>> out;
+  for_each_place(surface, begin, [&](Index f, const std::array<Real, 3>& a) {
+    for_each_place(surface, end, [&](Index g, const std::array<Real, 3>& b) {
+      if (f == g) out.push_back({f, a, b, Real{segment.distance}});
+    });
+  });
+  require(!out.empty(), "no face holds both ends of segment ", number);
+  return out;
+}
+
+}  // namespace detail
+
+/// Points on segments no more than `spacing` apart, as sources of solvers that know no segments:
+/// distances are too long by less than spacing^2 / (8 distance), and their own error. Throws
+/// InvalidInput for a segment that leaves its face and a spacing that is not positive.
+template <std::floating_point T>
+[[nodiscard]] std::vector<Source<T>> sources_along(const Surface<T>& surface,
+                                                   std::span<const Segment<T>> segments,
+                                                   T spacing) {
+  detail::require(spacing > 0, "the spacing is ", spacing, ", not positive");
+  std::vector<Source<T>> out;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    const auto front = detail::fronts_of(surface, segments[i], i)[0];
+    const T length = detail::stable_norm(surface.difference(segments[i].begin, segments[i].end));
+    const auto pieces = static_cast<Index>(std::min(T(1e6), std::ceil(length / spacing)));
+    for (Index k = 0; k <= pieces; ++k) {
+      const T t = pieces > 0 ? static_cast<T>(k) / static_cast<T>(pieces) : T(0);
+      out.push_back(
+          {detail::simplified(surface, face_point(front.face, front.at(t))), segments[i].distance});
+    }
+  }
+  return out;
+}
+
+}  // namespace gelight

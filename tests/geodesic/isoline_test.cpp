@@ -1,0 +1,134 @@
+#include "gelight/geodesic/isoline.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "support/hard_meshes.hpp"
+#include "support/scan_meshes.hpp"
+
+using namespace gelight;
+using test::Random;
+
+TEST_CASE("a linear function on a sheet: straight lines and what they cut off, to rounding") {
+  Random random(4);
+  const auto mesh = test::jittered_grid(12, 0.3, random);
+  const Surface<double> surface(mesh);
+  for (int i = 0; i < 30; ++i) {
+    const double angle = test::uniform(random, -3, 3), level = test::uniform(random, -4, 4);
+    const Vec3<double> d(std::cos(angle), std::sin(angle), 0), middle(6, 6, 0);
+    std::vector<double> values;
+    for (Index v = 0; v < surface.vertex_count(); ++v) {
+      values.push_back(d.dot(surface.position(v) - middle));
+    }
+    const auto lines = isolines(surface, values, level);
+    REQUIRE(lines.size() == 1);
+    CHECK_FALSE(lines[0].is_closed);
+    const auto places = positions(surface, lines[0].points);
+    for (const auto& p : places) CHECK(d.dot(p - middle) == doctest::Approx(level).epsilon(1e-11));
+    const Vec3<double> way = places.back() - places.front();
+    CHECK(length(surface, lines[0].points) == doctest::Approx(way.norm()).epsilon(1e-12));
+    // Low values to the left.
+    CHECK(cross(way, d)[2] < 0);
+    // Both sides of the line are the sheet; by symmetry the other side is that below the negative.
+    std::vector<double> negative(values);
+    for (double& x : negative) x = -x;
+    CHECK(area_below(surface, values, level) + area_below(surface, negative, -level) ==
+          doctest::Approx(144).epsilon(1e-12));
+    if (std::abs(angle) < 0.4) {  // a trapezium
+      CHECK(area_below(surface, values, level) ==
+            doctest::Approx(12 * (6 + level / std::cos(angle))).epsilon(1e-11));
+    }
+  }
+}
+
+TEST_CASE("circles round a point of a sphere: length, area, order") {
+  double before_length = 0, before_area = 0;
+  for (const int level : {3, 4, 5}) {
+    const auto mesh = icosphere<double>(level);
+    const Surface<double> surface(mesh);
+    const auto distance = ExactSolver(mesh).distance(7);
+    double off_length = 0, off_area = 0;
+    for (const double r : {0.6, 1.1, 1.9, 2.4}) {
+      const auto lines = isolines(surface, distance, r);
+      REQUIRE(lines.size() == 1);
+      CHECK(lines[0].is_closed);
+      CHECK(lines[0].points.front() == lines[0].points.back());
+      const double circle = 2 * std::numbers::pi * std::sin(r);
+      const double cap = 2 * std::numbers::pi * (1 - std::cos(r));
+      off_length = std::max(off_length, std::abs(length(surface, lines[0].points) / circle - 1));
+      off_area = std::max(off_area, std::abs(area_below(surface, distance, r) / cap - 1));
+    }
+    if (level > 3) {
+      CHECK(off_length < before_length / 3);
+      CHECK(off_area < before_area / 3);
+    }
+    before_length = off_length;
+    before_area = off_area;
+  }
+  CHECK(before_length < 2e-3);
+  CHECK(before_area < 2e-3);
+}
+
+TEST_CASE("every crossed edge is on a line once a side, on rough and open meshes") {
+  for (const test::NamedMesh& named : test::scan_meshes(2)) {
+    CAPTURE(named.name);
+    const Mesh<double>& mesh = named.mesh;
+    const Surface<double> surface(mesh);
+    const auto distance = ExactSolver(mesh).distance(0);
+    double most = 0;
+    for (const double d : distance) most = std::isfinite(d) ? std::max(most, d) : most;
+    for (const double share : {0.2, 0.5, 0.8}) {
+      const double level = share * most;
+      Index crossed = 0;
+      for (Index f = 0; f < surface.face_count(); ++f) {
+        int low = 0;
+        for (const Index v : surface.face(f)) low += distance[static_cast<std::size_t>(v)] < level;
+        crossed += low == 1 || low == 2;
+      }
+      const auto lines = isolines(surface, distance, level);
+      std::size_t pieces = 0;
+      bool meets_vertex = false;  // which faces there are touched in, at no length
+      for (const auto& line : lines) {
+        pieces += line.points.size() - 1;
+        for (const auto& p : line.points) {
+          meets_vertex |= p.kind == SurfacePoint<double>::Kind::vertex;
+          if (p.kind != SurfacePoint<double>::Kind::edge) continue;
+          const double a = distance[static_cast<std::size_t>(p.element[0])];
+          const double b = distance[static_cast<std::size_t>(p.element[1])];
+          CHECK(p.weights[0] * a + p.weights[1] * b == doctest::Approx(level).epsilon(1e-12));
+        }
+        if (line.is_closed) continue;
+        // An open line ends at borders.
+        for (const auto& p : {line.points.front(), line.points.back()}) {
+          CHECK(surface.is_border(surface.find_halfedge(p.element[0], p.element[1])));
+        }
+      }
+      CHECK(pieces <= static_cast<std::size_t>(crossed));
+      if (!meets_vertex) CHECK(pieces == static_cast<std::size_t>(crossed));
+    }
+  }
+}
+
+TEST_CASE("infinite values, no line, and bad input") {
+  const std::vector<Mesh<double>> parts{icosphere<double>(2), box<double>(1, 1, 1)};
+  const auto mesh = joined<double>(parts);
+  const Surface<double> surface(mesh);
+  auto distance = ExactSolver(mesh).distance(0);
+  CHECK(isolines(surface, distance, 1.0).size() == 1);
+  CHECK(isolines(surface, distance, 99.0).empty());
+  CHECK(isolines(surface, distance, -1.0).empty());
+  CHECK(area_below(surface, distance, -1.0) == 0);
+  CHECK_THROWS_AS((void)isolines(surface, distance, std::numeric_limits<double>::infinity()),
+                  InvalidInput);
+  distance[3] = std::nan("");
+  CHECK_THROWS_AS((void)isolines(surface, distance, 1.0), InvalidInput);
+  distance.pop_back();
+  CHECK_THROWS_AS((void)area_below(surface, distance, 1.0), InvalidInput);
+}

@@ -1,0 +1,210 @@
+#include "gelight/geodesic/segment.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/fast_marching.hpp"
+#include "gelight/geodesic/trace.hpp"
+#include "gelight/mesh/nearest.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "support/hard_meshes.hpp"
+#include "support/scan_meshes.hpp"
+
+using namespace gelight;
+using test::Random;
+using Curve = std::vector<Segment<double>>;
+
+namespace {
+
+// In the plane.
+double to_piece(const Vec3<double>& p, const Vec3<double>& a, const Vec3<double>& b) {
+  const Vec3<double> way = b - a;
+  const double square = way.squaredNorm();
+  const double t = square > 0 ? std::clamp((p - a).dot(way) / square, 0.0, 1.0) : 0;
+  return (p - a - t * way).norm();
+}
+
+// A piece of a straight line over several faces, as a chain.
+Curve line(const Surface<double>& surface, Random& random, double longest) {
+  const Index f = test::uniform_index(random, surface.face_count());
+  const double a = test::uniform(random, 0.1, 0.5);
+  const auto from = face_point<double>(f, {a, 0.3, 0.7 - a});
+  const auto v = surface.face(f);
+  const Vec3<double> d =
+      surface.position(v[1]) - surface.position(v[0]) +
+      test::uniform(random, -1, 1) * (surface.position(v[2]) - surface.position(v[0]));
+  return segments(
+      trace_geodesic(surface, from, Vec3<double>(d), test::uniform(random, 0, longest)));
+}
+
+}  // namespace
+
+TEST_CASE("a flat sheet: the distance from straight pieces, at vertices and between, with paths") {
+  Random random(3);
+  for (const double scale : {1e-6, 1.0, 1e6}) {
+    Mesh<double> mesh = test::jittered_grid(14, 0.3, random);
+    for (auto& p : mesh.positions) {
+      for (double& x : p) x *= scale;
+    }
+    const Surface<double> surface(mesh);
+    const ExactSolver solver(mesh);
+    for (int i = 0; i < 8; ++i) {
+      Curve curve = line(surface, random, 6 * scale);
+      const Curve more = line(surface, random, 2 * scale);
+      if (i % 2 == 0) curve.insert(curve.end(), more.begin(), more.end());
+      const double late = i % 3 == 0 ? scale * 0.7 : 0;
+      for (auto& piece : curve) piece.distance = late;
+      const auto truth = [&](const Vec3<double>& p) {
+        double least = std::numeric_limits<double>::infinity();
+        for (const auto& piece : curve) {
+          least = std::min(least, late + to_piece(p, surface.position(piece.begin),
+                                                  surface.position(piece.end)));
+        }
+        return least;
+      };
+      const auto field = solver.solve(std::span<const Segment<double>>(curve));
+      const auto distance = solver.distance(std::span<const Segment<double>>(curve));
+      for (Index v = 0; v < surface.vertex_count(); ++v) {
+        const double d = truth(surface.position(v));
+        CHECK(std::abs(distance[static_cast<std::size_t>(v)] - d) < 4e-8 * scale);
+        CHECK(field.distance(v) == distance[static_cast<std::size_t>(v)]);
+        if (v % 5 != 0) continue;
+        const auto path = field.path(v);
+        CHECK(std::abs(length(surface, path) - (d - late)) < 4e-8 * scale);
+        CHECK(std::abs(truth(surface.position(path.front())) - late) < 1e-9 * scale);
+        const Vec3<double> way = surface.position(v) - surface.position(path.front());
+        if (way.norm() > 0.1 * scale) {
+          CHECK((field.direction(v) - way.normalized()).norm() < 1e-6);
+        }
+      }
+      for (int j = 0; j < 30; ++j) {
+        const Index f = test::uniform_index(random, surface.face_count());
+        const double a = test::uniform(random, 0.1, 0.5);
+        const auto p = face_point<double>(f, {a, 0.3, 0.7 - a});
+        const double d = truth(surface.position(p));
+        CHECK(std::abs(field.distance(p) - d) < 4e-8 * scale);
+        CHECK(std::abs(length(surface, field.path(p)) - (d - late)) < 4e-8 * scale);
+      }
+    }
+  }
+}
+
+TEST_CASE("round a prism and over a box's edges, unfolded") {
+  constexpr Index around = 12, up = 10;
+  const double side = 2 * std::sin(std::numbers::pi / around);
+  Mesh<double> tube;
+  for (Index i = 0; i <= up; ++i) {
+    for (Index j = 0; j < around; ++j) {
+      const double a = 2 * std::numbers::pi * j / around;
+      tube.positions.push_back({std::cos(a), std::sin(a), i * 0.4});
+      const Index v = i * around + j, w = i * around + (j + 1) % around;
+      if (i == up) continue;
+      tube.faces.push_back({v, w, v + around});
+      tube.faces.push_back({w, w + around, v + around});
+    }
+  }
+  // The lowest ring is a closed curve; one upright edge is a line.
+  Curve ring, edge;
+  for (Index j = 0; j < around; ++j) {
+    ring.push_back({vertex_point<double>(j), vertex_point<double>((j + 1) % around)});
+  }
+  for (Index i = 3; i < 6; ++i) {
+    edge.push_back({vertex_point<double>(i * around), vertex_point<double>((i + 1) * around)});
+  }
+  const ExactSolver solver(tube);
+  const auto from_ring = solver.distance(std::span<const Segment<double>>(ring));
+  const auto from_edge = solver.distance(std::span<const Segment<double>>(edge));
+  for (Index v = 0; v < std::ssize(tube.positions); ++v) {
+    const Index i = v / around, j = std::min(v % around, around - v % around);
+    CHECK(from_ring[static_cast<std::size_t>(v)] == doctest::Approx(0.4 * i).epsilon(1e-8));
+    const double beyond = 0.4 * std::max({3 - i, i - 6, 0});
+    CHECK(from_edge[static_cast<std::size_t>(v)] ==
+          doctest::Approx(std::hypot(side * j, beyond)).epsilon(1e-8));
+  }
+  const auto cube = box<double>(2, 2, 2);
+  // An edge of the top, from which the floor's farthest edge is two sides away.
+  const Surface<double> surface(cube);
+  const Curve top{{vertex_point<double>(4), vertex_point<double>(5)}};
+  const auto distance = ExactSolver(cube).distance(std::span<const Segment<double>>(top));
+  const Vec3<double> a = surface.position(4), b = surface.position(5);
+  for (Index v = 0; v < 8; ++v) {
+    const Vec3<double> p = surface.position(v);
+    const double wanted = std::min((p - a).norm(), (p - b).norm());  // over one side each
+    CHECK(distance[static_cast<std::size_t>(v)] == doctest::Approx(wanted).epsilon(1e-8));
+  }
+}
+
+TEST_CASE("curves on rough meshes: as many points of them tell, but for their spacing") {
+  Random random(12);
+  for (const test::NamedMesh& named : test::scan_meshes(2)) {
+    CAPTURE(named.name);
+    const Mesh<double>& mesh = named.mesh;
+    const Surface<double> surface(mesh);
+    const ExactSolver solver(mesh);
+    double size = detail::size_of(surface);
+    for (int i = 0; i < 2; ++i) {
+      const Curve curve = line(surface, random, 0.3 * size);
+      const double spacing = 0.002 * size;
+      const auto points = sources_along<double>(surface, curve, spacing);
+      const auto by_points = solver.distance(std::span<const Source<double>>(points));
+      const auto field = solver.solve(std::span<const Segment<double>>(curve));
+      for (Index v = 0; v < surface.vertex_count(); ++v) {
+        const double upper = by_points[static_cast<std::size_t>(v)];
+        const double d = field.distance(v);
+        if (std::isinf(upper)) {
+          CHECK(std::isinf(d));
+          continue;
+        }
+        CHECK(d <= upper + 1e-8 * size);
+        const Path<double> path = field.path(v);
+        CHECK(std::abs(length(surface, path) - d) < 1e-8 * size);
+        // From points beside the nearest the way is longer by the first straight piece's turn.
+        Path<double> first{path[0]};
+        for (std::size_t k = 1; k < path.size(); ++k) {
+          first.push_back(path[k]);
+          if (path[k].kind == SurfacePoint<double>::Kind::vertex) break;
+        }
+        const double piece = std::max(length(surface, first), 1e-9 * size);
+        const double detour = std::min(spacing / 2, spacing * spacing / (8 * piece));
+        CHECK(d >= upper - 1.01 * detour - 1e-8 * size);
+      }
+    }
+  }
+}
+
+TEST_CASE("other solvers take points along a curve") {
+  const auto mesh = grid<double>(20, 20, 20, 20);
+  const Surface<double> surface(mesh);
+  const Curve curve{{vertex_point<double>(0), vertex_point<double>(1)}};
+  const auto points = sources_along<double>(surface, curve, 0.1);
+  CHECK(points.size() == 11);
+  const auto marched = FastMarchingSolver(mesh).distance(std::span<const Source<double>>(points));
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    const double d = to_piece(surface.position(v), surface.position(0), surface.position(1));
+    CHECK(std::abs(marched[static_cast<std::size_t>(v)] - d) < 0.03);
+  }
+}
+
+TEST_CASE("pieces of no length are points; bad input") {
+  const auto mesh = icosphere<float>(2);
+  const ExactSolver solver(mesh);
+  const std::vector<Segment<float>> point{{vertex_point<float>(7), vertex_point<float>(7)}};
+  const auto a = solver.distance(std::span<const Segment<float>>(point)), b = solver.distance(7);
+  for (std::size_t v = 0; v < a.size(); ++v) CHECK(a[v] == doctest::Approx(b[v]).epsilon(1e-6));
+  const auto refuse = [&](const Segment<float>& s) {
+    CHECK_THROWS_AS((void)solver.solve(std::span<const Segment<float>>(&s, 1)), InvalidInput);
+  };
+  refuse({vertex_point<float>(0), vertex_point<float>(3)});  // far apart
+  refuse({face_point<float>(0, {0.2F, 0.3F, 0.5F}), face_point<float>(1, {0.2F, 0.3F, 0.5F})});
+  refuse({vertex_point<float>(0), vertex_point<float>(999)});
+  refuse({vertex_point<float>(0), vertex_point<float>(0), std::numeric_limits<float>::infinity()});
+  CHECK_THROWS_AS((void)solver.solve(std::span<const Segment<float>>()), InvalidInput);
+}
