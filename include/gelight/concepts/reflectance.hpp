@@ -49,9 +49,9 @@ struct ColourRow {
 /// compilers vectorise it.
 ///
 /// `shade_row(out, row)` writes `row.count` colours. A pixel's colour depends on nothing but its
-/// normal, place, `kept` and `touched`. Where the normal is zero it is that of ambient light alone. A model
-/// that has images may have `require_fits(camera)`, which throws InvalidInput where they are not of
-/// the camera's size; a renderer asks it once. Calls may come from several threads.
+/// normal, place, `kept` and `touched`. Where the normal is zero it is that of ambient light alone.
+/// A model that has images may have `require_fits(camera)`, which throws InvalidInput where they
+/// are not of the camera's size; a renderer asks it once. Calls may come from several threads.
 template <class R, class T>
 concept Reflectance = std::floating_point<T> &&
     requires(const R& model, const ColourRow<T>& out, const SurfaceRow<T>& row) {
