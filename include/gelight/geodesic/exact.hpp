@@ -904,7 +904,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     add(1);
     for (const Index v : surface_.face(front.face)) {
       const Real t = way.dot(surface_.difference(begin, vertex_point<Real>(v))) / square;
-      if (t > 0 && t < 1) add(t);
+      if (t > 0.0 && t < 1.0) add(t);
     }
   }
 

@@ -242,7 +242,7 @@ class BulgingMembrane {
         for_each(cell, [&](Index x, Index y) {
           const T z = press.depth(x, y), in = press.rest(x, y) - z;
           ++all;
-          if (!detail::is_depth(z) || !(in == in)) return;
+          if (!detail::is_depth(z) || std::isnan(in)) return;
           sum += in;
           ++covered;
         });

@@ -75,7 +75,7 @@ class FittedNormalsOf {
   [[nodiscard]] std::optional<Vec3<Real>> fit(Index fan, const Vec3<Real>& mean, int degree) const {
     const int terms = terms_of(degree);
     std::size_t ring = static_cast<std::size_t>(degree) - 1;
-    while (ring < rings && ring_end_[ring] - 1 < points_per_term * terms) ++ring;
+    while (ring < rings && ring_end_[ring] - 1 < std::ptrdiff_t{points_per_term} * terms) ++ring;
     const std::ptrdiff_t count = ring_end_[ring];
     if (count - 1 < terms + terms / 4) return {};
 

@@ -84,8 +84,10 @@ class LayerCorrection {
                                 0.8650633666889845, 0.9739065285171717};
     constexpr std::array weights{0.2955242247147529, 0.2692667193099963, 0.2190863625159820,
                                  0.1494513491505806, 0.0666713443086881};
-    constexpr double panel = 0.5, last = 20;
-    for (double middle = panel / 2; middle < last; middle += panel) {
+    constexpr double panel = 0.5;
+    constexpr int panels = 40;  // up to c = 20
+    for (int k = 0; k < panels; ++k) {
+      const double middle = (k + 0.5) * panel;
       for (std::size_t i = 0; i < 2 * points.size(); ++i) {
         const double side = i < points.size() ? 1 : -1;
         const double c = middle + side * panel / 2 * points[i % points.size()];
