@@ -23,7 +23,7 @@ namespace gelight {
 ///
 /// Throws InvalidInput for a path without points, with points that are not of the surface or two in
 /// a row that no face holds, and for a spacing that is not positive.
-template <std::floating_point T>
+template <std::floating_point T = double>
 [[nodiscard]] std::vector<SurfacePoint<T>> points_along(const Surface<double>& surface,
                                                         const Path<T>& path,
                                                         std::type_identity_t<T> spacing) {
