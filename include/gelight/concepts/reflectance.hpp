@@ -42,7 +42,9 @@ struct SurfaceRow {
 /// between 0 and 1 is clamped. The arrays overlap nothing.
 template <std::floating_point T>
 struct ColourRow {
-  T* __restrict r, * __restrict g, * __restrict b;
+  T* __restrict r;  ///< red
+  T* __restrict g;  ///< green
+  T* __restrict b;  ///< blue
 };
 
 /// A reflectance: the colour of the membrane from its normal and pixel, a row at a time, so that

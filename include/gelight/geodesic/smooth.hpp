@@ -314,6 +314,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
   std::shared_ptr<const Faces> faces_;
 };
 
+/// Deduces the type from the mesh.
 template <TriangleMesh M>
 explicit SmoothDistanceSolver(const M&) -> SmoothDistanceSolver<MeshScalar<M>>;
 template <TriangleMesh M>

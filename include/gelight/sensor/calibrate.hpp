@@ -40,6 +40,7 @@ enum class ReflectanceModel : std::uint8_t { lights, polynomial, table };
 
 /// How a sensor is calibrated.
 struct CalibrationOptions {
+  /// Which reflectance to fit.
   ReflectanceModel model = ReflectanceModel::table;
   int lights = 5;             ///< how many near lights, 3 to 8
   int polynomial_degree = 3;  ///< in the normal
@@ -68,6 +69,7 @@ struct RegionResidual {
 
 /// A calibrated sensor, and how sure it is.
 struct Calibration {
+  /// What a renderer takes.
   CalibratedSensor sensor;
   double bulge_doubt = 0;         ///< pixels: within it the residual grows by less than its noise
   detail::Smoothness smoothness;  ///< as chosen by cross-validation
@@ -75,8 +77,11 @@ struct Calibration {
   /// Standard deviation of each coefficient of a table's or polynomial's touched gel, by leaving a
   /// third of the presses out in turn (the jackknife); empty for lights and for fewer than five.
   std::vector<double> spread;
+  /// What was found of each press.
   std::vector<PressReport> presses;
+  /// What is left unexplained, by region.
   std::vector<RegionResidual> regions;
+  /// What a reader should know, in words.
   std::vector<std::string> warnings;
 };
 

@@ -58,6 +58,7 @@ class CalibratedReflectance {
                     rows.width, " x ", rows.height);
   }
 
+  /// As concepts/reflectance.hpp says.
   void shade_row(const ColourRow<T>& out, const SurfaceRow<T>& row) const {
     const Rows& rows = *shared_;
     std::array<std::int32_t, longest_surface_row> cell;

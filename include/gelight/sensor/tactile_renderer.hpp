@@ -595,10 +595,12 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) void Tact
   render_next(frame, depth);
 }
 
+/// Deduces the type from the camera.
 template <std::floating_point T, class D>
 TactileRenderer(const Camera<T>&, const D&, const std::type_identity_t<std::vector<Light<T>>>&,
                 const std::type_identity_t<Background<T>>& = {}, const TactileOptions& = {})
     -> TactileRenderer<T>;
+/// Deduces the types from the camera and the models.
 template <std::floating_point T, class D, MembraneModel<T> Membrane, class Shine>
 TactileRenderer(const Camera<T>&, const D&, Membrane, Shine, const FrameOptions& = {})
     -> TactileRenderer<T, Membrane, Shine>;

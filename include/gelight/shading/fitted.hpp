@@ -18,9 +18,11 @@ namespace gelight {
 
 /// What a pixel sees of the gel.
 struct GelPoint {
-  double nx = 0, ny = 0;  ///< the unit normal's coordinates along the image; it faces the camera
-  double x = 0, y = 0;    ///< place in the image, -1 at its first pixel and 1 at its last
-  bool touched = false;   ///< pressed by an object here, rather than free
+  double nx = 0;         ///< the unit normal's coordinate along rows; it faces the camera
+  double ny = 0;         ///< and along columns
+  double x = 0;          ///< place in the image, -1 at its first column and 1 at its last
+  double y = 0;          ///< and of its rows
+  bool touched = false;  ///< pressed by an object here, rather than free
 };
 
 /// By how much of its background a pixel becomes brighter: red, green, blue.
@@ -122,12 +124,14 @@ struct NearLight {
   /// Half images to the right of and below the image's middle, and towards the camera from the gel
   /// (all in units of half the image's width).
   Vec3<double> place{0, 0, 1};
+  /// Colour of what is reflected diffusely, and in mirrors.
   Change diffuse{}, specular{};  ///< shares of the background at a distance of 1
 };
 
 /// A few near lights, the physical model: soft-clamped Lambert and a Phong highlight, both falling
 /// off with the distance, ambient light that grows with the slope, and a constant for touched gel.
 struct LightsReflectance {
+  /// Near the gel.
   std::vector<NearLight> lights;
   double softness = 0.3;       ///< over how much of the cosine a light fades at grazing incidence
   double falloff = 1;          ///< the power of the distance by which light falls off
@@ -173,16 +177,19 @@ struct LightTerms {
 
 /// @name The change of a pixel by a reflectance.
 ///@{
+/// How much a point's colour differs from the background's, by a table.
 [[nodiscard]] inline Change change(const TableReflectance& table, const GelPoint& p) {
   detail::TermRow row;
   table.fill(p, row);
   return row.times(p.touched ? table.touched : table.free);
 }
+/// The same, by a polynomial.
 [[nodiscard]] inline Change change(const PolynomialReflectance& polynomial, const GelPoint& p) {
   detail::TermRow row;
   polynomial.fill(p, row);
   return row.times(p.touched ? polynomial.touched : polynomial.free);
 }
+/// The same, by near lights.
 [[nodiscard]] inline Change change(const LightsReflectance& model, const GelPoint& p) {
   const double nz = std::sqrt(std::max(0.0, 1 - p.nx * p.nx - p.ny * p.ny));
   Change sum{};
@@ -198,6 +205,7 @@ struct LightTerms {
   }
   return sum;
 }
+/// The same, by whichever it is.
 [[nodiscard]] inline Change change(const FittedReflectance& model, const GelPoint& p) {
   return std::visit([&](const auto& one) { return change(one, p); }, model);
 }
