@@ -33,7 +33,10 @@ class ImageView;
 
 /// The pixels left <= x < right and top <= y < bottom of an image.
 struct Window {
-  Index left = 0, top = 0, right = 0, bottom = 0;
+  Index left = 0;    ///< first column
+  Index top = 0;     ///< first row
+  Index right = 0;   ///< behind the last column
+  Index bottom = 0;  ///< behind the last row
 
   /// Whether it holds no pixel.
   [[nodiscard]] bool is_empty() const { return left >= right || top >= bottom; }

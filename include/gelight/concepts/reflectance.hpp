@@ -28,9 +28,12 @@ inline constexpr Index longest_surface_row = 64;
 /// them.
 template <std::floating_point T>
 struct SurfaceRow {
-  Index x, y;             ///< column and row of the first pixel
-  std::ptrdiff_t count;   ///< how many there are: at most `longest_surface_row`
-  const T *nx, *ny, *nz;  ///< unit normals towards the camera, in its frame; zero: not known
+  Index x;               ///< column of the first pixel
+  Index y;               ///< its row
+  std::ptrdiff_t count;  ///< how many there are: at most `longest_surface_row`
+  const T* nx;           ///< unit normals towards the camera, in its frame; zero: not known
+  const T* ny;           ///< their second
+  const T* nz;           ///< and third coordinates
   /// The share of the ambient light that is left where the gel is pressed in; null: all of it.
   const T* kept;
   /// Not zero where an object touches the gel; null unless the reflectance has a member

@@ -16,7 +16,9 @@ namespace gelight {
 
 /// Photographs of presses of a ball, and of the sensor untouched.
 struct PressFolder {
+  /// The photograph without contact.
   Image<Rgb8> background;
+  /// The presses, one a photograph.
   std::vector<BallPress> presses;
 };
 

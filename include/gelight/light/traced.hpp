@@ -129,8 +129,9 @@ struct TracedLight {
   /// normal is the irradiance there, and with a slightly tilted one that of a tilted membrane, so
   /// that diffuse shading by it is right. (Within 0.06 degrees of grazing it counts short.)
   LightField<double> vector;
-  std::vector<double> vector_error;     ///< root of the sum of its numbers' variances
-  LightBalance balance, balance_error;  ///< where the light ended
+  std::vector<double> vector_error;  ///< root of the sum of its numbers' variances
+  LightBalance balance;              ///< where the light ended
+  LightBalance balance_error;        ///< its standard error
 };
 
 /// Traces the light of LEDs through the gel of a sensor: refraction and total reflection where

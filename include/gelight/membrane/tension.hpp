@@ -32,18 +32,22 @@ class TensionMembrane {
                     " is not positive, or more than 1000 pixels");
   }
 
+  /// Over what length a bulge decays.
   [[nodiscard]] double length() const { return length_; }
+  /// As concepts/membrane.hpp says.
   [[nodiscard]] Index reach() const { return whole_image; }
 
   struct Workspace {
     std::vector<double> height, object;
   };
+  /// As concepts/membrane.hpp says.
   [[nodiscard]] Workspace make_workspace(Index width, Index height) const {
     const std::vector<double> image(static_cast<std::size_t>(width + 2) *
                                     static_cast<std::size_t>(height + 2));
     return {image, image};
   }
 
+  /// As concepts/membrane.hpp says.
   void press_into(ImageView<T> surface, const Press<T>& press, Workspace& work) const {
     const Index width = press.depth.width(), height = press.depth.height();
     take_in(press, work);

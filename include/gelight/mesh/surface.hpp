@@ -343,6 +343,7 @@ class Surface {
   std::shared_ptr<const Data> data_;
 };
 
+/// The data of a mesh, checked.
 template <std::floating_point T>
 template <TriangleMesh M>
 auto Surface<T>::snapshot(const M& mesh) -> std::shared_ptr<const Data> {

@@ -52,6 +52,7 @@ struct CalibrationOptions {
 
 /// What a fit says of one press.
 struct PressReport {
+  /// As the press is named.
   std::string name;
   Change level{};            ///< by how much the whole photograph is brighter, grey levels
   Circle contact;            ///< as refined
@@ -63,8 +64,10 @@ struct PressReport {
 
 /// The mean absolute difference of photographs and model in a part of the image, grey levels.
 struct RegionResidual {
+  /// Which pixels, in words.
   std::string region;
-  double signal = 0, residual = 0;
+  double signal = 0;    ///< of the photographs and the background
+  double residual = 0;  ///< of the photographs and the model
 };
 
 /// A calibrated sensor, and how sure it is.

@@ -67,11 +67,13 @@ struct TableReflectance {
   int nodes = 9;     ///< along each coordinate, odd
   double reach = 1;  ///< the largest coordinate; beyond, it counts as this
   /// For each node (row by row), each of the place's terms 1, x, y, x^2, xy, y^2 and each channel.
-  std::vector<double> touched, free;
+  std::vector<double> touched;  ///< numbers of gel that something touches
+  std::vector<double> free;     ///< and of gel that nothing touches
 
   /// How many nodes times terms of the place there are: a third of the numbers of either table.
   [[nodiscard]] int size() const { return nodes * nodes * detail::place_terms; }
 
+  /// The terms of a point.
   void fill(const GelPoint& p, detail::TermRow& row) const {
     row.clear();
     const auto place = detail::terms_of_place(p.x, p.y);
@@ -99,10 +101,13 @@ struct PolynomialReflectance {
   int degree = 3;    ///< in the normal
   double reach = 1;  ///< the largest coordinate; beyond, it counts as this
   /// For each power of the normal (1, nx, ny, nx^2, ...), term of the place and channel.
-  std::vector<double> touched, free;
+  std::vector<double> touched;  ///< numbers of gel that something touches
+  std::vector<double> free;     ///< and of gel that nothing touches
 
+  /// How many numbers there are.
   [[nodiscard]] int size() const { return (degree + 1) * (degree + 2) / 2 * detail::place_terms; }
 
+  /// The terms of a point.
   void fill(const GelPoint& p, detail::TermRow& row) const {
     row.clear();
     const auto place = detail::terms_of_place(p.x, p.y);
