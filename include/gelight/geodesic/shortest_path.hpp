@@ -1,0 +1,181 @@
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "gelight/concepts/mesh.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/pool.hpp"
+#include "gelight/core/progress.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/exact/directions.hpp"
+#include "gelight/geodesic/path.hpp"
+#include "gelight/geodesic/segment.hpp"
+#include "gelight/geodesic/shortest_path/edge_search.hpp"
+#include "gelight/geodesic/shortest_path/straightener.hpp"
+#include "gelight/mesh/simplified.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+namespace gelight {
+
+/// Paths between pairs of points, without distances of the whole mesh.
+///
+/// Constructed once from a mesh, in O(vertices + faces log valence); queries are const and safe
+/// from several threads, and take time for the part of the mesh that they look at alone. Paths are
+/// those of `ExactField::path`: the point at which they begin, each point where they cross an edge
+/// or meet a vertex, with its shares, and their end; empty where no path leads. `faces` tells the
+/// face of each piece. `length` tells their length.
+template <std::floating_point T>
+class PathSolver {
+ public:
+  /// Throws InvalidInput as Surface does. The hook is asked now and then by every query, which
+  /// throws Cancelled where it says so.
+  explicit PathSolver(const TriangleMesh auto& mesh, CancelHook cancelled = {})
+      : cancelled_(cancelled), exact_(mesh, options_with(std::move(cancelled))) {}
+
+  /// The surface that the solver works on.
+  [[nodiscard]] const Surface<double>& surface() const { return exact_.surface(); }
+
+  /// The shortest path between two points, exact as ExactSolver is. The length of a straight path
+  /// bounds the search: windows are propagated only where the way to them and straight on to the
+  /// end through space is no longer. Of several shortest paths one is returned. Throws InvalidInput
+  /// for a point that is not of the surface.
+  ///@{
+  [[nodiscard]] Path<T> shortest_path(Index from, Index to) const {
+    return shortest_path(vertex_point<T>(from), vertex_point<T>(to));
+  }
+  [[nodiscard]] Path<T> shortest_path(const SurfacePoint<T>& from,
+                                      const SurfacePoint<T>& to) const;
+  ///@}
+
+  /// A locally shortest path between two points: the shortest one along edges, straightened. The
+  /// cheap door: no path near it is shorter, another way round a hill may be. Throws InvalidInput
+  /// for a point that is not of the surface.
+  ///@{
+  [[nodiscard]] Path<T> straight_path(Index from, Index to) const {
+    return straight_path(vertex_point<T>(from), vertex_point<T>(to));
+  }
+  [[nodiscard]] Path<T> straight_path(const SurfacePoint<T>& from, const SurfacePoint<T>& to) const {
+    return cast(straight(checked(from), checked(to)));
+  }
+  ///@}
+
+  /// A path made locally shortest, between its own ends: straight over faces and edges, with at
+  /// least pi on either side of each vertex where it bends, but for some 1e-8. It is never longer
+  /// than before. Its homotopy class is that of the path in which vertices with less than 2 pi are
+  /// no obstacles. Throws InvalidInput for a path of no point, points that are not of the surface,
+  /// and two in a row that no face holds.
+  ///
+  /// The idea is that of N. Sharp, K. Crane, "You can find geodesic paths in triangle meshes by just
+  /// flipping edges", 2020, doi:10.1145/3414685.3417839; here the path is moved and not the mesh.
+  [[nodiscard]] Path<T> straightened(const Path<T>& path) const;
+
+ private:
+  using Real = typename detail::WorkingPrecision<T>::Real;
+  using Point = SurfacePoint<Real>;
+  using Search = detail::EdgeSearchOf<Real>;
+  using Pool = detail::Pool<Search>;
+
+  // A straight path is longer by rounding than the length that the search finds for it; and the
+  // search is hardly wider for that.
+  static constexpr Real slack = 1e-9;
+
+  static ExactOptions<T> options_with(CancelHook cancelled) {
+    ExactOptions<T> options;
+    options.cancelled = std::move(cancelled);
+    return options;
+  }
+
+  [[nodiscard]] Point checked(const SurfacePoint<T>& point) const {
+    surface().require_point(point);
+    return detail::simplified(surface(), point.template cast<Real>());
+  }
+  [[nodiscard]] static Path<T> cast(const std::vector<Point>& path) {
+    Path<T> out;
+    out.reserve(path.size());
+    for (const Point& p : path) out.push_back(p.template cast<T>());
+    return out;
+  }
+  [[nodiscard]] bool share_face(const Point& p, const Point& q) const {
+    bool shared = false;
+    detail::for_each_place(surface(), p, [&](Index f, const auto&) {
+      detail::for_each_place(surface(), q, [&](Index g, const auto&) { shared |= f == g; });
+    });
+    return shared;
+  }
+
+  [[nodiscard]] std::vector<Point> straight(const Point& from, const Point& to) const {
+    if (from == to) return {from};
+    if (share_face(from, to)) return {from, to};
+    std::vector<Point> path;
+    {
+      const typename Pool::Borrowed search(*searches_);
+      path = (*search).path(surface(), from, to, cancelled_);
+    }
+    if (path.size() < 3) return path;
+    return detail::StraightenerOf<Real>(surface(), *exact_.faces_)(path, cancelled_);
+  }
+
+  CancelHook cancelled_;
+  ExactSolver<T> exact_;
+  std::shared_ptr<Pool> searches_ = std::make_shared<Pool>();
+};
+
+template <std::floating_point T>
+auto PathSolver<T>::shortest_path(const SurfacePoint<T>& from, const SurfacePoint<T>& to) const
+    -> Path<T> {
+  const Point a = checked(from), b = checked(to);
+  const std::vector<Point> straight_one = straight(a, b);
+  if (straight_one.size() < 3) return cast(straight_one);
+  Real length = 0;
+  for (std::size_t i = 1; i < straight_one.size(); ++i) {
+    length += detail::straight(surface(), straight_one[i - 1], straight_one[i]);
+  }
+  Path<T> path = exact_.path_within(a, b, length * (1 + slack));
+  return path.empty() ? cast(straight_one) : path;
+}
+
+template <std::floating_point T>
+auto PathSolver<T>::straightened(const Path<T>& path) const -> Path<T> {
+  detail::require(!path.empty(), "the path has no points");
+  std::vector<Point> points;
+  for (const auto& p : path) {
+    const Point point = checked(p);
+    if (!points.empty() && points.back() == point) continue;
+    detail::require(points.empty() || share_face(points.back(), point), "no face holds point ",
+                    points.size() - 1, " of the path and the next");
+    points.push_back(point);
+  }
+  return cast(detail::StraightenerOf<Real>(surface(), *exact_.faces_)(points, cancelled_));
+}
+
+template <TriangleMesh M>
+explicit PathSolver(const M&) -> PathSolver<MeshScalar<M>>;
+template <TriangleMesh M>
+PathSolver(const M&, CancelHook) -> PathSolver<MeshScalar<M>>;
+
+/// The shortest path between two points of a mesh, by PathSolver, which is the better choice for
+/// more than one pair: most of the time goes into setting it up. Throws InvalidInput as it does.
+template <TriangleMesh M>
+[[nodiscard]] Path<MeshScalar<M>> shortest_path(const M& mesh,
+                                                const SurfacePoint<MeshScalar<M>>& from,
+                                                const SurfacePoint<MeshScalar<M>>& to,
+                                                const CancelHook& cancelled = {}) {
+  return PathSolver(mesh, cancelled).shortest_path(from, to);
+}
+
+/// A path made locally shortest, by PathSolver. Throws InvalidInput as it does.
+template <TriangleMesh M>
+[[nodiscard]] Path<MeshScalar<M>> straighten_path(const M& mesh, const Path<MeshScalar<M>>& path,
+                                                  const CancelHook& cancelled = {}) {
+  return PathSolver(mesh, cancelled).straightened(path);
+}
+
+}  // namespace gelight
