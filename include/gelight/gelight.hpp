@@ -31,6 +31,7 @@
 #include "gelight/geodesic/plan.hpp"
 #include "gelight/geodesic/sampled_error.hpp"
 #include "gelight/geodesic/segment.hpp"
+#include "gelight/geodesic/shortest_path.hpp"
 #include "gelight/geodesic/smooth.hpp"
 #include "gelight/geodesic/trace.hpp"
 #include "gelight/geodesic/virtual_source.hpp"

@@ -200,8 +200,6 @@ class ExactField {
     return detail::simplified(surface_, point.template cast<Real>());
   }
 
-  [[nodiscard]] Path<T> path_to(const Point& point) const;
-
   [[nodiscard]] End nearest(const Point& p) const {
     if (p.kind == Point::Kind::vertex) return at_vertex(p);
     End best{unreachable<Real>, p, {}};
@@ -744,12 +742,7 @@ auto ExactField<T>::distance(const SurfacePoint<T>& point) const -> T {
 
 template <std::floating_point T>
 auto ExactField<T>::path(const SurfacePoint<T>& point) const -> Path<T> {
-  return path_to(checked(point));
-}
-
-template <std::floating_point T>
-auto ExactField<T>::path_to(const Point& point) const -> Path<T> {
-  const std::vector<Point> back = trace(nearest(point));
+  const std::vector<Point> back = trace(nearest(checked(point)));
   Path<T> out;
   out.reserve(back.size());
   for (auto p = back.rbegin(); p != back.rend(); ++p) out.push_back(p->template cast<T>());
@@ -933,7 +926,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
 
   // The shortest path between two points, if it is no longer than `longest`, by windows that can be
   // part of such a path alone; empty else.
-  [[nodiscard]] Path<T> path_within(const Point& from, const Point& to, Real longest) const;
+  [[nodiscard]] std::vector<Point> path_within(const Point& from, const Point& to,
+                                               Real longest) const;
 
   void run(Workspace& workspace, const Sources& sources, const Limits& limits) const {
     workspace.run(surface_, *faces_, sources, limits);
@@ -1055,7 +1049,7 @@ auto ExactSolver<T>::solve_checked(Sources sources, const ExactOptions<T>& optio
 
 template <std::floating_point T>
 auto ExactSolver<T>::path_within(const Point& from, const Point& to, Real longest) const
-    -> Path<T> {
+    -> std::vector<Point> {
   ExactField<T> field(surface_);
   field.faces_ = faces_;
   field.cancelled_ = options_.cancelled;
@@ -1074,7 +1068,8 @@ auto ExactSolver<T>::path_within(const Point& from, const Point& to, Real longes
   const auto windows = std::make_shared<detail::WindowStoreOf<Real>>();
   field.windows_ = windows;
   field.exchange(*workspace, *windows);
-  Path<T> path = field.path_to(to);
+  std::vector<Point> path = field.trace(field.nearest(to));
+  std::reverse(path.begin(), path.end());
   field.exchange(*workspace, *windows);
   return path;
 }

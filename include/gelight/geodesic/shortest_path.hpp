@@ -30,8 +30,8 @@ namespace gelight {
 /// Constructed once from a mesh, in O(vertices + faces log valence); queries are const and safe
 /// from several threads, and take time for the part of the mesh that they look at alone. Paths are
 /// those of `ExactField::path`: the point at which they begin, each point where they cross an edge
-/// or meet a vertex, with its shares, and their end; empty where no path leads. `faces` tells the
-/// face of each piece. `length` tells their length.
+/// or meet a vertex, with its shares, and their end; empty where no path leads. `faces_along` tells
+/// the face of each piece, `length` the length.
 template <std::floating_point T>
 class PathSolver {
  public:
@@ -51,8 +51,7 @@ class PathSolver {
   [[nodiscard]] Path<T> shortest_path(Index from, Index to) const {
     return shortest_path(vertex_point<T>(from), vertex_point<T>(to));
   }
-  [[nodiscard]] Path<T> shortest_path(const SurfacePoint<T>& from,
-                                      const SurfacePoint<T>& to) const;
+  [[nodiscard]] Path<T> shortest_path(const SurfacePoint<T>& from, const SurfacePoint<T>& to) const;
   ///@}
 
   /// A locally shortest path between two points: the shortest one along edges, straightened. The
@@ -62,7 +61,8 @@ class PathSolver {
   [[nodiscard]] Path<T> straight_path(Index from, Index to) const {
     return straight_path(vertex_point<T>(from), vertex_point<T>(to));
   }
-  [[nodiscard]] Path<T> straight_path(const SurfacePoint<T>& from, const SurfacePoint<T>& to) const {
+  [[nodiscard]] Path<T> straight_path(const SurfacePoint<T>& from,
+                                      const SurfacePoint<T>& to) const {
     return cast(straight(checked(from), checked(to)));
   }
   ///@}
@@ -73,8 +73,9 @@ class PathSolver {
   /// no obstacles. Throws InvalidInput for a path of no point, points that are not of the surface,
   /// and two in a row that no face holds.
   ///
-  /// The idea is that of N. Sharp, K. Crane, "You can find geodesic paths in triangle meshes by just
-  /// flipping edges", 2020, doi:10.1145/3414685.3417839; here the path is moved and not the mesh.
+  /// The idea is that of N. Sharp, K. Crane, "You can find geodesic paths in triangle meshes by
+  /// just flipping edges", 2020, doi:10.1145/3414685.3417839; here the path is moved and not the
+  /// mesh.
   [[nodiscard]] Path<T> straightened(const Path<T>& path) const;
 
  private:
@@ -134,12 +135,11 @@ auto PathSolver<T>::shortest_path(const SurfacePoint<T>& from, const SurfacePoin
   const Point a = checked(from), b = checked(to);
   const std::vector<Point> straight_one = straight(a, b);
   if (straight_one.size() < 3) return cast(straight_one);
-  Real length = 0;
-  for (std::size_t i = 1; i < straight_one.size(); ++i) {
-    length += detail::straight(surface(), straight_one[i - 1], straight_one[i]);
-  }
-  Path<T> path = exact_.path_within(a, b, length * (1 + slack));
-  return path.empty() ? cast(straight_one) : path;
+  const Real longest = length(surface(), straight_one);
+  const std::vector<Point> path = exact_.path_within(a, b, longest * (1 + slack));
+  // Where faces are so thin that the search loses its way, the straight path stays.
+  const bool is_found = !path.empty() && length(surface(), path) <= longest;
+  return cast(is_found ? path : straight_one);
 }
 
 template <std::floating_point T>

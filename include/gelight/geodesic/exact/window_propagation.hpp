@@ -83,7 +83,7 @@ struct PropagationLimitsOf {
   std::size_t memory = std::numeric_limits<std::size_t>::max();  // that windows may take, in bytes
   bool keep_windows = false;                                     // of all faces, or
   Array<char> faces_to_keep;                                     // of those marked, where not empty
-  Array<Real> rest;               // of each vertex, where not empty: the least way left from there
+  Array<Real> rest;  // of each vertex, where not empty: the least way left from there
   // Where there is one, windows serve to reach it alone: the least way left is straight to it.
   const SurfacePoint<Real>* goal = nullptr;
   Real ring = unreachable<Real>;  // at every multiple of it paths go through a vertex

@@ -106,7 +106,7 @@ class StraightenerOf {
           stop.in = side_with(ahead[0], last);
         }
         stop.is_loose = is_vertex;
-        out.push_back(stop);
+        is_vertex ? out.push_back(stop) : cross(stop, out);
         both.clear();
       }
       behind = both.empty() ? std::move(ahead) : std::move(both);
@@ -114,6 +114,13 @@ class StraightenerOf {
     out.push_back({path.back()});
     out.back().is_loose = true;
     return out;
+  }
+
+  // Adds the crossing of an edge; crossed back at once it is not crossed at all.
+  static void cross(const Stop& stop, std::vector<Stop>& out) {
+    if (!out.back().is_crossing() || out.back().in != stop.out) return out.push_back(stop);
+    if (out.back().out == stop.in) return out.pop_back();
+    out.back().in = stop.in;
   }
 
   // The half-edge of a face on which a point of an edge lies.
@@ -165,13 +172,13 @@ class StraightenerOf {
                 : Vec2<Real>(surface_.length(first) - begin.x(), -begin.y());
     line_.begin(begin);
     lefts_.clear();
-    // The edge that is crossed: the place of its left end, and the direction to its right one.
-    Vec2<Real> left(0, 0), way(1, 0);
+    // The edge that is crossed: the places of its ends, which stay what they are as long as the
+    // edges turn about one, and the direction from the left one to the right.
+    Vec2<Real> left(0, 0), right(surface_.length(first), 0), way(1, 0);
     Index left_vertex = surface_.origin(stops[from + 1].in);
     for (std::size_t i = from + 1;; ++i) {
       const Index in = stops[i].in;
       const Real length = surface_.length(in);
-      const Vec2<Real> right = left + length * way;
       line_.pass(left, right);
       lefts_.push_back(left_vertex);
       // The face beyond, in its half-edge's frame or the mirror image.
@@ -184,13 +191,12 @@ class StraightenerOf {
         (void)line_.length_to(laid(place(stops[to].point, in)));
         break;
       }
-      const Index next = stops[i + 1].out;
-      const bool by_left = (surface_.origin(next) == left_vertex) || (surface_.tip(next) == left_vertex);
-      const Vec2<Real>& apex = faces_.apex(in);
-      const Vec2<Real> from_tip = faces_.apex_from_tip(surface_, in);  // back along the edge, and up
       // From the left end to the apex, and from there to the right end.
+      const Vec2<Real> apex = faces_.apex(in), from_tip = faces_.apex_from_tip(surface_, in);
       const Vec2<Real> up = is_same ? apex : from_tip, back = is_same ? from_tip : apex;
-      if (by_left) {
+      const Index next = stops[i + 1].out;
+      if (surface_.origin(next) == left_vertex || surface_.tip(next) == left_vertex) {
+        right = laid(apex);
         way = turned(stable_unit(up), way);
       } else {
         left = laid(apex);
@@ -248,7 +254,7 @@ class StraightenerOf {
       if (!stop.is_crossing()) {
         if (i + 1 < stops.size() && !stop.is_settled && find_way_round(stops, i, face)) {
           any = is_loose = true;
-          for (const Spoke& spoke : way_) round_.push_back(crossing(spoke));
+          for (const Spoke& spoke : way_) cross(crossing(spoke), round_);
           face = last_face_;
           continue;
         }
@@ -258,7 +264,7 @@ class StraightenerOf {
         last_bend = round_.size();
         is_loose = false;
       }
-      round_.push_back(stop);
+      stop.is_crossing() ? cross(stop, round_) : round_.push_back(stop);
       face = -1;
     }
     return any;
@@ -289,7 +295,8 @@ class StraightenerOf {
     const Stop &before = stops[i - 1], &after = stops[i + 1];
     if (before.is_crossing()) face = Mesh::face_of(before.in);
     const auto from = places_at(vertex, before.point, face);
-    const auto to = places_at(vertex, after.point, after.is_crossing() ? Mesh::face_of(after.out) : -1);
+    const auto to =
+        places_at(vertex, after.point, after.is_crossing() ? Mesh::face_of(after.out) : -1);
     const bool is_bound = face >= 0;  // to one face, and may cross the edge on which it begins
     Real best = std::numbers::pi_v<Real> - least_bend;
     std::ptrdiff_t last = none;
@@ -361,7 +368,8 @@ class StraightenerOf {
         const Real at_tip = shares[static_cast<std::size_t>((h + 1) % 3)];
         const Real at_apex = shares[static_cast<std::size_t>((h + 2) % 3)];
         const Vec2<Real>& apex = faces_.apex(h);
-        const Real angle = std::atan2(at_apex * apex.y(), at_tip * surface_.length(h) + at_apex * apex.x());
+        const Real angle =
+            std::atan2(at_apex * apex.y(), at_tip * surface_.length(h) + at_apex * apex.x());
         out.push_back({h, angle, at_apex == 0 ? h : at_tip == 0 ? Mesh::previous(h) : -1});
       }
     });
