@@ -14,6 +14,7 @@
   how template class VirtualSourceSolver<T>;                                                      \
   how template class ExactSolver<T>;                                                              \
   how template class ExactField<T>;                                                               \
+  how template class PathSolver<T>;                                                               \
   how template class HeatSolver<T>;                                                               \
   how template class DistancePlanner<T>;                                                          \
   how template class Certifier<T>;                                                                \

@@ -172,7 +172,7 @@ TEST_CASE("points of one face, one point, and parts that are not connected") {
 TEST_CASE("a flat sheet: whatever wanders, straightened, is the straight line") {
   Random random(4);
   for (int i = 0; i < 30; ++i) {
-    const auto mesh = test::jittered_grid(12, 0.35, random);
+    const auto mesh = test::jittered_grid(12, 0.2, random);
     const Surface<double> surface(mesh);
     const Index a = uniform_index(random, 169), b = uniform_index(random, 169);
     const auto path = straighten_path(mesh, wandering(surface, a, b, 30 * i, random));

@@ -36,6 +36,11 @@ namespace gelight {
 template <std::floating_point T>
 class PathSolver;
 
+namespace detail {
+template <std::floating_point T>
+class ArcTracer;
+}  // namespace detail
+
 template <std::floating_point T>
 struct ExactOptions {
   /// Distances beyond this one are not computed; they are reported as +infinity. In the unit of the
@@ -149,6 +154,8 @@ class ExactField {
  private:
   template <std::floating_point>
   friend class ExactSolver;
+  template <std::floating_point>
+  friend class detail::ArcTracer;
   using Real = typename detail::WorkingPrecision<T>::Real;
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;

@@ -25,15 +25,13 @@ namespace gelight {
 /// the face's vertices are.
 template <std::floating_point T>
 struct CircularArc {
-  Index face = -1;                ///< in which it lies
-  Vec3<T> begin{0, 0, 0};         ///< its ends, in space
-  Vec3<T> end{0, 0, 0};           ///< its ends, in space
-  Vec3<T> centre{0, 0, 0};        ///< of the circle, in the face's plane: the source laid flat into it
-  T radius = 0;                   ///< of the circle
-  T angle = 0;                    ///< by which it turns about the centre, in radians, at most 2 pi
-
-  /// How long it is.
-  [[nodiscard]] T length() const { return radius * angle; }
+  Index face = -1;          ///< in which it lies
+  Vec3<T> begin{0, 0, 0};   ///< its ends, in space
+  Vec3<T> end{0, 0, 0};     ///< its ends, in space
+  Vec3<T> centre{0, 0, 0};  ///< of the circle, in the face's plane: the source laid flat into it
+  T radius = 0;             ///< of the circle; infinite where the arc is straight, beside a segment
+  T angle = 0;              ///< by which it turns about the centre, in radians, at most 2 pi
+  T length = 0;             ///< how long it is
 };
 
 /// The points at one distance, as arcs that follow one on another.
@@ -45,7 +43,7 @@ struct ExactIsoline {
   /// How long it is.
   [[nodiscard]] T length() const {
     T sum = 0;
-    for (const auto& arc : arcs) sum += arc.length();
+    for (const auto& arc : arcs) sum += arc.length;
     return sum;
   }
 };
@@ -53,8 +51,8 @@ struct ExactIsoline {
 namespace detail {
 
 /// In each face the points nearer than a level are the union of discs, one about each image of a
-/// source or bend that the face's windows see, as far as they see it. Its border's arcs are the
-/// isoline's.
+/// source or bend that the face's windows see, as far as they see it; and of half-planes, from
+/// segments. The border's arcs are the isoline's.
 template <std::floating_point T>
 class ArcTracer {
  public:
@@ -64,8 +62,8 @@ class ArcTracer {
             "the field has not kept its windows: see ExactOptions::keep_windows");
     require(std::isfinite(level), "the level ", level, " is not finite");
     size_ = size_of(surface_);
-    // Sources that are lines are circles about points far away, which are rounded by more.
-    same_ = (field.fronts_.empty() ? 1e-11 : 1e-9) * size_;
+    same_ = (field.fronts_.empty() ? shortest : shortest_from_segments) * size_;
+    tangent_ = touching * size_;
   }
 
   [[nodiscard]] std::vector<ExactIsoline<T>> lines() {
@@ -90,6 +88,15 @@ class ArcTracer {
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
   static constexpr Real turn = 2 * std::numbers::pi;
+  // As shares of the mesh's size: arcs shorter than this are rounding of where borders cross.
+  // Windows of segments have images far away, which are rounded by more.
+  static constexpr Real shortest = 1e-11, shortest_from_segments = 1e-8;
+  // Borders that go this near to each other touch: whether they cross is rounding of the windows.
+  static constexpr Real touching = 1e-13;
+  // An arc is joined to one that begins within so many of the shortest of its end.
+  static constexpr Real reach_of_joints = 1e3;
+  // Straight borders of one segment differ in direction by less.
+  static constexpr Real same_direction = 1e-6;
 
   /// The points p of the plane with normal . p >= offset.
   struct HalfPlane {
@@ -97,14 +104,23 @@ class ArcTracer {
     Real offset;
     [[nodiscard]] Real height(const Vec2<Real>& p) const { return normal.dot(p) - offset; }
   };
-  /// A disc, seen in part of the face only.
+  /// A disc, seen in part of the face only; or a half-plane, whose border goes through `centre` and
+  /// which lies against `up`. On its border are angles, or lengths.
   struct Disc {
     Vec2<Real> centre;
     Real radius;
     std::vector<HalfPlane> seen{};
+    bool is_straight = false;
+    Vec2<Real> up{0, 0};
 
-    [[nodiscard]] Vec2<Real> at(Real angle) const {
-      return centre + radius * Vec2<Real>(std::cos(angle), std::sin(angle));
+    [[nodiscard]] Vec2<Real> along() const { return {-up.y(), up.x()}; }
+    [[nodiscard]] Vec2<Real> at(Real place) const {
+      if (is_straight) return centre + place * along();
+      return centre + radius * Vec2<Real>(std::cos(place), std::sin(place));
+    }
+    // How far inside a point is.
+    [[nodiscard]] Real depth(const Vec2<Real>& p) const {
+      return is_straight ? up.dot(centre - p) : radius - (p - centre).norm();
     }
     [[nodiscard]] bool sees(const Vec2<Real>& p) const {
       return std::all_of(seen.begin(), seen.end(),
@@ -113,8 +129,8 @@ class ArcTracer {
   };
   struct Piece {
     Index face;
-    Vec2<Real> centre;
-    Real radius, from, angle;
+    Disc disc;
+    Real from, width;       // where on the disc's border it begins, and how far it goes
     Vec2<Real> begin, end;  // in the frame of the face's first half-edge
     Vec3<Real> begin_in_space, end_in_space;
   };
@@ -180,26 +196,25 @@ class ArcTracer {
     return shares[0] * corners_[0] + shares[1] * corners_[1] + shares[2] * corners_[2];
   }
 
-  // On both sides of a segment, as the windows are that leave it.
+  // Straight from a segment, on both sides.
   void add_front(const FrontOf<Real>& front, Real level) {
-    constexpr Real far = 1 << 20, widest = 0.04;
-    const Vec2<Real> a = place(front.begin), way = place(front.end) - a;
-    const Real width = stable_norm(way), away = far * size_;
-    if (!(width > 0) || !(level > front.start)) return;
-    const auto count = static_cast<int>(std::ceil(width / (widest * size_)));
+    const Vec2<Real> a = place(front.begin), b = place(front.end), way = stable_unit(b - a);
+    const Real away = level - front.start;
+    if (way.isZero(0) || !(away > 0)) return;
     for (const Real sign : {-1.0, 1.0}) {
-      const Vec2<Real> up = sign * Vec2<Real>(-way.y(), way.x()) / width;
-      for (int i = 0; i < count; ++i) {
-        const Vec2<Real> begin = a + way * (static_cast<Real>(i) / count);
-        const Vec2<Real> end = a + way * (static_cast<Real>(i + 1) / count);
-        const Vec2<Real> centre = (begin + end) / 2 - away * up;
-        Disc disc{centre, level - front.start + away};
-        const bool is_left = sign > 0;
-        disc.seen = {right_of(centre, is_left ? begin : end), left_of(centre, is_left ? end : begin),
-                     {up, up.dot(a)}};
-        discs_.push_back(disc);
-      }
+      const Vec2<Real> up = sign * Vec2<Real>(-way.y(), way.x());
+      Disc side{a + away * up, away, {}, true, up};
+      side.seen = {{way, way.dot(a)}, {-way, -way.dot(b)}, {up, up.dot(a)}};
+      discs_.push_back(std::move(side));
     }
+  }
+
+  [[nodiscard]] bool is_from_front(Index origin) const {
+    using Kind = typename OriginOf<Real>::Kind;
+    while (field_.origins_[origin].kind == Kind::crossing) {
+      origin = field_.origins_[origin].previous;
+    }
+    return field_.origins_[origin].kind == Kind::front;
   }
 
   void add_windows(Index h, Real level) {
@@ -210,6 +225,11 @@ class ArcTracer {
         if (!(radius > 0) || gap * gap + w.y[i] * w.y[i] >= radius * radius) continue;
         const Vec2<Real> centre = from_frame(h, {w.x[i], w.y[i]});
         Disc disc{centre, radius};
+        if (is_from_front(w.origin[i])) {
+          disc.is_straight = true;
+          disc.up = stable_unit(from_frame(h, {(w.begin[i] + w.end[i]) / 2, 0}) - centre);
+          disc.centre += radius * disc.up;
+        }
         disc.seen = {right_of(centre, from_frame(h, {w.begin[i], 0})),
                      left_of(centre, from_frame(h, {w.end[i], 0}))};
         discs_.push_back(disc);
@@ -233,29 +253,23 @@ class ArcTracer {
     for (std::size_t i = 0; i < discs_.size(); ++i) find_arcs(i);
   }
 
-  // Of what one disc's circle is cut into by all borders, what lies in no other disc.
+  // Of what one disc's border is cut into by all others, what lies in no other disc.
   void find_arcs(std::size_t number) {
     const Disc& disc = discs_[number];
-    cuts_.assign(1, 0);
+    const Real begin = disc.is_straight ? -4 * size_ : 0, end = disc.is_straight ? 4 * size_ : turn;
+    cuts_.assign({begin, end});
     for (const HalfPlane& side : sides_) cut(disc, side.normal, side.offset);
     for (const Disc& other : discs_) {
       for (const HalfPlane& half : other.seen) cut(disc, half.normal, half.offset);
-      const Vec2<Real> way = other.centre - disc.centre;
-      const Real gap = stable_norm(way);
-      if (gap <= same_) continue;
-      // Where both circles cross, measured from the middle of this one along the line to the other.
-      const Real along =
-          (gap + (disc.radius - other.radius) * (disc.radius + other.radius) / gap) / 2;
-      cut(disc, way / gap, along + (way / gap).dot(disc.centre));
+      cut(disc, other);
     }
     std::sort(cuts_.begin(), cuts_.end());
-    cuts_.push_back(turn);
-    const Real least = same_ / disc.radius;  // an angle that is rounding
+    const Real least = disc.is_straight ? same_ : same_ / disc.radius;  // what is rounding
     const auto first = pieces_.size();
-    Real from = 0, to = -1;
+    Real from = 0, to = begin - 1;
     const auto finish = [&] {
-      if (to > from) add_piece(disc, from, to - from);
-      to = -1;
+      if (to >= begin) add_piece(disc, from, to - from);
+      to = begin - 1;
     };
     for (std::size_t i = 0; i + 1 < cuts_.size(); ++i) {
       if (cuts_[i + 1] - cuts_[i] <= least) continue;
@@ -263,22 +277,67 @@ class ArcTracer {
         finish();
         continue;
       }
-      if (to < 0) from = cuts_[i];
+      if (to < begin) from = cuts_[i];
       to = cuts_[i + 1];
     }
     finish();
-    join_over_zero(disc, first, least);
+    if (!disc.is_straight) join_over_zero(disc, first, least);
   }
 
   void cut(const Disc& disc, const Vec2<Real>& normal, Real offset) {
-    const Real cosine = (offset - normal.dot(disc.centre)) / disc.radius;
+    const Real height = offset - normal.dot(disc.centre);
+    if (disc.is_straight) {
+      const Real slope = normal.dot(disc.along());
+      if (slope != 0) add_cut(disc, height / slope);
+      return;
+    }
+    const Real cosine = height / disc.radius;
     if (!(std::fabs(cosine) < 1)) return;
     const Real middle = std::atan2(normal.y(), normal.x()), half = std::acos(cosine);
-    for (const Real angle : {middle - half, middle + half}) {
-      cuts_.push_back(angle < 0 ? angle + turn : angle >= turn ? angle - turn : angle);
-    }
+    add_cut(disc, middle - half);
+    add_cut(disc, middle + half);
   }
 
+  // By another's border, unless it only touches.
+  void cut(const Disc& disc, const Disc& other) {
+    const Vec2<Real> way = other.centre - disc.centre;
+    if (other.is_straight) {
+      const Real height = other.up.dot(way);
+      if (!disc.is_straight && std::fabs(std::fabs(height) - disc.radius) < tangent_) return;
+      return cut(disc, other.up, other.up.dot(other.centre));
+    }
+    if (disc.is_straight) {
+      const Real middle = disc.along().dot(way), height = std::fabs(disc.up.dot(way));
+      if (!(other.radius - height > tangent_)) return;
+      const Real half = std::sqrt((other.radius - height) * (other.radius + height));
+      add_cut(disc, middle - half);
+      add_cut(disc, middle + half);
+      return;
+    }
+    const Real gap = stable_norm(way), a = disc.radius, b = other.radius;
+    const Real least =
+        std::min({std::fabs(gap + a - b), std::fabs(gap + b - a), std::fabs(gap - a - b)});
+    if (gap <= same_ || least < tangent_) return;
+    // Where both circles cross, measured from the middle of this one along the line to the other.
+    const Real along = (gap + (a - b) * (a + b) / gap) / 2;
+    const Vec2<Real> normal = way / gap;
+    cut(disc, normal, along + normal.dot(disc.centre));
+  }
+
+  void add_cut(const Disc& disc, Real place) {
+    if (!disc.is_straight && place < 0) place += turn;
+    if (!disc.is_straight && place >= turn) place -= turn;
+    cuts_.push_back(place);
+  }
+
+  [[nodiscard]] bool is_same(const Disc& a, const Disc& b) const {
+    if (a.is_straight != b.is_straight) return false;
+    if (a.is_straight)
+      return (a.up - b.up).norm() < same_direction && std::fabs(a.depth(b.centre)) <= same_;
+    return (a.centre - b.centre).norm() <= same_ && std::fabs(a.radius - b.radius) <= same_;
+  }
+
+  // Of one border that is there twice the first counts.
   [[nodiscard]] bool is_border(std::size_t number, const Vec2<Real>& p) const {
     for (const HalfPlane& side : sides_) {
       if (side.height(p) < 0) return false;
@@ -286,27 +345,24 @@ class ArcTracer {
     if (!discs_[number].sees(p)) return false;
     for (std::size_t i = 0; i < discs_.size(); ++i) {
       if (i == number || !discs_[i].sees(p)) continue;
-      const Real inside = discs_[i].radius - (p - discs_[i].centre).norm();
-      // Of one circle that is there twice the first counts.
-      if (inside > same_ || (i < number && inside >= -same_)) return false;
+      if (is_same(discs_[i], discs_[number]) ? i < number : discs_[i].depth(p) > 0) return false;
     }
     return true;
   }
 
-  void add_piece(const Disc& disc, Real from, Real angle) {
-    const Vec2<Real> begin = disc.at(from), end = disc.at(from + angle);
-    pieces_.push_back({face_, disc.centre, disc.radius, from, angle, begin, end, in_space(begin),
-                       in_space(end)});
+  void add_piece(const Disc& disc, Real from, Real width) {
+    const Vec2<Real> begin = disc.at(from), end = disc.at(from + width);
+    pieces_.push_back({face_, disc, from, width, begin, end, in_space(begin), in_space(end)});
   }
 
   // What ends at a whole turn goes on where it began.
   void join_over_zero(const Disc& disc, std::size_t first, Real least) {
     if (pieces_.size() < first + 2) return;
     const Piece head = pieces_[first], tail = pieces_.back();
-    if (head.from > least || tail.from + tail.angle < turn - least) return;
+    if (head.from > least || tail.from + tail.width < turn - least) return;
     pieces_.pop_back();
     pieces_.erase(pieces_.begin() + static_cast<std::ptrdiff_t>(first));
-    add_piece(disc, tail.from, turn - tail.from + head.from + head.angle);
+    add_piece(disc, tail.from, turn - tail.from + head.from + head.width);
   }
 
   [[nodiscard]] Vec3<Real> in_space(const Vec2<Real>& p) const {
@@ -322,9 +378,9 @@ class ArcTracer {
 
   // Half of what x dy - y dx sums up to along the area's border: along its arcs, and
   static Real area_beside(const Piece& piece) {
-    const Real a = piece.angle;
-    const Real cap = a < 1e-2 ? a * a * a / 6 * (1 - a * a / 20) : a - std::sin(a);
-    return (cross_of(piece.begin, piece.end) + piece.radius * piece.radius * cap) / 2;
+    const Real chord = cross_of(piece.begin, piece.end), a = piece.width;
+    if (piece.disc.is_straight) return chord / 2;
+    return (chord + piece.disc.radius * piece.disc.radius * (a - std::sin(a))) / 2;
   }
 
   // along the parts of the face's sides that are nearer than the level.
@@ -333,17 +389,23 @@ class ArcTracer {
     spans_.clear();
     for (const Disc& disc : discs_) {
       const Vec2<Real> from = corners_[k] - disc.centre;
-      const Real middle = -from.dot(ways_[k]), height = sides_[k].normal.dot(from);
-      const Real square = (disc.radius - height) * (disc.radius + height);
-      if (!(square > 0)) continue;
-      Real begin = std::max(Real(0), middle - std::sqrt(square));
-      Real end = std::min(surface_.length(h), middle + std::sqrt(square));
-      for (const HalfPlane& half : disc.seen) {
+      Real begin = 0, end = surface_.length(h);
+      const auto bound = [&](const HalfPlane& half) {
         const Real slope = half.normal.dot(ways_[k]), at_zero = half.height(corners_[k]);
         if (slope > 0) begin = std::max(begin, -at_zero / slope);
         if (slope < 0) end = std::min(end, -at_zero / slope);
         if (slope == 0 && at_zero < 0) end = begin;
+      };
+      if (disc.is_straight) {
+        bound({-disc.up, -disc.up.dot(disc.centre)});
+      } else {
+        const Real middle = -from.dot(ways_[k]), height = sides_[k].normal.dot(from);
+        const Real square = (disc.radius - height) * (disc.radius + height);
+        if (!(square > 0)) continue;
+        begin = std::max(begin, middle - std::sqrt(square));
+        end = std::min(end, middle + std::sqrt(square));
       }
+      for (const HalfPlane& half : disc.seen) bound(half);
       if (end > begin) spans_.emplace_back(begin, end);
     }
     std::sort(spans_.begin(), spans_.end());
@@ -393,7 +455,7 @@ class ArcTracer {
   // corners at which that is; -1 where there is none.
   [[nodiscard]] Index after(Index number, const Array<char>& is_taken) {
     const Piece& piece = pieces_[static_cast<std::size_t>(number)];
-    const Real reach = 1e3 * same_;
+    const Real reach = reach_of_joints * same_;
     lay_flat(piece.face);
     Index best = -1;
     Real least = reach;
@@ -419,20 +481,24 @@ class ArcTracer {
   }
 
   [[nodiscard]] CircularArc<T> arc_of(const Piece& piece) {
-    face_ = piece.face;
+    lay_flat(piece.face);
+    const bool is_straight = piece.disc.is_straight;
+    const Real length = is_straight ? piece.width : piece.disc.radius * piece.width;
     return {piece.face,
             piece.begin_in_space.template cast<T>(),
             piece.end_in_space.template cast<T>(),
-            in_space(piece.centre).template cast<T>(),
-            static_cast<T>(piece.radius),
-            static_cast<T>(piece.angle)};
+            in_space(piece.disc.centre).template cast<T>(),
+            is_straight ? unreachable<T> : static_cast<T>(piece.disc.radius),
+            is_straight ? T(0) : static_cast<T>(piece.width),
+            static_cast<T>(length)};
   }
 
   const ExactField<T>& field_;
   const Mesh& surface_;
   T level_;
   const CancelHook& cancelled_;
-  Real size_ = 0, same_ = 0;
+  Real size_ = 0;
+  Real same_ = 0, tangent_ = 0;  // how long the shortest arcs are, and how near borders touch
   // The face at hand, laid flat: its corners; the directions of its sides, and what lies inside.
   Index face_ = -1;
   std::array<Vec2<Real>, 3> corners_, ways_;
@@ -447,12 +513,11 @@ class ArcTracer {
 }  // namespace detail
 
 /// The points at one distance of an exact field: true circular arcs, joined. Of a solve from
-/// Segments they are the offset of a curve by the distance, whose straight parts are arcs of a
-/// radius of some 1e6 sizes of the mesh.
+/// Segments they are the offset of a curve by the distance, and straight beside its pieces.
 ///
 /// Nearer points lie to the left, as seen from the side from which the faces' vertices are counter-
 /// clockwise. A line ends at a border, at an edge of three faces or more, where orientation changes
-/// and at faces without area. Arcs shorter than 1e-11 of the mesh's size (1e-9 from segments) are
+/// and at faces without area. Arcs shorter than 1e-11 of the mesh's size (1e-8 from segments) are
 /// left out. Throws InvalidInput for a field that has not kept all windows
 /// (ExactOptions::keep_windows; a solve from segments always does), a level that is not finite, and
 /// one beyond the distance that was solved for; Cancelled where the hook says so. Linear in the

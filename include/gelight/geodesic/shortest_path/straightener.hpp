@@ -106,7 +106,11 @@ class StraightenerOf {
           stop.in = side_with(ahead[0], last);
         }
         stop.is_loose = is_vertex;
-        is_vertex ? out.push_back(stop) : cross(stop, out);
+        if (is_vertex) {
+          out.push_back(stop);
+        } else {
+          cross(stop, out);
+        }
         both.clear();
       }
       behind = both.empty() ? std::move(ahead) : std::move(both);
@@ -264,7 +268,11 @@ class StraightenerOf {
         last_bend = round_.size();
         is_loose = false;
       }
-      stop.is_crossing() ? cross(stop, round_) : round_.push_back(stop);
+      if (stop.is_crossing()) {
+        cross(stop, round_);
+      } else {
+        round_.push_back(stop);
+      }
       face = -1;
     }
     return any;
