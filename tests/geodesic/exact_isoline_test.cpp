@@ -219,8 +219,9 @@ TEST_CASE(
     "meshes like a scanner's: arcs at the level, lines closed but at borders, and the area "
     "is the integral of the length") {
   Random random(4);
-  for (const auto& [name, mesh] : test::scan_meshes(2)) {
-    INFO(name);
+  for (const auto& scan : test::scan_meshes(2)) {
+    INFO(scan.name);
+    const auto& mesh = scan.mesh;
     const ExactSolver solver(mesh, keeping());
     const Surface<double>& surface = solver.surface();
     const auto field = solver.solve(test::random_point(mesh, random));

@@ -106,8 +106,9 @@ void check_pairs(const Mesh<double>& mesh, int pairs, double rounding, Random& r
 
 TEST_CASE("shortest paths are as long as a whole solve says: meshes like a scanner's") {
   Random random(1);
-  for (const auto& [name, mesh] : test::scan_meshes(3)) {
-    INFO(name);
+  for (const auto& scan : test::scan_meshes(3)) {
+    INFO(scan.name);
+    const auto& mesh = scan.mesh;
     check_pairs(mesh, 4, 1e-14, random);
   }
 }
@@ -251,8 +252,9 @@ TEST_CASE("on a sphere no straight path meets a vertex on its way, and none is m
 
 TEST_CASE("never longer than before, and straight stays straight") {
   Random random(8);
-  for (const auto& [name, mesh] : test::scan_meshes(3)) {
-    INFO(name);
+  for (const auto& scan : test::scan_meshes(3)) {
+    INFO(scan.name);
+    const auto& mesh = scan.mesh;
     const PathSolver paths(mesh);
     const Surface<double>& surface = paths.surface();
     for (int i = 0; i < 4; ++i) {
