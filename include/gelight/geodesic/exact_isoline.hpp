@@ -6,7 +6,6 @@
 #include <concepts>
 #include <cstddef>
 #include <numbers>
-#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -16,6 +15,8 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/exact/planar_faces.hpp"
+#include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/segment.hpp"
 #include "gelight/mesh/surface.hpp"
 

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <algorithm>
 #include <concepts>
-#include <cstddef>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -14,7 +12,6 @@
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
-#include "gelight/geodesic/exact/directions.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/geodesic/segment.hpp"
 #include "gelight/geodesic/shortest_path/edge_search.hpp"
@@ -74,9 +71,9 @@ class PathSolver {
 
   /// A path made locally shortest, between its own ends: straight over faces and edges, with at
   /// least pi on either side of each vertex where it bends, but for some 1e-8. It is never longer
-  /// than before. Its homotopy class is that of the path in which vertices with less than 2 pi are
-  /// no obstacles. Throws InvalidInput for a path of no point, points that are not of the surface,
-  /// and two in a row that no face holds.
+  /// than before, and keeps to the side of holes and handles on which it was. Where edges have no
+  /// length or faces no area it may stay bent. Throws InvalidInput for a path of no point, points
+  /// that are not of the surface, and two in a row that no face holds.
   ///
   /// The idea is that of N. Sharp, K. Crane, "You can find geodesic paths in triangle meshes by
   /// just flipping edges", 2020, doi:10.1145/3414685.3417839; here the path is moved and not the

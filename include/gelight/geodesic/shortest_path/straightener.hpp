@@ -5,12 +5,12 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <limits>
 #include <numbers>
 #include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/progress.hpp"
+#include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/backtrace/funnel.hpp"
 #include "gelight/geodesic/exact/directions.hpp"
