@@ -49,6 +49,7 @@ class StraightenerOf {
       length = shorter;
     }
     std::vector<Point> out;
+    out.reserve(stops.size());
     for (const Stop& stop : stops) out.push_back(stop.point);
     return out;
   }
