@@ -504,7 +504,8 @@ def chart_traced(rows, folder, context):
     kinds = [("angle_", "angle to the traced light, degrees\n(weighted by irradiance)"),
              ("given_", "error in grey levels,\ndirection alone"),
              ("levels_", "error in grey levels,\ndirection and strength")]
-    figure, axes = plt.subplots(3, len(names), figsize=(3.1 * len(names), 10.2), sharey="row")
+    figure, axes = plt.subplots(3, len(names), figsize=(3.1 * len(names), 10.2), sharey="row",
+                                squeeze=False)
     for column, name in zip(axes.T, names):
         here = [r for r in rows if r["path"][1] == name]
         labels = [r["path"][3].replace("albedo ", "") for r in here]
@@ -516,7 +517,8 @@ def chart_traced(rows, folder, context):
                 values = [r.get(kind + model, float("nan")) /
                           (1 if kind == "angle_" else r["levels_none"] / 100) for r in here]
                 for first in range(0, len(here), 3):
-                    place.plot(range(first, first + 3), values[first:first + 3], marker=shape,
+                    three = values[first:first + 3]
+                    place.plot(range(first, first + len(three)), three, marker=shape,
                                color=colour, linewidth=1, markersize=7, label=None if first else
                                model.replace("_dimmed", ", 1 / distance"),
                                markerfacecolor="none" if dimmed else colour,
@@ -525,7 +527,8 @@ def chart_traced(rows, folder, context):
             place.set_xticks(range(len(here)))
             place.set_xticklabels(labels, fontsize=7)
             for first in range(0, len(here), 3):
-                place.text(first + 1, -0.115, here[first]["path"][2], ha="center", va="top",
+                middle = first + (len(here[first:first + 3]) - 1) / 2
+                place.text(middle, -0.115, here[first]["path"][2], ha="center", va="top",
                            fontsize=8, transform=place.get_xaxis_transform())
                 if first:
                     place.axvline(first - 0.5, color="0.85", linewidth=0.8)
@@ -625,8 +628,8 @@ def main():
                   chart_scene, chart_stability, chart_traced, words_traced):
         try:
             chart(rows, folder, context)
-        except KeyError as missing:
-            failed.append(f"{chart.__name__} is left out: a row has no counter {missing}")
+        except (KeyError, IndexError, ValueError) as fault:
+            failed.append(f"{chart.__name__} is left out, for a row lacks something: {fault!r}")
     for line in failed:
         print("not drawn:", line, file=sys.stderr)
     return 1 if failed else 0

@@ -42,12 +42,16 @@ def main():
             dict(row, name="distance/tiny.obj/foreign library/1.0", mean=0.01),
             dict(row, name="stability/aspect/toy method/10", degree=10),
             dict(name="plan/tiny.obj/expected/0.1", tolerance=0.1, ratio=1.2)]
-    code, words, charts = draw({"pareto_toy.json": {"context": {}, "benchmarks": rows}})
+    light = {"name": "traced/finger/1 mm/albedo 0.5", "levels_none": 9, "angle_toy light": 20,
+             "given_toy light": 3, "levels_toy light": 4}
+    code, words, charts = draw({"pareto_toy.json": {"context": {}, "benchmarks": rows},
+                                "traced_toy.json": {"context": {}, "benchmarks": [light]}})
     check(code == 0 and not words, f"own rows end with {code}: {words}")
     for chart in ("distance_query", "distance_first"):
         for name in ("toy method", "foreign library", "tiny.obj"):
             check(name in charts.get(chart, ""), f"{name} is not in {chart}")
     check("toy method" in charts.get("stability", ""), "the toy method is not in stability")
+    check("toy light" in charts.get("traced", ""), "the toy light is not in traced")
     check("tiny.obj" in charts.get("planner", ""), "the mesh is not in planner")
 
     code, words, charts = draw({
