@@ -90,7 +90,7 @@ template <class T>
   // Across the axis that the vector is farthest from.
   int axis = 0;
   for (int i = 1; i < 3; ++i) axis = std::abs(v[i]) < std::abs(v[axis]) ? i : axis;
-  return stable_unit(cross<T>(stable_unit(v), Vec3<T>::Unit(axis)));
+  return stable_unit(cross<T>(stable_unit(v), Vec3<T>(axis == 0, axis == 1, axis == 2)));
 }
 
 }  // namespace detail
