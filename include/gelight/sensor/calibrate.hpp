@@ -117,14 +117,13 @@ class Calibrator {
 
   [[nodiscard]] Calibration solve() {
     result_.sensor.background = background_;
-    fit_touched();
-    if (options_.refine_circles && entries_.size() >= few_presses) {
-      for (int round = 0; round < 2; ++round) {
-        for (std::size_t i = 0; i < entries_.size(); ++i) refine(i);
-        centre_shifts();
-        leave_out();
-        fit_touched();
-      }
+    const int rounds = options_.refine_circles && entries_.size() >= few_presses ? 2 : 0;
+    fit_touched(rounds == 0);
+    for (int round = 1; round <= rounds; ++round) {
+      for (std::size_t i = 0; i < entries_.size(); ++i) refine(i);
+      centre_shifts();
+      leave_out();
+      fit_touched(round == rounds);
     }
     fit_free();
     report();
@@ -215,10 +214,13 @@ class Calibrator {
     const auto high = [&](double centre, Index size) {
       return static_cast<Index>(std::min(size - 1.0, std::floor(centre + to)));
     };
-    for (Index y = low(circle.y); y <= high(circle.y, background_.height()); ++y) {
-      for (Index x = low(circle.x); x <= high(circle.x, background_.width()); ++x) {
-        const double r = std::hypot(x - circle.x, y - circle.y);
-        if (r > from && r <= to) work(x, y);
+    const Index last_x = high(circle.x, background_.width());
+    const Index last_y = high(circle.y, background_.height());
+    for (Index y = low(circle.y); y <= last_y; ++y) {
+      const double dy = y - circle.y;
+      for (Index x = low(circle.x); x <= last_x; ++x) {
+        const double square = (x - circle.x) * (x - circle.x) + dy * dy;
+        if (square > from * std::abs(from) && square <= to * to) work(x, y);
       }
     }
   }
@@ -295,8 +297,8 @@ class Calibrator {
       const Circle& circle = entries_[i].report.contact;
       const BallSurface surface(circle.radius, presses_[i].ball_radius, length);
       for_pixels(circle, circle.radius, 4 * circle.radius, [&](Index x, Index y) {
-        const double dx = x - circle.x, dy = y - circle.y;
-        const std::uint32_t step = thinning * (std::hypot(dx, dy) < 1.7 * circle.radius ? 5 : 11);
+        const double dx = x - circle.x, dy = y - circle.y, near = 1.7 * circle.radius;
+        const std::uint32_t step = thinning * (dx * dx + dy * dy < near * near ? 5 : 11);
         if (scattered(x, y) % step != 0) return;
         samples.push_back(sample(i, x, y, surface.normal(dx, dy), false, step));
       });
@@ -315,16 +317,16 @@ class Calibrator {
 
   // --- touched gel -------------------------------------------------------------------------------
 
-  void fit_touched() {
+  void fit_touched(bool is_last) {
     const std::vector<FitSample> samples = touched_samples();
     switch (options_.model) {
       case ReflectanceModel::lights:
         return fit_lights(samples);
       case ReflectanceModel::polynomial:
         return fit_linear(PolynomialReflectance{options_.polynomial_degree, reach_, {}, {}},
-                          samples);
+                          samples, is_last);
       case ReflectanceModel::table:
-        return fit_linear(TableReflectance{options_.table_nodes, reach_, {}, {}}, samples);
+        return fit_linear(TableReflectance{options_.table_nodes, reach_, {}, {}}, samples, is_last);
     }
   }
 
@@ -343,21 +345,21 @@ class Calibrator {
     std::vector<NormalEquations> all(groups, NormalEquations(model.size()));
     TermRow row;
     for (const FitSample& s : samples) {
-      model.fill(s.point, row);
+      row.fill(model, s.point);
       all[static_cast<std::size_t>(s.press) % groups].add(row, s.change, s.weight);
     }
     return all;
   }
 
   template <class Model>
-  void fit_linear(Model model, const std::vector<FitSample>& samples) {
+  void fit_linear(Model model, const std::vector<FitSample>& samples, bool is_last) {
     const std::vector<NormalEquations> groups = grouped(model, samples);
     NormalEquations all = groups[0];
     for (std::size_t g = 1; g < groups.size(); ++g) all.add(groups[g]);
     if (!is_smoothness_chosen_) choose_smoothness(model, groups, all);
     model.touched = flat(solve_smooth(model, all, result_.smoothness, false));
     model.free.assign(model.touched.size(), 0.0);
-    if (entries_.size() >= few_presses) keep_spread(model, groups, all);
+    if (is_last && entries_.size() >= few_presses) keep_spread(model, groups, all);
     result_.sensor.reflectance = std::move(model);
   }
 
@@ -410,7 +412,6 @@ class Calibrator {
     Entry& entry = entries_[i];
     const BallPress& press = presses_[i];
     const auto squares_of = [&](const Circle& circle, auto&& use) {
-      TermRow row;
       for_pixels(entry.report.contact, -1, 0.95 * entry.report.contact.radius,
                  [&](Index x, Index y) {
                    if (scattered(x, y) % 3 != 0) return;
@@ -554,7 +555,7 @@ class Calibrator {
     NormalEquations all(model.size());
     TermRow row;
     for (const FitSample& s : samples) {
-      model.fill(s.point, row);
+      row.fill(model, s.point);
       all.add(row, s.change, s.weight);
     }
     const Eigen::MatrixX3d solution = solve_smooth(model, all, {1, 3}, true);
@@ -595,13 +596,14 @@ class Calibrator {
     for_pixels(circle, from, to, [&](Index x, Index y) {
       const double dx = x - circle.x, dy = y - circle.y;
       GelPoint p = place(x, y);
-      p.touched = std::hypot(dx, dy) <= circle.radius;
+      p.touched = dx * dx + dy * dy <= circle.radius * circle.radius;
       const Vec2<double> n = surface == nullptr ? Vec2<double>(dx / presses_[i].ball_radius,
                                                                dy / presses_[i].ball_radius)
                                                 : surface->normal(dx, dy);
       p.nx = n.x();
       p.ny = n.y();
-      const Change model = change(result_.sensor.reflectance, p);
+      const bool is_flat = n.isZero() && !p.touched;
+      const Change model = is_flat ? Change{} : change(result_.sensor.reflectance, p);
       for (std::size_t c = 0; c < 3; ++c) {
         const double seen =
             presses_[i].photograph(x, y)[c] - background_(x, y)[c] - entries_[i].report.level[c];
@@ -709,7 +711,7 @@ class Calibrator {
       const double dx = x - contact.x, dy = y - contact.y;
       const Vec2<double> n = surface.normal(dx, dy);
       const GelPoint p{n.x(), n.y(), 2.0 * x / (width - 1) - 1, 2.0 * y / (height - 1) - 1,
-                       std::hypot(dx, dy) <= contact.radius};
+                       dx * dx + dy * dy <= contact.radius * contact.radius};
       const Change by = n.isZero() && !p.touched ? Change{} : change(sensor.reflectance, p);
       for (std::size_t c = 0; c < 3; ++c) {
         out(x, y)[c] = sensor.background(x, y)[c] + level[c] +

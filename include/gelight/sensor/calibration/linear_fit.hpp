@@ -20,6 +20,23 @@ struct FitSample {
   int press;
 };
 
+/// A row of a linear model: factors of the normal, ascending, times the terms of the place.
+struct TermRow {
+  struct Factor {
+    int index;
+    double share;
+  };
+  std::vector<Factor> factors;
+  std::array<double, place_terms> place{};
+
+  template <class Model>
+  void fill(const Model& model, const GelPoint& p) {
+    factors.clear();
+    place = terms_of_place(p.x, p.y);
+    model.for_factors(p, [&](int index, double share) { factors.push_back({index, share}); });
+  }
+};
+
 /// The normal equations of a linear model; the same matrix for all three channels.
 struct NormalEquations {
   Eigen::MatrixXd matrix;  // its lower triangle
@@ -31,14 +48,27 @@ struct NormalEquations {
 
   void add(const TermRow& row, const Change& change, double w) {
     weight += w;
-    for (std::size_t a = 0; a < row.index.size(); ++a) {
-      const int i = row.index[a];
-      const double scaled = w * row.value[a];
-      for (std::size_t c = 0; c < 3; ++c) right(i, static_cast<int>(c)) += scaled * change[c];
-      double* const column = matrix.data() + std::ptrdiff_t{i} * matrix.rows();
-      // A row's indices ascend.
-      for (std::size_t b = a; b < row.index.size(); ++b)
-        column[row.index[b]] += scaled * row.value[b];
+    constexpr std::ptrdiff_t n = place_terms;
+    std::array<double, static_cast<std::size_t>(n * n)> products;
+    for (std::size_t a = 0; a < n; ++a) {
+      for (std::size_t b = 0; b < n; ++b) products[a * n + b] = w * row.place[a] * row.place[b];
+    }
+    const std::ptrdiff_t rows = matrix.rows();
+    const TermRow::Factor* const end = row.factors.data() + row.factors.size();
+    for (const TermRow::Factor* a = row.factors.data(); a != end; ++a) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        double* const entries = right.data() + static_cast<std::ptrdiff_t>(c) * rows + n * a->index;
+        for (std::size_t k = 0; k < n; ++k) entries[k] += w * change[c] * a->share * row.place[k];
+      }
+      for (const TermRow::Factor* b = a; b != end; ++b) {
+        const double share = a->share * b->share;
+        double* const block = matrix.data() + n * (a->index * rows + b->index);
+        for (std::ptrdiff_t i = 0; i < n; ++i) {
+          double* __restrict const column = block + i * rows;
+          const double* __restrict const product = products.data() + i * n;
+          for (std::ptrdiff_t k = 0; k < n; ++k) column[k] += share * product[k];
+        }
+      }
     }
     for (const double value : change) squares += w * value * value;
   }
