@@ -335,7 +335,11 @@ class Calibrator {
     const std::size_t step = std::max<std::size_t>(1, samples.size() / most_light_samples);
     for (std::size_t k = 0; k < samples.size(); k += step) few.push_back(samples[k]);
     const double height = double{1} * background_.height() / background_.width();
-    result_.sensor.reflectance = LightsFit(few, height).solve(options_.lights, options_.cancelled);
+    const auto* const known = std::get_if<LightsReflectance>(&result_.sensor.reflectance);
+    const LightsReflectance start = known != nullptr && !known->lights.empty()
+                                        ? *known
+                                        : LightsFit::lights_around(options_.lights, height);
+    result_.sensor.reflectance = LightsFit(few, start).solve(options_.cancelled);
   }
 
   template <class Model>
@@ -366,17 +370,20 @@ class Calibrator {
   template <class Model>
   void keep_spread(const Model& model, const std::vector<NormalEquations>& groups,
                    const NormalEquations& all) {
-    std::vector<Eigen::MatrixX3d> solutions;
-    Eigen::MatrixX3d mean = Eigen::MatrixX3d::Zero(model.size(), 3), squares = mean;
-    const auto count = static_cast<double>(groups.size());
+    std::vector<std::vector<double>> solutions;
     for (const NormalEquations& left_out : groups) {
       NormalEquations others = all;
       others.add(left_out, -1);
-      solutions.push_back(solve_smooth(model, others, result_.smoothness, false));
-      mean += solutions.back() / count;
+      solutions.push_back(flat(solve_smooth(model, others, result_.smoothness, false)));
     }
-    for (const Eigen::MatrixX3d& one : solutions) squares += (one - mean).cwiseAbs2();
-    result_.spread = flat((squares * ((count - 1) / count)).cwiseSqrt());
+    const auto count = static_cast<double>(groups.size());
+    result_.spread.clear();
+    for (std::size_t i = 0; i < solutions[0].size(); ++i) {
+      double mean = 0, squares = 0;
+      for (const auto& one : solutions) mean += one[i] / count;
+      for (const auto& one : solutions) squares += (one[i] - mean) * (one[i] - mean);
+      result_.spread.push_back(std::sqrt(squares * (count - 1) / count));
+    }
   }
 
   // Of a few, the one whose predictions of presses that were left out are the best.
@@ -428,9 +435,9 @@ class Calibrator {
   template <class Predict>
   void refine_centre(Entry& entry, const BallPress& press, const Predict& predict) {
     Circle circle = entry.report.contact;
-    Eigen::Matrix2d matrix;
+    Normal2 normal;
     for (int step = 0; step < 3; ++step) {
-      std::vector<Change> left, right, up, down, here;
+      std::vector<Change> left, right, up, down;
       constexpr double h = 0.5;
       const auto store = [](std::vector<Change>& to) {
         return [&to](Index, Index, const Change& c) { to.push_back(c); };
@@ -439,8 +446,7 @@ class Calibrator {
       predict({circle.x + h, circle.y, circle.radius}, store(right));
       predict({circle.x, circle.y - h, circle.radius}, store(up));
       predict({circle.x, circle.y + h, circle.radius}, store(down));
-      matrix.setZero();
-      Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+      normal = {};
       double squares = 0;
       std::size_t k = 0;
       predict(circle, [&](Index x, Index y, const Change& now) {
@@ -448,31 +454,52 @@ class Calibrator {
           const double b = background_level(background_, x, y, c);
           const double off =
               press.photograph(x, y)[c] - background_(x, y)[c] - entry.report.level[c] - b * now[c];
-          const Eigen::Vector2d by(b * (right[k][c] - left[k][c]) / (2 * h),
-                                   b * (down[k][c] - up[k][c]) / (2 * h));
-          matrix += by * by.transpose();
-          slope += off * by;
+          normal.add(b * (right[k][c] - left[k][c]) / (2 * h), b * (down[k][c] - up[k][c]) / (2 * h),
+                     off);
           squares += off * off;
         }
         ++k;
       });
       // Residuals are alike over some ten pixels each way, so that they count as fewer.
       constexpr double alike = 30;
-      const double mark = mark_error_;
-      const double noise = alike * squares / std::max(1.0, 3.0 * static_cast<double>(k));
-      matrix /= noise;
-      slope /= noise;
-      matrix.diagonal().array() += 1 / (mark * mark);
-      slope +=
-          Eigen::Vector2d(entry.marked.x - circle.x, entry.marked.y - circle.y) / (mark * mark);
-      const Eigen::Vector2d move = matrix.llt().solve(slope);
+      normal.divide(alike * squares / std::max(1.0, 3.0 * static_cast<double>(k)));
+      const double sure = 1 / (mark_error_ * mark_error_);
+      normal.pull(sure, entry.marked.x - circle.x, entry.marked.y - circle.y);
+      const Vec2<double> move = normal.solution();
       circle.x += std::clamp(move.x(), -2.0, 2.0);
       circle.y += std::clamp(move.y(), -2.0, 2.0);
     }
-    const Eigen::Matrix2d covariance = matrix.inverse();
     entry.report.contact = circle;
-    entry.report.doubt = {std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1))};
+    entry.report.doubt = {std::sqrt(normal.yy / normal.determinant()),
+                          std::sqrt(normal.xx / normal.determinant())};
   }
+
+  // Normal equations of a shift.
+  struct Normal2 {
+    double xx = 0, xy = 0, yy = 0, x = 0, y = 0;
+
+    void add(double by_x, double by_y, double off) {
+      xx += by_x * by_x;
+      xy += by_x * by_y;
+      yy += by_y * by_y;
+      x += off * by_x;
+      y += off * by_y;
+    }
+    void divide(double by) {
+      if (!(by > 0)) return;
+      for (double* value : {&xx, &xy, &yy, &x, &y}) *value /= by;
+    }
+    void pull(double weight, double to_x, double to_y) {
+      xx += weight;
+      yy += weight;
+      x += weight * to_x;
+      y += weight * to_y;
+    }
+    [[nodiscard]] double determinant() const { return xx * yy - xy * xy; }
+    [[nodiscard]] Vec2<double> solution() const {
+      return {(yy * x - xy * y) / determinant(), (xx * y - xy * x) / determinant()};
+    }
+  };
 
   // A shift of all circles alike is one of the table, which photographs cannot tell: the marks are
   // taken to be right on average. How far they are off each tells how far the next round may go.
@@ -558,7 +585,7 @@ class Calibrator {
       row.fill(model, s.point);
       all.add(row, s.change, s.weight);
     }
-    const Eigen::MatrixX3d solution = solve_smooth(model, all, {1, 3}, true);
+    const Eigen::MatrixXd solution = solve_smooth(model, all, {1, 3}, true);
     model.free = flat(solution);
     return all.residual(solution);
   }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -199,6 +198,38 @@ template <class Model>
 }
 ///@}
 
+namespace detail {
+
+// Least squares on a grid of 5 x 5 places; for each of their terms the three channels. Moments of
+// the grid make 1, x, y, x^2 - 1/2, xy and y^2 - 1/2 orthogonal, of squares 1, 1/2, 1/2, 7/40, 1/4
+// and 7/40 in the mean.
+template <class ChangeAt>
+[[nodiscard]] std::array<double, 3 * std::size_t{place_terms}> nearest_quadratic(
+    const ChangeAt& change_at) {
+  std::array<Change, place_terms> mean{};
+  for (int k = 0; k < 25; ++k) {
+    const double x = 0.5 * (k % 5) - 1, y = 0.5 * (k / 5) - 1;
+    const Change value = change_at(x, y);
+    const std::array<double, place_terms> dual{1,
+                                               x / 0.5,
+                                               y / 0.5,
+                                               (x * x - 0.5) / 0.175,
+                                               x * y / 0.25,
+                                               (y * y - 0.5) / 0.175};
+    for (std::size_t t = 0; t < place_terms; ++t) {
+      for (std::size_t c = 0; c < 3; ++c) mean[t][c] += dual[t] * value[c] / 25;
+    }
+  }
+  std::array<double, 3 * std::size_t{place_terms}> terms{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t t = 0; t < place_terms; ++t) terms[3 * t + c] = mean[t][c];
+    terms[c] -= 0.5 * (mean[3][c] + mean[5][c]);
+  }
+  return terms;
+}
+
+}  // namespace detail
+
 /// A table of another reflectance, at `nodes` (odd) along each coordinate of the normal: between
 /// nodes bilinear, in the place the quadratic nearest to it on a grid of 5 x 5. A table stays as it
 /// is.
@@ -209,16 +240,6 @@ template <class Model>
   TableReflectance table;
   table.nodes = nodes;
   if (const auto* const p = std::get_if<PolynomialReflectance>(&model)) table.reach = p->reach;
-  using Terms = Eigen::Matrix<double, detail::place_terms, 1>;
-  std::vector<Terms> terms;
-  Eigen::Matrix<double, detail::place_terms, detail::place_terms> normal;
-  normal.setZero();
-  for (int k = 0; k < 25; ++k) {
-    const auto t = detail::terms_of_place(0.5 * (k % 5) - 1, 0.5 * (k / 5) - 1);
-    terms.push_back(Eigen::Map<const Terms>(t.data()));
-    normal += terms.back() * terms.back().transpose();
-  }
-  const Eigen::Matrix<double, detail::place_terms, detail::place_terms> inverse = normal.inverse();
   for (const bool touched : {true, false}) {
     std::vector<double>& numbers = touched ? table.touched : table.free;
     for (int node = 0; node < nodes * nodes; ++node) {
@@ -226,17 +247,9 @@ template <class Model>
       Vec2<double> n(node % nodes, node / nodes);
       n = table.reach * (2.0 / (nodes - 1) * n - Vec2<double>(1, 1));
       if (n.norm() > 0.999) n *= 0.999 / n.norm();
-      Eigen::Matrix<double, detail::place_terms, 3> right;
-      right.setZero();
-      for (int k = 0; k < 25; ++k) {
-        const Change c =
-            change(model, {n.x(), n.y(), 0.5 * (k % 5) - 1, 0.5 * (k / 5) - 1, touched});
-        right += terms[static_cast<std::size_t>(k)] * Eigen::RowVector3d(c[0], c[1], c[2]);
-      }
-      const Eigen::Matrix<double, detail::place_terms, 3> best = inverse * right;
-      for (int k = 0; k < detail::place_terms; ++k) {
-        for (int c = 0; c < 3; ++c) numbers.push_back(best(k, c));
-      }
+      const auto quadratic = detail::nearest_quadratic(
+          [&](double x, double y) { return change(model, {n.x(), n.y(), x, y, touched}); });
+      numbers.insert(numbers.end(), quadratic.begin(), quadratic.end());
     }
   }
   return table;

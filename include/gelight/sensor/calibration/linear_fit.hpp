@@ -40,11 +40,11 @@ struct TermRow {
 /// The normal equations of a linear model; the same matrix for all three channels.
 struct NormalEquations {
   Eigen::MatrixXd matrix;  // its lower triangle
-  Eigen::MatrixX3d right;
+  Eigen::MatrixXd right;
   double squares = 0, weight = 0;
 
   explicit NormalEquations(int size)
-      : matrix(Eigen::MatrixXd::Zero(size, size)), right(Eigen::MatrixX3d::Zero(size, 3)) {}
+      : matrix(Eigen::MatrixXd::Zero(size, size)), right(Eigen::MatrixXd::Zero(size, 3)) {}
 
   void add(const TermRow& row, const Change& change, double w) {
     weight += w;
@@ -79,11 +79,27 @@ struct NormalEquations {
     weight += sign * other.weight;
   }
   /// The sum of squares that a solution leaves.
-  [[nodiscard]] double residual(const Eigen::MatrixX3d& solution) const {
-    const Eigen::MatrixX3d product = matrix.selfadjointView<Eigen::Lower>() * solution;
-    return squares - 2 * right.cwiseProduct(solution).sum() + solution.cwiseProduct(product).sum();
+  [[nodiscard]] double residual(const Eigen::MatrixXd& solution) const {
+    double left = squares - 2 * right.cwiseProduct(solution).sum();
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
+      for (Eigen::Index i = j; i < matrix.rows(); ++i) {
+        double product = 0;
+        for (Eigen::Index c = 0; c < 3; ++c) product += solution(i, c) * solution(j, c);
+        left += (i == j ? 1 : 2) * matrix(i, j) * product;
+      }
+    }
+    return left;
   }
 };
+
+/// Solves with the lower triangle of a positive definite matrix, which is overwritten. (One function
+/// for all sizes, as its templates take long to compile.)
+[[nodiscard]] inline Eigen::MatrixXd solve_in_place(Eigen::MatrixXd& matrix,
+                                                    const Eigen::MatrixXd& right) {
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(matrix);
+  require(factor.info() == Eigen::Success, "the presses do not determine the reflectance");
+  return factor.solve(right);
+}
 
 /// How a linear model is kept smooth: weights of the squares of its second differences along the
 /// normal, for the constant term of the place; a power of `place` more for each degree in it.
@@ -145,28 +161,20 @@ inline void add_penalty(Eigen::MatrixXd& matrix, const PolynomialReflectance& po
 
 /// The coefficients of least squares, with second differences penalised.
 template <class Model>
-[[nodiscard]] Eigen::MatrixX3d solve_smooth(const Model& model, const NormalEquations& equations,
-                                            const Smoothness& smoothness, bool is_free,
-                                            const Eigen::MatrixX3d* towards = nullptr) {
+[[nodiscard]] Eigen::MatrixXd solve_smooth(const Model& model, const NormalEquations& equations,
+                                           const Smoothness& smoothness, bool is_free) {
   // The weight of a press of some three thousand pixels is what penalties are measured in.
   constexpr double pixels_of_penalty = 3000;
-  const double unit = equations.weight / pixels_of_penalty;
   Eigen::MatrixXd matrix = equations.matrix;
-  add_penalty(matrix, model, smoothness, unit);
-  Eigen::MatrixX3d right = equations.right;
-  if (towards != nullptr) right -= equations.matrix.selfadjointView<Eigen::Lower>() * *towards;
+  add_penalty(matrix, model, smoothness, equations.weight / pixels_of_penalty);
   if (is_free) {
     const int first = level_block(model) * place_terms;
     for (int k = first; k < first + place_terms; ++k) matrix(k, k) += 1e6 * (1 + equations.weight);
   }
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(matrix);
-  require(factor.info() == Eigen::Success, "the presses do not determine the reflectance");
-  Eigen::MatrixX3d solution = factor.solve(right);
-  if (towards != nullptr) solution += *towards;
-  return solution;
+  return solve_in_place(matrix, equations.right);
 }
 
-[[nodiscard]] inline std::vector<double> flat(const Eigen::MatrixX3d& solution) {
+[[nodiscard]] inline std::vector<double> flat(const Eigen::MatrixXd& solution) {
   std::vector<double> numbers;
   numbers.reserve(static_cast<std::size_t>(solution.size()));
   for (Eigen::Index i = 0; i < solution.rows(); ++i) {
