@@ -74,7 +74,10 @@ struct RegionResidual {
 struct Calibration {
   /// What a renderer takes.
   CalibratedSensor sensor;
-  double bulge_doubt = 0;         ///< pixels: within it the residual grows by less than its noise
+  /// Standard deviation of the bulge's length in pixels, from how fast the residual grows beside
+  /// it, as though one residual in thirty were free; infinity where it does not, 0 for a given
+  /// length.
+  double bulge_doubt = 0;
   detail::Smoothness smoothness;  ///< as chosen by cross-validation
   double held_out = 0;            ///< root mean square there, in the contact, grey levels
   /// Standard deviation of each coefficient of a table's or polynomial's touched gel, by leaving a
@@ -118,12 +121,11 @@ class Calibrator {
   [[nodiscard]] Calibration solve() {
     result_.sensor.background = background_;
     const int rounds = options_.refine_circles && entries_.size() >= few_presses ? 2 : 0;
-    fit_touched(rounds == 0);
-    for (int round = 1; round <= rounds; ++round) {
-      for (std::size_t i = 0; i < entries_.size(); ++i) refine(i);
-      centre_shifts();
-      leave_out();
-      fit_touched(round == rounds);
+    for (int round = 0; round <= rounds; ++round) {
+      const CancelHook part =
+          options_.cancelled.part(half * round / (rounds + 1), half * (round + 1) / (rounds + 1));
+      if (round > 0) refine_all(part.part(0, half));
+      fit_touched(round == rounds, part.part(half, 1));
     }
     fit_free();
     report();
@@ -317,20 +319,21 @@ class Calibrator {
 
   // --- touched gel -------------------------------------------------------------------------------
 
-  void fit_touched(bool is_last) {
+  void fit_touched(bool is_last, const CancelHook& cancelled) {
     const std::vector<FitSample> samples = touched_samples();
     switch (options_.model) {
       case ReflectanceModel::lights:
-        return fit_lights(samples);
+        return fit_lights(samples, cancelled);
       case ReflectanceModel::polynomial:
         return fit_linear(PolynomialReflectance{options_.polynomial_degree, reach_, {}, {}},
-                          samples, is_last);
+                          samples, is_last, cancelled);
       case ReflectanceModel::table:
-        return fit_linear(TableReflectance{options_.table_nodes, reach_, {}, {}}, samples, is_last);
+        return fit_linear(TableReflectance{options_.table_nodes, reach_, {}, {}}, samples, is_last,
+                          cancelled);
     }
   }
 
-  void fit_lights(const std::vector<FitSample>& samples) {
+  void fit_lights(const std::vector<FitSample>& samples, const CancelHook& cancelled) {
     std::vector<FitSample> few;
     const std::size_t step = std::max<std::size_t>(1, samples.size() / most_light_samples);
     for (std::size_t k = 0; k < samples.size(); k += step) few.push_back(samples[k]);
@@ -339,7 +342,7 @@ class Calibrator {
     const LightsReflectance start = known != nullptr && !known->lights.empty()
                                         ? *known
                                         : LightsFit::lights_around(options_.lights, height);
-    result_.sensor.reflectance = LightsFit(few, start).solve(options_.cancelled);
+    result_.sensor.reflectance = LightsFit(few, start).solve(cancelled);
   }
 
   template <class Model>
@@ -356,11 +359,12 @@ class Calibrator {
   }
 
   template <class Model>
-  void fit_linear(Model model, const std::vector<FitSample>& samples, bool is_last) {
+  void fit_linear(Model model, const std::vector<FitSample>& samples, bool is_last,
+                  const CancelHook& cancelled) {
     const std::vector<NormalEquations> groups = grouped(model, samples);
     NormalEquations all = groups[0];
     for (std::size_t g = 1; g < groups.size(); ++g) all.add(groups[g]);
-    if (!is_smoothness_chosen_) choose_smoothness(model, groups, all);
+    if (!is_smoothness_chosen_) choose_smoothness(model, groups, all, cancelled);
     model.touched = flat(solve_smooth(model, all, result_.smoothness, false));
     model.free.assign(model.touched.size(), 0.0);
     if (is_last && entries_.size() >= few_presses) keep_spread(model, groups, all);
@@ -389,15 +393,16 @@ class Calibrator {
   // Of a few, the one whose predictions of presses that were left out are the best.
   template <class Model>
   void choose_smoothness(const Model& model, const std::vector<NormalEquations>& groups,
-                         const NormalEquations& all) {
+                         const NormalEquations& all, const CancelHook& cancelled) {
     is_smoothness_chosen_ = true;
     result_.smoothness = {10, 10};
     if (entries_.size() < few_presses) return;
-    double least = std::numeric_limits<double>::infinity();
+    double least = std::numeric_limits<double>::infinity(), solved = 0;
     const auto attempt = [&](const Smoothness& smoothness) {
-      options_.cancelled.check(0.3, "choosing the smoothness");
       double squares = 0;
       for (const NormalEquations& held_out : groups) {
+        cancelled.check(solved++ / (8.0 * static_cast<double>(groups.size())),
+                        "choosing the smoothness");
         if (held_out.weight == 0) continue;
         NormalEquations others = all;
         others.add(held_out, -1);
@@ -414,6 +419,16 @@ class Calibrator {
   }
 
   // --- circles -----------------------------------------------------------------------------------
+
+  void refine_all(const CancelHook& cancelled) {
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      cancelled.check(static_cast<double>(i) / static_cast<double>(entries_.size()),
+                      "refining the circles");
+      refine(i);
+    }
+    centre_shifts();
+    leave_out();
+  }
 
   void refine(std::size_t i) {
     Entry& entry = entries_[i];
@@ -454,14 +469,12 @@ class Calibrator {
           const double b = background_level(background_, x, y, c);
           const double off =
               press.photograph(x, y)[c] - background_(x, y)[c] - entry.report.level[c] - b * now[c];
-          normal.add(b * (right[k][c] - left[k][c]) / (2 * h), b * (down[k][c] - up[k][c]) / (2 * h),
-                     off);
+          normal.add(b * (right[k][c] - left[k][c]) / (2 * h),
+                     b * (down[k][c] - up[k][c]) / (2 * h), off);
           squares += off * off;
         }
         ++k;
       });
-      // Residuals are alike over some ten pixels each way, so that they count as fewer.
-      constexpr double alike = 30;
       normal.divide(alike * squares / std::max(1.0, 3.0 * static_cast<double>(k)));
       const double sure = 1 / (mark_error_ * mark_error_);
       normal.pull(sure, entry.marked.x - circle.x, entry.marked.y - circle.y);
@@ -544,13 +557,13 @@ class Calibrator {
     double radius = 0;
     for (const Entry& e : entries_)
       radius += e.report.contact.radius / static_cast<double>(entries_.size());
-    // By golden section over the logarithm.
+    // By golden section over the logarithm, and then a parabola.
     const double golden = 0.6180339887498949;
     double low = std::log(0.05 * radius), high = std::log(2.5 * radius);
     double a = high - golden * (high - low), b = low + golden * (high - low);
     double at_a = free_squares(std::exp(a)), at_b = free_squares(std::exp(b));
-    for (int step = 0; step < 7; ++step) {
-      options_.cancelled.check(0.5 + 0.05 * step, "fitting the bulge");
+    for (int step = 0; step < 5; ++step) {
+      options_.cancelled.check(half + 0.06 * step, "fitting the bulge");
       if (at_a < at_b) {
         high = b;
         b = a;
@@ -565,14 +578,24 @@ class Calibrator {
         at_b = free_squares(std::exp(b));
       }
     }
-    result_.sensor.bulge_length = std::exp(at_a < at_b ? a : b);
-    result_.bulge_doubt = result_.sensor.bulge_length * (high - low) / 2;
+    const double middle = at_a < at_b ? a : b, least = std::min(at_a, at_b), h = 0.2;
+    const double below = free_squares(std::exp(middle - h));
+    const double above = free_squares(std::exp(middle + h));
+    const double curvature = (below - 2 * least + above) / (h * h);
+    const double shift = curvature > 0 ? (below - above) / (2 * h * curvature) : 0;
+    result_.sensor.bulge_length = std::exp(middle + std::clamp(shift, -h, h));
+    result_.bulge_doubt = curvature > 0
+                              ? result_.sensor.bulge_length *
+                                    std::sqrt(2 * alike * least / (3 * free_weight_ * curvature))
+                              : std::numeric_limits<double>::infinity();
     (void)free_squares(result_.sensor.bulge_length, 1);
   }
 
   // Fits free gel with a bulge of this length; returns what squares are left.
   [[nodiscard]] double free_squares(double length, std::uint32_t thinning = 5) {
     const std::vector<FitSample> samples = free_samples(length, thinning);
+    free_weight_ = 0;
+    for (const FitSample& s : samples) free_weight_ += s.weight;
     return std::visit([&](auto& model) { return fit_free_gel(model, samples); },
                       result_.sensor.reflectance);
   }
@@ -691,6 +714,9 @@ class Calibrator {
 
   // Fewer tell neither how smooth a reflectance is nor which of their circles is off.
   static constexpr std::size_t few_presses = 5;
+  static constexpr double half = 0.5;  // of the work
+  // Residuals are alike over some pixels each way, so that so many count as one.
+  static constexpr double alike = 30;
   static constexpr double unit_background = 128, most_samples = 40000;
   static constexpr std::size_t most_light_samples = 2500;
 
@@ -698,7 +724,7 @@ class Calibrator {
   std::span<const BallPress> presses_;
   const CalibrationOptions& options_;
   std::vector<Entry> entries_;
-  double reach_ = 0, mark_error_ = 2;
+  double reach_ = 0, mark_error_ = 2, free_weight_ = 0;
   bool is_smoothness_chosen_ = false;
   Calibration result_;
 };

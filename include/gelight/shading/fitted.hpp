@@ -210,12 +210,8 @@ template <class ChangeAt>
   for (int k = 0; k < 25; ++k) {
     const double x = 0.5 * (k % 5) - 1, y = 0.5 * (k / 5) - 1;
     const Change value = change_at(x, y);
-    const std::array<double, place_terms> dual{1,
-                                               x / 0.5,
-                                               y / 0.5,
-                                               (x * x - 0.5) / 0.175,
-                                               x * y / 0.25,
-                                               (y * y - 0.5) / 0.175};
+    const std::array<double, place_terms> dual{
+        1, x / 0.5, y / 0.5, (x * x - 0.5) / 0.175, x * y / 0.25, (y * y - 0.5) / 0.175};
     for (std::size_t t = 0; t < place_terms; ++t) {
       for (std::size_t c = 0; c < 3; ++c) mean[t][c] += dual[t] * value[c] / 25;
     }
@@ -247,8 +243,9 @@ template <class ChangeAt>
       Vec2<double> n(node % nodes, node / nodes);
       n = table.reach * (2.0 / (nodes - 1) * n - Vec2<double>(1, 1));
       if (n.norm() > 0.999) n *= 0.999 / n.norm();
-      const auto quadratic = detail::nearest_quadratic(
-          [&](double x, double y) { return change(model, {n.x(), n.y(), x, y, touched}); });
+      const auto quadratic = detail::nearest_quadratic([&](double x, double y) {
+        return change(model, {n.x(), n.y(), x, y, touched});
+      });
       numbers.insert(numbers.end(), quadratic.begin(), quadratic.end());
     }
   }

@@ -47,7 +47,7 @@ class LightsFit {
     double damping = 1e-2;
     constexpr int most_steps = 40;
     for (int step = 0; step < most_steps && damping < 1e6; ++step) {
-      cancelled.check(0.3 * step / most_steps, "fitting lights");
+      cancelled.check(step / double{most_steps}, "fitting lights");
       const LightsReflectance before = model_;
       const Step linear = linearised();
       bool is_better = false;
@@ -206,8 +206,7 @@ class LightsFit {
     Slopes slopes;
     for (int axis = 0; axis < 3; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
-      const double by_highlight =
-          (cosine > 0 ? 2 * n.z() * by_cosine[axis] : 0.0) - by_level[axis];
+      const double by_highlight = (cosine > 0 ? 2 * n.z() * by_cosine[axis] : 0.0) - by_level[axis];
       slopes.diffuse[a] = share * (diffuse * by_distance[axis] + lit.slope * by_cosine[axis] -
                                    rest.slope * by_level[axis]);
       slopes.specular[a] = share * (specular * by_distance[axis] + shone.slope * by_highlight -
@@ -248,7 +247,8 @@ class LightsFit {
       const Slopes by = slopes_of(light.place, n, s.point);
       for (std::size_t c = 0; c < 3; ++c) {
         for (std::size_t a = 0; a < 6; ++a) {
-          const double value = light.diffuse[c] * by.diffuse[a] + light.specular[c] * by.specular[a];
+          const double value =
+              light.diffuse[c] * by.diffuse[a] + light.specular[c] * by.specular[a];
           const int own = 3 * k + static_cast<int>(a);
           const int shared = 3 * count() + static_cast<int>(a) - 3;
           rows[c](i, a < 3 ? own : shared) += root * value;

@@ -92,8 +92,8 @@ struct NormalEquations {
   }
 };
 
-/// Solves with the lower triangle of a positive definite matrix, which is overwritten. (One function
-/// for all sizes, as its templates take long to compile.)
+/// Solves with the lower triangle of a positive definite matrix, which is overwritten. (One
+/// function for all sizes, as its templates take long to compile.)
 [[nodiscard]] inline Eigen::MatrixXd solve_in_place(Eigen::MatrixXd& matrix,
                                                     const Eigen::MatrixXd& right) {
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(matrix);
