@@ -258,7 +258,7 @@ TEST_CASE("bad input is named") {
   CHECK_THROWS_AS((void)calibrate(background, known, cancelled), Cancelled);
 }
 
-TEST_CASE("half of the photographs of a sensor foretell the other half") {
+TEST_CASE("photographs of a sensor foretell those that were held out") {
   for (const auto& [name, most] : {std::pair<std::string, double>{"gelsight_mini", 4.2},
                                    std::pair<std::string, double>{"gelsight", 5.0}}) {
     const std::string folder = std::string(GELIGHT_REAL_DIR) + "/" + name;

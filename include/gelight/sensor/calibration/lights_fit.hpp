@@ -42,7 +42,8 @@ class LightsFit {
     for (const FitSample& s : samples_) weight_ += s.weight;
   }
 
-  [[nodiscard]] LightsReflectance solve(const CancelHook& cancelled) {
+  /// Until a step takes less than a share `enough` off the squares.
+  [[nodiscard]] LightsReflectance solve(double enough, const CancelHook& cancelled) {
     double least = solve_colours();
     double damping = 1e-2;
     constexpr int most_steps = 40;
@@ -63,7 +64,7 @@ class LightsFit {
           model_ = before;
           continue;
         }
-        const bool is_done = left > least * (1 - 1e-4);
+        const bool is_done = left > least * (1 - enough);
         least = left;
         if (is_done) return model_;
       }
