@@ -599,7 +599,9 @@ def chart_calibration(folder):
         for axes in (by_count, by_time):
             axes.axhline(floor, color=colours[sensor], linestyle=(0, (4, 3)), linewidth=1)
         for model in models:
-            row = rows[sensor, model, "20"]
+            row = rows.get((sensor, model, "20"))
+            if row is None:
+                continue
             by_time.plot(row["frame_ms"], row["error"], marker=shapes[model], linestyle="none",
                          markersize=8, color=colours[sensor], markeredgecolor="white")
     by_count.set_xscale("log")
@@ -631,8 +633,8 @@ def words_calibration(rows, sensors, models):
     counts = sorted(int(name[2]) for name in rows if name[:2] == (sensors[0], "table"))
     for model in models:
         for count in counts if model == "table" else [20]:
-            cells = ["{error:.1f} ± {spread:.1f}".format(**rows[sensor, model, str(count)])
-                     for sensor in sensors]
+            here = [rows.get((sensor, model, str(count))) for sensor in sensors]
+            cells = ["{error:.1f} ± {spread:.1f}".format(**row) if row else "" for row in here]
             lines.append(f"| {model}, {count} press{'es' if count > 1 else ''} | " +
                          " | ".join(cells) + " |")
     lines.append("| untouched gel and its background | " +
@@ -641,17 +643,18 @@ def words_calibration(rows, sensors, models):
     for sensor in sensors:
         table = {count: rows[sensor, "table", str(count)]["error"] for count in counts}
         enough = next(count for count in counts if table[count] <= 1.1 * table[counts[-1]])
-        ranked = sorted(models, key=lambda x: rows[sensor, x, "20"]["error"])
+        ranked = sorted((x for x in models if (sensor, x, "20") in rows),
+                        key=lambda x: rows[sensor, x, "20"]["error"])
         best, second = (rows[sensor, x, "20"] for x in ranked[:2])
-        times = [rows[sensor, x, "20"]["frame_ms"] for x in models]
+        times = [rows[sensor, x, "20"]["frame_ms"] for x in ranked]
         floor = rows[sensor, "untouched"]["error"]
         lines.append(
             f"- {sensor}: {enough} presses come within a tenth of twenty. The model is the "
             f"{ranked[0]}, off by {best['error']:.1f}; next, {ranked[1]}, by {second['error']:.1f}."
             f" A frame takes {min(times):.1f} to {max(times):.1f} ms with any of them, as all are"
             " rendered from a table. Where nothing touches the gel its photographs differ from the"
-            f" background by {floor:.1f}: the floor is {100 * floor / best['error']:.0f} % of what"
-            " is left.")
+            f" background by {floor:.1f}, noise and drift that no model knows:"
+            f" {100 * floor / best['error']:.0f} % of what is left.")
     return lines
 
 
