@@ -1,13 +1,13 @@
-// How many presses are enough, and which model: calibration_chart PHOTOGRAPHS OUT
+// How many presses are enough, and which model: calibration_chart PHOTOGRAPHS OUT.json
 //
-// PHOTOGRAPHS holds gelsight_mini and gelsight, folders as gelight/io/presses.hpp reads them. Five
-// presses of each are held out in turn; each fit is to others only. Writes calibration.png and
-// calibration.md to OUT.
+// PHOTOGRAPHS holds gelsight_mini and gelsight, folders as gelight/io/presses.hpp reads them. Every
+// third press is held out in turn; each fit is to others only. About two minutes on one core.
+// benchmarks/plot/charts.py draws calibration.json.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <filesystem>
+#include <cstdio>
+#include <ctime>
 #include <fstream>
 #include <numeric>
 #include <random>
@@ -19,7 +19,6 @@
 #include "gelight/sensor/calibrate.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "support/calibration_measure.hpp"
-#include "support/plot.hpp"
 
 using gelight::BallPress;
 using gelight::Image;
@@ -39,16 +38,18 @@ Image<gelight::Rgb8> rounded(const Image<gelight::Change>& image) {
   return out;
 }
 
+struct Error {
+  double mean = 0, spread = 0;  // over the presses held out
+};
+
 // Levelled grey levels inside of contacts that a fit to `used` other presses has not seen.
-double held_out_error(const PressFolder& all, ReflectanceModel model, std::size_t used) {
-  double sum = 0;
-  constexpr std::size_t folds = 5;
-  for (std::size_t fold = 0; fold < folds; ++fold) {
-    const std::size_t unseen = (2 + 4 * fold) % all.presses.size();
+Error held_out_error(const PressFolder& all, ReflectanceModel model, std::size_t used) {
+  std::vector<double> errors;
+  for (std::size_t unseen = 0; unseen < all.presses.size(); unseen += 3) {
     std::vector<std::size_t> order(all.presses.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     order.erase(order.begin() + static_cast<std::ptrdiff_t>(unseen));
-    std::mt19937 random(static_cast<unsigned>(fold));
+    std::mt19937 random(static_cast<unsigned>(unseen));
     std::shuffle(order.begin(), order.end(), random);
     std::vector<BallPress> presses;
     for (std::size_t i = 0; i < std::min(used, order.size()); ++i) {
@@ -59,21 +60,47 @@ double held_out_error(const PressFolder& all, ReflectanceModel model, std::size_
     const auto sensor = gelight::calibrate(all.background, presses, options).sensor;
     const BallPress& test = all.presses[unseen];
     const auto ours = rounded(gelight::predict(sensor, test.contact, test.ball_radius));
-    sum += held_out(test, all.background, ours).levelled / folds;
+    errors.push_back(held_out(test, all.background, ours).levelled);
   }
-  return sum;
+  Error error;
+  const auto count = static_cast<double>(errors.size());
+  for (const double e : errors) error.mean += e / count;
+  for (const double e : errors) error.spread += (e - error.mean) * (e - error.mean) / (count - 1);
+  error.spread = std::sqrt(error.spread);
+  return error;
 }
 
-// Milliseconds of a frame of which every pixel is computed.
+// By how much untouched gel differs from the background, levelled: beyond 2.5 contact radii.
+double untouched_difference(const PressFolder& all) {
+  double mean = 0;
+  for (const BallPress& press : all.presses) {
+    const auto level = far_offset(press, all.background, press.photograph);
+    double sum = 0, count = 0;
+    for (int y = 0; y < press.photograph.height(); ++y) {
+      for (int x = 0; x < press.photograph.width(); ++x) {
+        const auto& [cx, cy, radius] = press.contact;
+        if (std::hypot(x - cx, y - cy) <= 2.5 * radius) continue;
+        for (std::size_t c = 0; c < 3; ++c) {
+          sum += std::abs(press.photograph(x, y)[c] - all.background(x, y)[c] - level[c]);
+        }
+        count += 3;
+      }
+    }
+    mean += sum / count / static_cast<double>(all.presses.size());
+  }
+  return mean;
+}
+
+// Milliseconds of this process's time for a frame of which every pixel is computed; the least.
 template <class Renderer>
 double frame_time(const Renderer& renderer, const Image<float>& depth) {
   Image<gelight::Rgb8> out(depth.width(), depth.height());
   double least = 1e9;
-  for (int i = 0; i < 40; ++i) {
-    const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < 100; ++i) {
+    const std::clock_t start = std::clock();
     renderer.render_into(out, depth);
-    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
-    least = std::min(least, took.count());
+    const auto took = static_cast<double>(std::clock() - start);
+    least = std::min(least, 1e3 * took / CLOCKS_PER_SEC);
   }
   return least;
 }
@@ -101,59 +128,35 @@ double frame_time(const PressFolder& all, ReflectanceModel model) {
 
 int main(int count, char** arguments) {
   if (count != 3) {
-    std::fprintf(stderr, "calibration_chart PHOTOGRAPHS OUT\n");
+    std::fprintf(stderr, "calibration_chart PHOTOGRAPHS OUT.json\n");
     return 2;
   }
-  const std::string out = arguments[2];
-  std::filesystem::create_directories(out);
-  std::ofstream words(out + "/calibration.md");
-  words
-      << "# Calibration: error on photographs that were not fitted\n\nLevelled grey levels inside "
-         "of the contact, five presses held out in turn, each fit to others.\n\n";
-  Figure figure(1000, 420);
-  Plot by_count(figure, {70, 50, 390, 300}, "presses that are enough (table)",
-                {"presses fitted", 1, 20, true}, {"grey levels off, held out", 0, 15});
-  Plot by_time(figure, {580, 50, 390, 300}, "error against time a frame",
-               {"ms a frame, all pixels", 0, 6}, {"grey levels off, held out", 0, 15});
-  const Colour colours[] = {blue, orange};
-  int sensor_index = 0;
+  std::ofstream out(arguments[2]);
+  out << "{\n \"context\": {\"compiler\": \"" << __VERSION__ << "\"},\n \"benchmarks\": [";
+  const char* separator = "\n";
+  const auto write = [&](const std::string& name, const Error& error, const std::string& more) {
+    out << separator << "  {\"name\": \"calibration/" << name << "\", \"error\": " << error.mean
+        << ", \"spread\": " << error.spread << more << "}" << std::flush;
+    separator = ",\n";
+    std::printf("%s: %.2f grey levels%s\n", name.c_str(), error.mean, more.c_str());
+  };
   for (const std::string name : {"gelsight_mini", "gelsight"}) {
     const PressFolder all = gelight::read_presses(std::string(arguments[1]) + "/" + name);
-    const Colour colour = colours[sensor_index++];
-    std::vector<gelight::Vec2<double>> points;
-    words << "## " << name << "\n\n| presses | table |\n|---|---|\n";
-    for (const std::size_t used : {1u, 3u, 5u, 10u, 20u}) {
-      const double error = held_out_error(all, ReflectanceModel::table, used);
-      points.emplace_back(static_cast<double>(used), error);
-      words << "| " << used << " | " << std::round(100 * error) / 100 << " |\n";
-    }
-    const double best = points.back()[1];
-    const auto enough = std::find_if(points.begin(), points.end(),
-                                     [&](const auto& p) { return p[1] <= 1.1 * best; });
-    by_count.curve(points, colour, name);
-    by_count.dots(points, colour);
-    words << "\n"
-          << (*enough)[0] << " presses come within a tenth of twenty.\n\n"
-          << "| model, 20 presses | grey levels | ms a frame |\n|---|---|---|\n";
-    std::string chosen;
-    double least = 1e9;
-    for (const auto& [word, model] : {std::pair{"lights", ReflectanceModel::lights},
+    write(name + "/untouched", {untouched_difference(all), 0}, "");
+    for (const auto& [word, model] : {std::pair{"table", ReflectanceModel::table},
                                       std::pair{"polynomial", ReflectanceModel::polynomial},
-                                      std::pair{"table", ReflectanceModel::table}}) {
-      const double error = model == ReflectanceModel::table ? best : held_out_error(all, model, 20);
-      const double time = frame_time(all, model);
-      by_time.dots({{time, error}}, colour);
-      by_time.label({time, error}, colour, std::string(word) + ", " + name);
-      words << "| " << word << " | " << std::round(100 * error) / 100 << " | "
-            << std::round(100 * time) / 100 << " |\n";
-      if (error >= least) continue;
-      least = error;
-      chosen = word;
+                                      std::pair{"lights", ReflectanceModel::lights}}) {
+      for (const std::size_t used : {1u, 3u, 5u, 10u, 20u}) {
+        const bool is_last = used == 20;
+        if (!is_last && model != ReflectanceModel::table) continue;
+        const std::string time =
+            is_last ? ", \"frame_ms\": " + std::to_string(frame_time(all, model)) : "";
+        write(name + "/" + word + "/" + std::to_string(used), held_out_error(all, model, used),
+              time);
+      }
     }
-    words << "\nThe model for this sensor: " << chosen << ".\n\n" << std::flush;
   }
-  words << "Two photographs of one state of the GelSight Mini differ by 1.7: no model comes below."
-           "\n";
-  figure.save(out + "/calibration.png");
-  return 0;
+  out << "\n ]\n}\n";
+  out.flush();
+  return out.good() ? 0 : 1;
 }

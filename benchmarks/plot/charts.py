@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene, stability*, traced*.
+"""Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene, stability*, traced*,
+and of examples/calibration_chart.
 
 charts.py RESULTS: reads RESULTS/*.json, writes SVG and PNG beside them. Needs matplotlib.
 """
@@ -84,9 +85,9 @@ def seconds(row):
 
 
 def save(figure, folder, name, context):
-    made = "{}, {}, {} {}".format(
-        context.get("cpu", "?"), "commit " + context.get("commit", "?"),
-        context.get("compiler", "?"), context.get("flags", ""))
+    made = ", ".join(word + context[key] for word, key in
+                     (("", "cpu"), ("commit ", "commit"), ("", "compiler")) if key in context)
+    made += " " + context.get("flags", "")
     figure.text(0.995, 0.003, made, ha="right", va="bottom", fontsize=6, color="0.4")
     for kind in ("svg", "png"):
         figure.savefig(os.path.join(folder, f"{name}.{kind}"), dpi=110, facecolor="white")
@@ -553,8 +554,7 @@ def chart_traced(rows, folder, context):
 def words_traced(rows, folder, context):
     """What the chart of traced light says, into README.md between its marks."""
     rows = [r for r in rows if r["path"][0] == "traced"]
-    readme = os.path.join(folder, "README.md")
-    if not rows or not os.path.exists(readme):
+    if not rows or not os.path.exists(os.path.join(folder, "README.md")):
         return
 
     def span(values, digits=0):
@@ -609,9 +609,98 @@ def words_traced(rows, folder, context):
               "Directions are known to "
               f"{max(r['direction_error'] for r in rows):.1f} degrees (standard error), at "
               f"{span([r['rays_a_second'] / 1e6 for r in rows], 1)} million rays a second."]
+    write_words(folder, "traced", lines)
+
+
+def chart_calibration(_, folder, __):
+    """Error on photographs that were not fitted, by the number of presses and by time; its words."""
+    path = os.path.join(folder, "calibration.json")
+    if not os.path.exists(path):
+        return
+    with open(path) as file:
+        data = json.load(file)
+    rows = {tuple(row["name"].split("/")[1:]): row for row in data["benchmarks"]}
+    sensors = list(dict.fromkeys(name[0] for name in rows))
+    models = [name[1] for name in rows if name[0] == sensors[0] and "frame_ms" in rows[name]]
+    colours = dict(zip(sensors, ("#0072B2", "#D55E00")))
+    shapes = {"table": "o", "polynomial": "s", "lights": "^"}
+    figure, (by_count, by_time) = plt.subplots(1, 2, figsize=(9.6, 4.2), sharey=True)
+    for sensor in sensors:
+        counts = sorted(int(name[2]) for name in rows if name[:2] == (sensor, "table"))
+        here = [rows[sensor, "table", str(count)] for count in counts]
+        by_count.errorbar(counts, [r["error"] for r in here], [r["spread"] for r in here],
+                          color=colours[sensor], marker="o", capsize=3, linewidth=1.2, label=sensor)
+        floor = rows[sensor, "untouched"]["error"]
+        for axes in (by_count, by_time):
+            axes.axhline(floor, color=colours[sensor], linestyle=(0, (4, 3)), linewidth=1)
+        for model in models:
+            row = rows.get((sensor, model, "20"))
+            if row is None:
+                continue
+            by_time.plot(row["frame_ms"], row["error"], marker=shapes[model], linestyle="none",
+                         markersize=8, color=colours[sensor], markeredgecolor="white")
+    by_count.set_xscale("log")
+    by_count.set_xticks(counts)
+    by_count.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    by_count.xaxis.set_minor_formatter(NullFormatter())
+    by_count.set_xlabel("presses fitted (table; bars: spread of the presses held out)")
+    by_count.set_ylabel("grey levels off inside of contacts\nthat were not fitted, levelled")
+    by_count.set_ylim(bottom=0)
+    by_time.set_xlim(0, 1.25 * max(r.get("frame_ms", 0) for r in rows.values()))
+    by_time.set_xlabel("ms a frame, every pixel computed (20 presses fitted)")
+    handles = [Line2D([], [], color=colours[x], marker="o", label=x) for x in sensors]
+    handles += [Line2D([], [], color="0.3", linestyle="none", marker=shapes[x], label=x)
+                for x in models]
+    handles += [Line2D([], [], color="0.3", linestyle=(0, (4, 3)), linewidth=1,
+                       label="untouched gel against its own background")]
+    figure.suptitle("A sensor calibrated from photographs of a ball", fontsize=12,
+                    fontweight="bold")
+    figure.tight_layout(rect=(0, 0.1, 1, 0.99))
+    figure.legend(handles=handles, loc="lower center", ncol=len(handles), frameon=False, fontsize=8,
+                  bbox_to_anchor=(0.5, 0.03))
+    save(figure, folder, "calibration", data["context"])
+    write_words(folder, "calibration", words_calibration(rows, sensors, models))
+
+
+def words_calibration(rows, sensors, models):
+    """What that chart says: how many presses are enough, which model, where the floor is."""
+    lines = ["| grey levels off | " + " | ".join(sensors) + " |", "|---" * (1 + len(sensors)) + "|"]
+    counts = sorted(int(name[2]) for name in rows if name[:2] == (sensors[0], "table"))
+    for model in models:
+        for count in counts if model == "table" else [20]:
+            here = [rows.get((sensor, model, str(count))) for sensor in sensors]
+            cells = ["{error:.1f} ± {spread:.1f}".format(**row) if row else "" for row in here]
+            lines.append(f"| {model}, {count} press{'es' if count > 1 else ''} | " +
+                         " | ".join(cells) + " |")
+    lines.append("| untouched gel and its background | " +
+                 " | ".join(f"{rows[x, 'untouched']['error']:.1f}" for x in sensors) + " |")
+    lines.append("")
+    for sensor in sensors:
+        table = {count: rows[sensor, "table", str(count)]["error"] for count in counts}
+        enough = next(count for count in counts if table[count] <= 1.1 * table[counts[-1]])
+        ranked = sorted((x for x in models if (sensor, x, "20") in rows),
+                        key=lambda x: rows[sensor, x, "20"]["error"])
+        best, second = (rows[sensor, x, "20"] for x in ranked[:2])
+        times = [rows[sensor, x, "20"]["frame_ms"] for x in ranked]
+        floor = rows[sensor, "untouched"]["error"]
+        lines.append(
+            f"- {sensor}: {enough} presses come within a tenth of twenty. The model is the "
+            f"{ranked[0]}, off by {best['error']:.1f}; next, {ranked[1]}, by {second['error']:.1f}."
+            f" A frame takes {min(times):.1f} to {max(times):.1f} ms with any of them, as all are"
+            " rendered from a table. Where nothing touches the gel its photographs differ from the"
+            f" background by {floor:.1f}, noise and drift that no model knows:"
+            f" {100 * floor / best['error']:.0f} % of what is left.")
+    return lines
+
+
+def write_words(folder, name, lines):
+    """Puts lines into README.md between the marks of a chart."""
+    readme = os.path.join(folder, "README.md")
+    if not os.path.exists(readme):
+        return
     with open(readme) as file:
         text = file.read()
-    begin, end = "<!-- traced: written by charts.py -->\n", "<!-- end of traced -->"
+    begin, end = f"<!-- {name}: written by charts.py -->\n", f"<!-- end of {name} -->"
     if begin in text and end in text:
         head, rest = text.split(begin)
         with open(readme, "w") as file:
@@ -625,7 +714,7 @@ def main():
                                 "axes.spines.right": False, "svg.fonttype": "none"})
     rows, context, failed = load(folder)
     for chart in (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images,
-                  chart_scene, chart_stability, chart_traced, words_traced):
+                  chart_scene, chart_stability, chart_traced, words_traced, chart_calibration):
         try:
             chart(rows, folder, context)
         except (KeyError, IndexError, ValueError) as fault:

@@ -74,7 +74,10 @@ struct RegionResidual {
 struct Calibration {
   /// What a renderer takes.
   CalibratedSensor sensor;
-  double bulge_doubt = 0;         ///< pixels: within it the residual grows by less than its noise
+  /// Standard deviation of the bulge's length in pixels, from how fast the residual grows beside
+  /// it, as though one residual in thirty were free; infinity where it does not, 0 for a given
+  /// length.
+  double bulge_doubt = 0;
   detail::Smoothness smoothness;  ///< as chosen by cross-validation
   double held_out = 0;            ///< root mean square there, in the contact, grey levels
   /// Standard deviation of each coefficient of a table's or polynomial's touched gel, by leaving a
@@ -117,14 +120,12 @@ class Calibrator {
 
   [[nodiscard]] Calibration solve() {
     result_.sensor.background = background_;
-    fit_touched();
-    if (options_.refine_circles && entries_.size() >= few_presses) {
-      for (int round = 0; round < 2; ++round) {
-        for (std::size_t i = 0; i < entries_.size(); ++i) refine(i);
-        centre_shifts();
-        leave_out();
-        fit_touched();
-      }
+    const int rounds = options_.refine_circles && entries_.size() >= few_presses ? 2 : 0;
+    for (int round = 0; round <= rounds; ++round) {
+      const CancelHook part =
+          options_.cancelled.part(half * round / (rounds + 1), half * (round + 1) / (rounds + 1));
+      if (round > 0) refine_all(part.part(0, half));
+      fit_touched(round == rounds, part.part(half, 1));
     }
     fit_free();
     report();
@@ -215,10 +216,13 @@ class Calibrator {
     const auto high = [&](double centre, Index size) {
       return static_cast<Index>(std::min(size - 1.0, std::floor(centre + to)));
     };
-    for (Index y = low(circle.y); y <= high(circle.y, background_.height()); ++y) {
-      for (Index x = low(circle.x); x <= high(circle.x, background_.width()); ++x) {
-        const double r = std::hypot(x - circle.x, y - circle.y);
-        if (r > from && r <= to) work(x, y);
+    const Index last_x = high(circle.x, background_.width());
+    const Index last_y = high(circle.y, background_.height());
+    for (Index y = low(circle.y); y <= last_y; ++y) {
+      const double dy = y - circle.y;
+      for (Index x = low(circle.x); x <= last_x; ++x) {
+        const double square = (x - circle.x) * (x - circle.x) + dy * dy;
+        if (square > from * std::abs(from) && square <= to * to) work(x, y);
       }
     }
   }
@@ -295,8 +299,8 @@ class Calibrator {
       const Circle& circle = entries_[i].report.contact;
       const BallSurface surface(circle.radius, presses_[i].ball_radius, length);
       for_pixels(circle, circle.radius, 4 * circle.radius, [&](Index x, Index y) {
-        const double dx = x - circle.x, dy = y - circle.y;
-        const std::uint32_t step = thinning * (std::hypot(dx, dy) < 1.7 * circle.radius ? 5 : 11);
+        const double dx = x - circle.x, dy = y - circle.y, near = 1.7 * circle.radius;
+        const std::uint32_t step = thinning * (dx * dx + dy * dy < near * near ? 5 : 11);
         if (scattered(x, y) % step != 0) return;
         samples.push_back(sample(i, x, y, surface.normal(dx, dy), false, step));
       });
@@ -315,25 +319,31 @@ class Calibrator {
 
   // --- touched gel -------------------------------------------------------------------------------
 
-  void fit_touched() {
+  void fit_touched(bool is_last, const CancelHook& cancelled) {
     const std::vector<FitSample> samples = touched_samples();
     switch (options_.model) {
       case ReflectanceModel::lights:
-        return fit_lights(samples);
+        return fit_lights(samples, is_last, cancelled);
       case ReflectanceModel::polynomial:
         return fit_linear(PolynomialReflectance{options_.polynomial_degree, reach_, {}, {}},
-                          samples);
+                          samples, is_last, cancelled);
       case ReflectanceModel::table:
-        return fit_linear(TableReflectance{options_.table_nodes, reach_, {}, {}}, samples);
+        return fit_linear(TableReflectance{options_.table_nodes, reach_, {}, {}}, samples, is_last,
+                          cancelled);
     }
   }
 
-  void fit_lights(const std::vector<FitSample>& samples) {
+  void fit_lights(const std::vector<FitSample>& samples, bool is_last,
+                  const CancelHook& cancelled) {
     std::vector<FitSample> few;
     const std::size_t step = std::max<std::size_t>(1, samples.size() / most_light_samples);
     for (std::size_t k = 0; k < samples.size(); k += step) few.push_back(samples[k]);
     const double height = double{1} * background_.height() / background_.width();
-    result_.sensor.reflectance = LightsFit(few, height).solve(options_.lights, options_.cancelled);
+    const auto* const known = std::get_if<LightsReflectance>(&result_.sensor.reflectance);
+    const LightsReflectance start = known != nullptr && !known->lights.empty()
+                                        ? *known
+                                        : LightsFit::lights_around(options_.lights, height);
+    result_.sensor.reflectance = LightsFit(few, start).solve(is_last ? 1e-4 : 1e-3, cancelled);
   }
 
   template <class Model>
@@ -343,52 +353,57 @@ class Calibrator {
     std::vector<NormalEquations> all(groups, NormalEquations(model.size()));
     TermRow row;
     for (const FitSample& s : samples) {
-      model.fill(s.point, row);
+      row.fill(model, s.point);
       all[static_cast<std::size_t>(s.press) % groups].add(row, s.change, s.weight);
     }
     return all;
   }
 
   template <class Model>
-  void fit_linear(Model model, const std::vector<FitSample>& samples) {
+  void fit_linear(Model model, const std::vector<FitSample>& samples, bool is_last,
+                  const CancelHook& cancelled) {
     const std::vector<NormalEquations> groups = grouped(model, samples);
     NormalEquations all = groups[0];
     for (std::size_t g = 1; g < groups.size(); ++g) all.add(groups[g]);
-    if (!is_smoothness_chosen_) choose_smoothness(model, groups, all);
+    if (!is_smoothness_chosen_) choose_smoothness(model, groups, all, cancelled);
     model.touched = flat(solve_smooth(model, all, result_.smoothness, false));
     model.free.assign(model.touched.size(), 0.0);
-    if (entries_.size() >= few_presses) keep_spread(model, groups, all);
+    if (is_last && entries_.size() >= few_presses) keep_spread(model, groups, all);
     result_.sensor.reflectance = std::move(model);
   }
 
   template <class Model>
   void keep_spread(const Model& model, const std::vector<NormalEquations>& groups,
                    const NormalEquations& all) {
-    std::vector<Eigen::MatrixX3d> solutions;
-    Eigen::MatrixX3d mean = Eigen::MatrixX3d::Zero(model.size(), 3), squares = mean;
-    const auto count = static_cast<double>(groups.size());
+    std::vector<std::vector<double>> solutions;
     for (const NormalEquations& left_out : groups) {
       NormalEquations others = all;
       others.add(left_out, -1);
-      solutions.push_back(solve_smooth(model, others, result_.smoothness, false));
-      mean += solutions.back() / count;
+      solutions.push_back(flat(solve_smooth(model, others, result_.smoothness, false)));
     }
-    for (const Eigen::MatrixX3d& one : solutions) squares += (one - mean).cwiseAbs2();
-    result_.spread = flat((squares * ((count - 1) / count)).cwiseSqrt());
+    const auto count = static_cast<double>(groups.size());
+    result_.spread.clear();
+    for (std::size_t i = 0; i < solutions[0].size(); ++i) {
+      double mean = 0, squares = 0;
+      for (const auto& one : solutions) mean += one[i] / count;
+      for (const auto& one : solutions) squares += (one[i] - mean) * (one[i] - mean);
+      result_.spread.push_back(std::sqrt(squares * (count - 1) / count));
+    }
   }
 
   // Of a few, the one whose predictions of presses that were left out are the best.
   template <class Model>
   void choose_smoothness(const Model& model, const std::vector<NormalEquations>& groups,
-                         const NormalEquations& all) {
+                         const NormalEquations& all, const CancelHook& cancelled) {
     is_smoothness_chosen_ = true;
     result_.smoothness = {10, 10};
     if (entries_.size() < few_presses) return;
-    double least = std::numeric_limits<double>::infinity();
+    double least = std::numeric_limits<double>::infinity(), solved = 0;
     const auto attempt = [&](const Smoothness& smoothness) {
-      options_.cancelled.check(0.3, "choosing the smoothness");
       double squares = 0;
       for (const NormalEquations& held_out : groups) {
+        cancelled.check(solved++ / (8.0 * static_cast<double>(groups.size())),
+                        "choosing the smoothness");
         if (held_out.weight == 0) continue;
         NormalEquations others = all;
         others.add(held_out, -1);
@@ -406,11 +421,20 @@ class Calibrator {
 
   // --- circles -----------------------------------------------------------------------------------
 
+  void refine_all(const CancelHook& cancelled) {
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      cancelled.check(static_cast<double>(i) / static_cast<double>(entries_.size()),
+                      "refining the circles");
+      refine(i);
+    }
+    centre_shifts();
+    leave_out();
+  }
+
   void refine(std::size_t i) {
     Entry& entry = entries_[i];
     const BallPress& press = presses_[i];
     const auto squares_of = [&](const Circle& circle, auto&& use) {
-      TermRow row;
       for_pixels(entry.report.contact, -1, 0.95 * entry.report.contact.radius,
                  [&](Index x, Index y) {
                    if (scattered(x, y) % 3 != 0) return;
@@ -427,9 +451,9 @@ class Calibrator {
   template <class Predict>
   void refine_centre(Entry& entry, const BallPress& press, const Predict& predict) {
     Circle circle = entry.report.contact;
-    Eigen::Matrix2d matrix;
+    Normal2 normal;
     for (int step = 0; step < 3; ++step) {
-      std::vector<Change> left, right, up, down, here;
+      std::vector<Change> left, right, up, down;
       constexpr double h = 0.5;
       const auto store = [](std::vector<Change>& to) {
         return [&to](Index, Index, const Change& c) { to.push_back(c); };
@@ -438,8 +462,7 @@ class Calibrator {
       predict({circle.x + h, circle.y, circle.radius}, store(right));
       predict({circle.x, circle.y - h, circle.radius}, store(up));
       predict({circle.x, circle.y + h, circle.radius}, store(down));
-      matrix.setZero();
-      Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+      normal = {};
       double squares = 0;
       std::size_t k = 0;
       predict(circle, [&](Index x, Index y, const Change& now) {
@@ -447,31 +470,50 @@ class Calibrator {
           const double b = background_level(background_, x, y, c);
           const double off =
               press.photograph(x, y)[c] - background_(x, y)[c] - entry.report.level[c] - b * now[c];
-          const Eigen::Vector2d by(b * (right[k][c] - left[k][c]) / (2 * h),
-                                   b * (down[k][c] - up[k][c]) / (2 * h));
-          matrix += by * by.transpose();
-          slope += off * by;
+          normal.add(b * (right[k][c] - left[k][c]) / (2 * h),
+                     b * (down[k][c] - up[k][c]) / (2 * h), off);
           squares += off * off;
         }
         ++k;
       });
-      // Residuals are alike over some ten pixels each way, so that they count as fewer.
-      constexpr double alike = 30;
-      const double mark = mark_error_;
-      const double noise = alike * squares / std::max(1.0, 3.0 * static_cast<double>(k));
-      matrix /= noise;
-      slope /= noise;
-      matrix.diagonal().array() += 1 / (mark * mark);
-      slope +=
-          Eigen::Vector2d(entry.marked.x - circle.x, entry.marked.y - circle.y) / (mark * mark);
-      const Eigen::Vector2d move = matrix.llt().solve(slope);
+      normal.divide(alike * squares / std::max(1.0, 3.0 * static_cast<double>(k)));
+      const double sure = 1 / (mark_error_ * mark_error_);
+      normal.pull(sure, entry.marked.x - circle.x, entry.marked.y - circle.y);
+      const Vec2<double> move = normal.solution();
       circle.x += std::clamp(move.x(), -2.0, 2.0);
       circle.y += std::clamp(move.y(), -2.0, 2.0);
     }
-    const Eigen::Matrix2d covariance = matrix.inverse();
     entry.report.contact = circle;
-    entry.report.doubt = {std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1))};
+    entry.report.doubt = {std::sqrt(normal.yy / normal.determinant()),
+                          std::sqrt(normal.xx / normal.determinant())};
   }
+
+  // Normal equations of a shift.
+  struct Normal2 {
+    double xx = 0, xy = 0, yy = 0, x = 0, y = 0;
+
+    void add(double by_x, double by_y, double off) {
+      xx += by_x * by_x;
+      xy += by_x * by_y;
+      yy += by_y * by_y;
+      x += off * by_x;
+      y += off * by_y;
+    }
+    void divide(double by) {
+      if (!(by > 0)) return;
+      for (double* value : {&xx, &xy, &yy, &x, &y}) *value /= by;
+    }
+    void pull(double weight, double to_x, double to_y) {
+      xx += weight;
+      yy += weight;
+      x += weight * to_x;
+      y += weight * to_y;
+    }
+    [[nodiscard]] double determinant() const { return xx * yy - xy * xy; }
+    [[nodiscard]] Vec2<double> solution() const {
+      return {(yy * x - xy * y) / determinant(), (xx * y - xy * x) / determinant()};
+    }
+  };
 
   // A shift of all circles alike is one of the table, which photographs cannot tell: the marks are
   // taken to be right on average. How far they are off each tells how far the next round may go.
@@ -516,13 +558,13 @@ class Calibrator {
     double radius = 0;
     for (const Entry& e : entries_)
       radius += e.report.contact.radius / static_cast<double>(entries_.size());
-    // By golden section over the logarithm.
+    // By golden section over the logarithm, and then a parabola.
     const double golden = 0.6180339887498949;
     double low = std::log(0.05 * radius), high = std::log(2.5 * radius);
     double a = high - golden * (high - low), b = low + golden * (high - low);
     double at_a = free_squares(std::exp(a)), at_b = free_squares(std::exp(b));
-    for (int step = 0; step < 7; ++step) {
-      options_.cancelled.check(0.5 + 0.05 * step, "fitting the bulge");
+    for (int step = 0; step < 5; ++step) {
+      options_.cancelled.check(half + 0.06 * step, "fitting the bulge");
       if (at_a < at_b) {
         high = b;
         b = a;
@@ -537,14 +579,24 @@ class Calibrator {
         at_b = free_squares(std::exp(b));
       }
     }
-    result_.sensor.bulge_length = std::exp(at_a < at_b ? a : b);
-    result_.bulge_doubt = result_.sensor.bulge_length * (high - low) / 2;
+    const double middle = at_a < at_b ? a : b, least = std::min(at_a, at_b), h = 0.2;
+    const double below = free_squares(std::exp(middle - h));
+    const double above = free_squares(std::exp(middle + h));
+    const double curvature = (below - 2 * least + above) / (h * h);
+    const double shift = curvature > 0 ? (below - above) / (2 * h * curvature) : 0;
+    result_.sensor.bulge_length = std::exp(middle + std::clamp(shift, -h, h));
+    result_.bulge_doubt = curvature > 0
+                              ? result_.sensor.bulge_length *
+                                    std::sqrt(2 * alike * least / (3 * free_weight_ * curvature))
+                              : std::numeric_limits<double>::infinity();
     (void)free_squares(result_.sensor.bulge_length, 1);
   }
 
   // Fits free gel with a bulge of this length; returns what squares are left.
   [[nodiscard]] double free_squares(double length, std::uint32_t thinning = 5) {
     const std::vector<FitSample> samples = free_samples(length, thinning);
+    free_weight_ = 0;
+    for (const FitSample& s : samples) free_weight_ += s.weight;
     return std::visit([&](auto& model) { return fit_free_gel(model, samples); },
                       result_.sensor.reflectance);
   }
@@ -554,10 +606,10 @@ class Calibrator {
     NormalEquations all(model.size());
     TermRow row;
     for (const FitSample& s : samples) {
-      model.fill(s.point, row);
+      row.fill(model, s.point);
       all.add(row, s.change, s.weight);
     }
-    const Eigen::MatrixX3d solution = solve_smooth(model, all, {1, 3}, true);
+    const Eigen::MatrixXd solution = solve_smooth(model, all, {1, 3}, true);
     model.free = flat(solution);
     return all.residual(solution);
   }
@@ -595,13 +647,14 @@ class Calibrator {
     for_pixels(circle, from, to, [&](Index x, Index y) {
       const double dx = x - circle.x, dy = y - circle.y;
       GelPoint p = place(x, y);
-      p.touched = std::hypot(dx, dy) <= circle.radius;
+      p.touched = dx * dx + dy * dy <= circle.radius * circle.radius;
       const Vec2<double> n = surface == nullptr ? Vec2<double>(dx / presses_[i].ball_radius,
                                                                dy / presses_[i].ball_radius)
                                                 : surface->normal(dx, dy);
       p.nx = n.x();
       p.ny = n.y();
-      const Change model = change(result_.sensor.reflectance, p);
+      const bool is_flat = n.isZero() && !p.touched;
+      const Change model = is_flat ? Change{} : change(result_.sensor.reflectance, p);
       for (std::size_t c = 0; c < 3; ++c) {
         const double seen =
             presses_[i].photograph(x, y)[c] - background_(x, y)[c] - entries_[i].report.level[c];
@@ -662,6 +715,9 @@ class Calibrator {
 
   // Fewer tell neither how smooth a reflectance is nor which of their circles is off.
   static constexpr std::size_t few_presses = 5;
+  static constexpr double half = 0.5;  // of the work
+  // Residuals are alike over some pixels each way, so that so many count as one.
+  static constexpr double alike = 30;
   static constexpr double unit_background = 128, most_samples = 40000;
   static constexpr std::size_t most_light_samples = 2500;
 
@@ -669,7 +725,7 @@ class Calibrator {
   std::span<const BallPress> presses_;
   const CalibrationOptions& options_;
   std::vector<Entry> entries_;
-  double reach_ = 0, mark_error_ = 2;
+  double reach_ = 0, mark_error_ = 2, free_weight_ = 0;
   bool is_smoothness_chosen_ = false;
   Calibration result_;
 };
@@ -686,9 +742,9 @@ class Calibrator {
 ///
 /// Throws InvalidInput, naming the photograph, where there are no presses, sizes differ, a circle
 /// lies outside of the image or is larger than its ball, an image is constant or a fifth of it
-/// saturated, and for options out of range; Cancelled where the hook says so. For a table some two
-/// seconds of work for 17 presses of 320 x 240 pixels (g++ -O2). (The idea: Si, Yuan, Taxim: An
-/// Example-based Simulation Model for GelSight Tactile Sensors, 2022,
+/// saturated, and for options out of range; Cancelled where the hook says so. For a table some
+/// 1.2 seconds of work for 21 presses of 320 x 240 pixels, for lights 4 (g++ -O2). (The idea: Si,
+/// Yuan, Taxim: An Example-based Simulation Model for GelSight Tactile Sensors, 2022,
 /// doi:10.1109/LRA.2022.3142412)
 [[nodiscard]] inline Calibration calibrate(const Image<Rgb8>& background,
                                            std::span<const BallPress> presses,
@@ -709,7 +765,7 @@ class Calibrator {
       const double dx = x - contact.x, dy = y - contact.y;
       const Vec2<double> n = surface.normal(dx, dy);
       const GelPoint p{n.x(), n.y(), 2.0 * x / (width - 1) - 1, 2.0 * y / (height - 1) - 1,
-                       std::hypot(dx, dy) <= contact.radius};
+                       dx * dx + dy * dy <= contact.radius * contact.radius};
       const Change by = n.isZero() && !p.touched ? Change{} : change(sensor.reflectance, p);
       for (std::size_t c = 0; c < 3; ++c) {
         out(x, y)[c] = sensor.background(x, y)[c] + level[c] +

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -36,29 +35,6 @@ inline constexpr int place_terms = 6;
   return {1, x, y, x * x, x * y, y * y};
 }
 
-/// A sparse row of a linear model: which coefficients, times what.
-struct TermRow {
-  std::vector<int> index;
-  std::vector<double> value;
-
-  void clear() {
-    index.clear();
-    value.clear();
-  }
-  void add(int i, double v) {
-    index.push_back(i);
-    value.push_back(v);
-  }
-  [[nodiscard]] Change times(const std::vector<double>& coefficients) const {
-    Change sum{};
-    for (std::size_t t = 0; t < index.size(); ++t) {
-      const double* const three = coefficients.data() + 3 * std::ptrdiff_t{index[t]};
-      for (std::size_t c = 0; c < 3; ++c) sum[c] += value[t] * three[c];
-    }
-    return sum;
-  }
-};
-
 }  // namespace detail
 
 /// A smooth table over the normal's two coordinates, bilinear between nodes, each node of which is
@@ -73,24 +49,20 @@ struct TableReflectance {
   /// How many nodes times terms of the place there are: a third of the numbers of either table.
   [[nodiscard]] int size() const { return nodes * nodes * detail::place_terms; }
 
-  /// The terms of a point.
-  void fill(const GelPoint& p, detail::TermRow& row) const {
-    row.clear();
-    const auto place = detail::terms_of_place(p.x, p.y);
+  /// Calls use(node, share) for the four nodes around a normal.
+  template <class Use>
+  void for_factors(const GelPoint& p, const Use& use) const {
     const double last = nodes - 1;
     const double u = std::clamp((p.nx / reach + 1) / 2 * last, 0.0, last);
     const double v = std::clamp((p.ny / reach + 1) / 2 * last, 0.0, last);
     const int i = std::min(static_cast<int>(u), nodes - 2);
     const int j = std::min(static_cast<int>(v), nodes - 2);
     const double f = u - i, g = v - j;
-    const std::array<double, 4> share{(1 - f) * (1 - g), f * (1 - g), (1 - f) * g, f * g};
-    for (int corner = 0; corner < 4; ++corner) {
-      const int node = (j + corner / 2) * nodes + i + corner % 2;
-      for (int k = 0; k < detail::place_terms; ++k) {
-        row.add(node * detail::place_terms + k,
-                share[static_cast<std::size_t>(corner)] * place[static_cast<std::size_t>(k)]);
-      }
-    }
+    const int node = j * nodes + i;
+    use(node, (1 - f) * (1 - g));
+    use(node + 1, f * (1 - g));
+    use(node + nodes, (1 - f) * g);
+    use(node + nodes + 1, f * g);
   }
 };
 
@@ -107,18 +79,16 @@ struct PolynomialReflectance {
   /// How many numbers there are.
   [[nodiscard]] int size() const { return (degree + 1) * (degree + 2) / 2 * detail::place_terms; }
 
-  /// The terms of a point.
-  void fill(const GelPoint& p, detail::TermRow& row) const {
-    row.clear();
-    const auto place = detail::terms_of_place(p.x, p.y);
+  /// Calls use(power, monomial) for each power of the normal.
+  template <class Use>
+  void for_factors(const GelPoint& p, const Use& use) const {
     const double u = std::clamp(p.nx / reach, -1.0, 1.0), v = std::clamp(p.ny / reach, -1.0, 1.0);
     int power = 0;
     for (int total = 0; total <= degree; ++total) {
       for (int of_v = 0; of_v <= total; ++of_v, ++power) {
-        const double monomial = std::pow(u, total - of_v) * std::pow(v, of_v);
-        for (int k = 0; k < detail::place_terms; ++k) {
-          row.add(power * detail::place_terms + k, monomial * place[static_cast<std::size_t>(k)]);
-        }
+        double monomial = 1;
+        for (int k = 0; k < total; ++k) monomial *= k < of_v ? v : u;
+        use(power, monomial);
       }
     }
   }
@@ -178,21 +148,33 @@ struct LightTerms {
           share * (shine(n.z(), std::max(0.0, cosine)) - shine(1, std::max(0.0, l.z())))};
 }
 
+// The change by a model whose coefficients are, for each factor of the normal, those of the place.
+template <class Model>
+[[nodiscard]] Change linear_change(const Model& model, const GelPoint& p) {
+  constexpr std::size_t numbers = 3 * place_terms;
+  const double* const coefficients = (p.touched ? model.touched : model.free).data();
+  std::array<double, numbers> mixed{};
+  model.for_factors(p, [&](int factor, double share) {
+    const double* const own = coefficients + std::ptrdiff_t{numbers} * factor;
+    for (std::size_t k = 0; k < numbers; ++k) mixed[k] += share * own[k];
+  });
+  const auto place = terms_of_place(p.x, p.y);
+  Change sum{};
+  for (std::size_t k = 0; k < numbers; ++k) sum[k % 3] += place[k / 3] * mixed[k];
+  return sum;
+}
+
 }  // namespace detail
 
 /// @name The change of a pixel by a reflectance.
 ///@{
 /// How much a point's colour differs from the background's, by a table.
 [[nodiscard]] inline Change change(const TableReflectance& table, const GelPoint& p) {
-  detail::TermRow row;
-  table.fill(p, row);
-  return row.times(p.touched ? table.touched : table.free);
+  return detail::linear_change(table, p);
 }
 /// The same, by a polynomial.
 [[nodiscard]] inline Change change(const PolynomialReflectance& polynomial, const GelPoint& p) {
-  detail::TermRow row;
-  polynomial.fill(p, row);
-  return row.times(p.touched ? polynomial.touched : polynomial.free);
+  return detail::linear_change(polynomial, p);
 }
 /// The same, by near lights.
 [[nodiscard]] inline Change change(const LightsReflectance& model, const GelPoint& p) {
@@ -216,6 +198,34 @@ struct LightTerms {
 }
 ///@}
 
+namespace detail {
+
+// Least squares on a grid of 5 x 5 places; for each of their terms the three channels. Moments of
+// the grid make 1, x, y, x^2 - 1/2, xy and y^2 - 1/2 orthogonal, of squares 1, 1/2, 1/2, 7/40, 1/4
+// and 7/40 in the mean.
+template <class ChangeAt>
+[[nodiscard]] std::array<double, 3 * std::size_t{place_terms}> nearest_quadratic(
+    const ChangeAt& change_at) {
+  std::array<Change, place_terms> mean{};
+  for (int k = 0; k < 25; ++k) {
+    const double x = 0.5 * (k % 5) - 1, y = 0.5 * (k / 5) - 1;
+    const Change value = change_at(x, y);
+    const std::array<double, place_terms> dual{
+        1, x / 0.5, y / 0.5, (x * x - 0.5) / 0.175, x * y / 0.25, (y * y - 0.5) / 0.175};
+    for (std::size_t t = 0; t < place_terms; ++t) {
+      for (std::size_t c = 0; c < 3; ++c) mean[t][c] += dual[t] * value[c] / 25;
+    }
+  }
+  std::array<double, 3 * std::size_t{place_terms}> terms{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t t = 0; t < place_terms; ++t) terms[3 * t + c] = mean[t][c];
+    terms[c] -= 0.5 * (mean[3][c] + mean[5][c]);
+  }
+  return terms;
+}
+
+}  // namespace detail
+
 /// A table of another reflectance, at `nodes` (odd) along each coordinate of the normal: between
 /// nodes bilinear, in the place the quadratic nearest to it on a grid of 5 x 5. A table stays as it
 /// is.
@@ -226,16 +236,6 @@ struct LightTerms {
   TableReflectance table;
   table.nodes = nodes;
   if (const auto* const p = std::get_if<PolynomialReflectance>(&model)) table.reach = p->reach;
-  using Terms = Eigen::Matrix<double, detail::place_terms, 1>;
-  std::vector<Terms> terms;
-  Eigen::Matrix<double, detail::place_terms, detail::place_terms> normal;
-  normal.setZero();
-  for (int k = 0; k < 25; ++k) {
-    const auto t = detail::terms_of_place(0.5 * (k % 5) - 1, 0.5 * (k / 5) - 1);
-    terms.push_back(Eigen::Map<const Terms>(t.data()));
-    normal += terms.back() * terms.back().transpose();
-  }
-  const Eigen::Matrix<double, detail::place_terms, detail::place_terms> inverse = normal.inverse();
   for (const bool touched : {true, false}) {
     std::vector<double>& numbers = touched ? table.touched : table.free;
     for (int node = 0; node < nodes * nodes; ++node) {
@@ -243,17 +243,10 @@ struct LightTerms {
       Vec2<double> n(node % nodes, node / nodes);
       n = table.reach * (2.0 / (nodes - 1) * n - Vec2<double>(1, 1));
       if (n.norm() > 0.999) n *= 0.999 / n.norm();
-      Eigen::Matrix<double, detail::place_terms, 3> right;
-      right.setZero();
-      for (int k = 0; k < 25; ++k) {
-        const Change c =
-            change(model, {n.x(), n.y(), 0.5 * (k % 5) - 1, 0.5 * (k / 5) - 1, touched});
-        right += terms[static_cast<std::size_t>(k)] * Eigen::RowVector3d(c[0], c[1], c[2]);
-      }
-      const Eigen::Matrix<double, detail::place_terms, 3> best = inverse * right;
-      for (int k = 0; k < detail::place_terms; ++k) {
-        for (int c = 0; c < 3; ++c) numbers.push_back(best(k, c));
-      }
+      const auto quadratic = detail::nearest_quadratic([&](double x, double y) {
+        return change(model, {n.x(), n.y(), x, y, touched});
+      });
+      numbers.insert(numbers.end(), quadratic.begin(), quadratic.end());
     }
   }
   return table;

@@ -52,7 +52,7 @@ class BallSurface {
 
   /// The normal's coordinates along the image, so far from the circle's centre.
   [[nodiscard]] Vec2<double> normal(double dx, double dy) const {
-    const double r = std::hypot(dx, dy);
+    const double r = std::sqrt(dx * dx + dy * dy);
     if (r <= contact_) return {dx / ball_, dy / ball_};
     const double at = (r - contact_) * per_pixel;
     const auto i = static_cast<std::size_t>(at);

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <numbers>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gelight/core/progress.hpp"
@@ -20,28 +21,42 @@ namespace gelight::detail {
 ///
 /// Colours enter linearly and are solved for at every step, a least-squares problem of their own;
 /// places, softness, fall-off and shininess go by a Gauss-Newton step of all numbers at once,
-/// damped as Levenberg and Marquardt have it.
+/// damped as Levenberg and Marquardt have it. (Golub, Pereyra, The differentiation of
+/// pseudo-inverses and nonlinear least squares problems whose variables separate, 1973,
+/// doi:10.1137/0710036)
 class LightsFit {
  public:
-  LightsFit(std::span<const FitSample> samples, double height) : samples_(samples) {
-    model_.height = height;
+  /// Lights all around, to start from.
+  [[nodiscard]] static LightsReflectance lights_around(int count, double height) {
+    LightsReflectance model;
+    model.height = height;
+    for (int k = 0; k < count; ++k) {
+      const double angle = 2 * std::numbers::pi * (k + 0.25) / count;
+      model.lights.push_back({{1.6 * std::cos(angle), 1.6 * std::sin(angle), 0.8}, {}, {}});
+    }
+    return model;
   }
 
-  [[nodiscard]] LightsReflectance solve(int lights, const CancelHook& cancelled) {
-    start(lights);
+  LightsFit(std::span<const FitSample> samples, LightsReflectance start)
+      : samples_(samples), model_(std::move(start)) {
+    for (const FitSample& s : samples_) weight_ += s.weight;
+  }
+
+  /// Until a step takes less than a share `enough` off the squares.
+  [[nodiscard]] LightsReflectance solve(double enough, const CancelHook& cancelled) {
     double least = solve_colours();
     double damping = 1e-2;
     constexpr int most_steps = 40;
     for (int step = 0; step < most_steps && damping < 1e6; ++step) {
       cancelled.check(step / double{most_steps}, "fitting lights");
       const LightsReflectance before = model_;
-      const auto [matrix, right] = linearised();
+      const Step linear = linearised();
       bool is_better = false;
       while (!is_better && damping < 1e6) {
-        Eigen::MatrixXd damped = matrix;
-        damped.diagonal() +=
-            damping * matrix.diagonal() + Eigen::VectorXd::Constant(matrix.rows(), 1e-9 * weight_);
-        move(before, Eigen::LLT<Eigen::MatrixXd>(damped).solve(right));
+        Eigen::MatrixXd damped = linear.matrix;
+        damped.diagonal() += damping * linear.matrix.diagonal();
+        damped.diagonal().array() += 1e-9 * weight_;
+        move(before, solve_in_place(damped, linear.right));
         const double left = solve_colours();
         is_better = left < least;
         damping *= is_better ? 0.2 : 5;
@@ -49,7 +64,7 @@ class LightsFit {
           model_ = before;
           continue;
         }
-        const bool is_done = left > least * (1 - 1e-4);
+        const bool is_done = left > least * (1 - enough);
         least = left;
         if (is_done) return model_;
       }
@@ -63,18 +78,11 @@ class LightsFit {
   [[nodiscard]] int linear() const { return 2 * count() + 2; }
   [[nodiscard]] int nonlinear() const { return 3 * count() + 3; }
 
-  void start(int lights) {
-    for (int k = 0; k < lights; ++k) {
-      const double angle = 2 * std::numbers::pi * (k + 0.25) / lights;
-      model_.lights.push_back({{1.6 * std::cos(angle), 1.6 * std::sin(angle), 0.8}, {}, {}});
-    }
-  }
-
-  void move(const LightsReflectance& from, const Eigen::VectorXd& step) {
+  void move(const LightsReflectance& from, const Eigen::MatrixXd& step) {
     model_ = from;
     for (int k = 0; k < count(); ++k) {
       Vec3<double>& place = model_.lights[static_cast<std::size_t>(k)].place;
-      Vec3<double> by = step.segment<3>(3 * k);
+      Vec3<double> by(step(3 * k), step(3 * k + 1), step(3 * k + 2));
       if (by.norm() > 0.5) by *= 0.5 / by.norm();
       place += by;
       place.x() = std::clamp(place.x(), -6.0, 6.0);
@@ -82,7 +90,7 @@ class LightsFit {
       place.z() = std::clamp(place.z(), 0.1, 6.0);
     }
     const auto scaled = [&](double value, int i, double least, double most) {
-      return std::clamp(value * std::exp(std::clamp(step[3 * count() + i], -0.7, 0.7)), least,
+      return std::clamp(value * std::exp(std::clamp(step(3 * count() + i), -0.7, 0.7)), least,
                         most);
     };
     model_.softness = scaled(from.softness, 0, 0.01, 3);
@@ -90,55 +98,42 @@ class LightsFit {
     model_.shininess = scaled(from.shininess, 2, 1, 100);
   }
 
-  [[nodiscard]] Eigen::VectorXd features(const LightsReflectance& model, const FitSample& s) const {
-    Eigen::VectorXd row(linear());
-    const GelPoint& p = s.point;
-    const double nz = std::sqrt(std::max(0.0, 1 - p.nx * p.nx - p.ny * p.ny));
-    for (int k = 0; k < count(); ++k) {
-      const auto terms = light_terms(model, model.lights[static_cast<std::size_t>(k)].place,
-                                     {p.nx, p.ny, nz}, p.x, p.y);
-      row[2 * k] = terms.diffuse;
-      row[2 * k + 1] = terms.specular;
-    }
-    row[linear() - 2] = 1 - nz;
-    row[linear() - 1] = 1;
-    return row;
+  [[nodiscard]] static Vec3<double> normal_of(const GelPoint& p) {
+    return {p.nx, p.ny, std::sqrt(std::max(0.0, 1 - p.nx * p.nx - p.ny * p.ny))};
   }
 
-  [[nodiscard]] Eigen::MatrixX3d colours() const {
-    Eigen::MatrixX3d all(linear(), 3);
-    for (int c = 0; c < 3; ++c) {
-      const auto channel = static_cast<std::size_t>(c);
-      for (int k = 0; k < count(); ++k) {
-        const NearLight& light = model_.lights[static_cast<std::size_t>(k)];
-        all(2 * k, c) = light.diffuse[channel];
-        all(2 * k + 1, c) = light.specular[channel];
-      }
-      all(linear() - 2, c) = model_.ambient[channel];
-      all(linear() - 1, c) = model_.contact[channel];
+  // What each colour is multiplied by in a sample, times the root of its weight.
+  template <class Row>
+  void fill_features(Row&& row, const FitSample& s, double root) const {
+    const Vec3<double> n = normal_of(s.point);
+    for (int k = 0; k < count(); ++k) {
+      const auto terms = light_terms(model_, model_.lights[static_cast<std::size_t>(k)].place, n,
+                                     s.point.x, s.point.y);
+      row(2 * k) = root * terms.diffuse;
+      row(2 * k + 1) = root * terms.specular;
     }
-    return all;
+    row(linear() - 2) = root * (1 - n.z());
+    row(linear() - 1) = root;
   }
 
   // The best colours for the places; returns the squares they leave.
   double solve_colours() {
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(linear(), linear());
-    Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(linear(), 3);
-    double squares = 0;
-    weight_ = 0;
-    for (const FitSample& s : samples_) {
-      const Eigen::VectorXd row = features(model_, s);
-      const Eigen::RowVector3d change(s.change[0], s.change[1], s.change[2]);
-      matrix.selfadjointView<Eigen::Lower>().rankUpdate(row, s.weight);
-      right += s.weight * row * change;
-      squares += s.weight * change.squaredNorm();
-      weight_ += s.weight;
+    const int l = linear();
+    Eigen::MatrixXd rows(samples_.size(), l + 3);
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      auto row = rows.row(static_cast<Eigen::Index>(i));
+      const double root = std::sqrt(samples_[i].weight);
+      fill_features(row, samples_[i], root);
+      for (std::size_t c = 0; c < 3; ++c) {
+        row(l + static_cast<Eigen::Index>(c)) = root * samples_[i].change[c];
+      }
     }
-    constexpr double ridge = 1e-4;
-    Eigen::MatrixXd full = matrix.selfadjointView<Eigen::Lower>();
-    Eigen::MatrixXd kept = full;
-    kept.diagonal().array() += ridge * weight_;
-    const Eigen::MatrixX3d best = kept.llt().solve(right);
+    const Eigen::MatrixXd squares = rows.transpose() * rows;
+    Eigen::MatrixXd matrix = squares.topLeftCorner(l, l);
+    matrix.diagonal().array() += ridge * weight_;
+    const Eigen::MatrixXd right = squares.topRightCorner(l, 3);
+    const Eigen::MatrixXd best = solve_in_place(matrix, right);
+    double left = 0;
     for (int c = 0; c < 3; ++c) {
       const auto channel = static_cast<std::size_t>(c);
       for (int k = 0; k < count(); ++k) {
@@ -146,87 +141,124 @@ class LightsFit {
         light.diffuse[channel] = best(2 * k, c);
         light.specular[channel] = best(2 * k + 1, c);
       }
-      model_.ambient[channel] = best(linear() - 2, c);
-      model_.contact[channel] = best(linear() - 1, c);
+      model_.ambient[channel] = best(l - 2, c);
+      model_.contact[channel] = best(l - 1, c);
+      // At the minimum the penalty and what is left add up to this.
+      left += squares(l + c, l + c);
+      for (int k = 0; k < l; ++k) left -= right(k, c) * best(k, c);
     }
-    return squares - 2 * right.cwiseProduct(best).sum() + best.cwiseProduct(full * best).sum() +
-           ridge * weight_ * best.squaredNorm();
+    return left;
   }
 
   struct Step {
-    Eigen::MatrixXd matrix;
-    Eigen::VectorXd right;
+    Eigen::MatrixXd matrix, right;
   };
 
-  // The normal equations of all numbers, with the colours eliminated.
+  // The normal equations of the numbers that are not colours. Colours follow: only what they cannot
+  // make up for counts.
   [[nodiscard]] Step linearised() const {
     const int q = nonlinear(), l = linear();
-    const Eigen::MatrixX3d colour = colours();
-    Eigen::MatrixXd nn = Eigen::MatrixXd::Zero(q, q), nl = Eigen::MatrixXd::Zero(q, 3 * l),
-                    ll = Eigen::MatrixXd::Zero(l, l);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(q);
-    Eigen::MatrixX3d right_colours = Eigen::MatrixX3d::Zero(l, 3);
-    Eigen::MatrixX3d slope(q, 3);
-    for (const FitSample& s : samples_) {
-      const Eigen::VectorXd row = features(model_, s);
-      slopes(slope, s, colour);
-      const Eigen::RowVector3d left =
-          Eigen::RowVector3d(s.change[0], s.change[1], s.change[2]) - row.transpose() * colour;
-      nn.noalias() += s.weight * slope * slope.transpose();
-      right.noalias() += s.weight * slope * left.transpose();
-      for (int c = 0; c < 3; ++c) {
-        nl.middleCols(c * l, l).noalias() += s.weight * slope.col(c) * row.transpose();
+    const auto size = static_cast<Eigen::Index>(samples_.size());
+    std::array<Eigen::MatrixXd, 3> rows;
+    for (Eigen::MatrixXd& one : rows) one.setZero(size, q + 1 + l);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const FitSample& s = samples_[static_cast<std::size_t>(i)];
+      const double root = std::sqrt(s.weight);
+      const Change now = change(model_, s.point);
+      fill_features(rows[0].row(i).tail(l), s, root);
+      for (std::size_t c = 0; c < 3; ++c) {
+        rows[c](i, q) = root * (s.change[c] - now[c]);
+        if (c > 0) rows[c].row(i).tail(l) = rows[0].row(i).tail(l);
       }
-      ll.noalias() += s.weight * row * row.transpose();
-      right_colours.noalias() += s.weight * row * left;
+      fill_slopes(rows, i, s, root);
     }
-    ll.diagonal().array() += 1e-4 * weight_;
-    const Eigen::LLT<Eigen::MatrixXd> factor(ll);
-    for (int c = 0; c < 3; ++c) {
-      const Eigen::MatrixXd block = nl.middleCols(c * l, l);
-      nn.noalias() -= block * factor.solve(block.transpose());
-      right.noalias() -= block * factor.solve(right_colours.col(c));
+    Step step{Eigen::MatrixXd::Zero(q, q), Eigen::MatrixXd::Zero(q, 1)};
+    for (const Eigen::MatrixXd& one : rows) {
+      const Eigen::MatrixXd squares = one.transpose() * one;
+      Eigen::MatrixXd colours = squares.bottomRightCorner(l, l);
+      colours.diagonal().array() += ridge * weight_;
+      const Eigen::MatrixXd mixed = squares.bottomLeftCorner(l, q);
+      const Eigen::MatrixXd followed = solve_in_place(colours, mixed);
+      const Eigen::MatrixXd taken = mixed.transpose() * followed;
+      step.matrix += squares.topLeftCorner(q, q) - taken;
+      step.right += squares.col(q).head(q);
     }
-    return {nn, right};
+    return step;
   }
 
-  // How the three channels change with each number, by differences.
-  void slopes(Eigen::MatrixX3d& slope, const FitSample& s, const Eigen::MatrixX3d& colour) const {
-    constexpr double step = 1e-5;
-    const GelPoint& p = s.point;
-    const Vec3<double> n(p.nx, p.ny, std::sqrt(std::max(0.0, 1 - p.nx * p.nx - p.ny * p.ny)));
-    const auto terms = [&](const LightsReflectance& model, const Vec3<double>& place) {
-      return light_terms(model, place, n, p.x, p.y);
-    };
-    LightsReflectance softer, steeper, shinier;
-    softer.height = steeper.height = shinier.height = model_.height;
-    for (LightsReflectance* other : {&softer, &steeper, &shinier}) {
-      other->softness = model_.softness;
-      other->falloff = model_.falloff;
-      other->shininess = model_.shininess;
+  // How a light's two terms change with its place and with the logarithms of softness, fall-off
+  // and shininess.
+  struct Slopes {
+    std::array<double, 6> diffuse, specular;
+  };
+  [[nodiscard]] Slopes slopes_of(const Vec3<double>& place, const Vec3<double>& n,
+                                 const GelPoint& p) const {
+    const Vec3<double> way(place.x() - p.x, place.y() - p.y * model_.height, place.z());
+    const double distance = way.norm(), share = std::pow(distance, -model_.falloff);
+    const Vec3<double> l = way / distance;
+    const double cosine = n.dot(l), level = l.z();
+    const Vec3<double> by_cosine = (n - cosine * l) / distance;
+    const Vec3<double> by_level = (Vec3<double>(0, 0, 1) - level * l) / distance;
+    const Vec3<double> by_distance = -model_.falloff / distance * l;
+    const Soft lit = soft(cosine), rest = soft(level);
+    const double highlight = 2 * std::max(0.0, cosine) * n.z() - level;
+    const Shine shone = shine(highlight), shone_at_rest = shine(level);
+    const double diffuse = lit.value - rest.value, specular = shone.value - shone_at_rest.value;
+    Slopes slopes;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      const double by_highlight = (cosine > 0 ? 2 * n.z() * by_cosine[axis] : 0.0) - by_level[axis];
+      slopes.diffuse[a] = share * (diffuse * by_distance[axis] + lit.slope * by_cosine[axis] -
+                                   rest.slope * by_level[axis]);
+      slopes.specular[a] = share * (specular * by_distance[axis] + shone.slope * by_highlight -
+                                    shone_at_rest.slope * by_level[axis]);
     }
-    softer.softness *= 1 + step;
-    steeper.falloff *= 1 + step;
-    shinier.shininess *= 1 + step;
-    slope.bottomRows(3).setZero();
+    const double by_falloff = -share * std::log(distance) * model_.falloff;
+    slopes.diffuse[3] = share * (lit.by_softness - rest.by_softness);
+    slopes.specular[3] = 0;
+    slopes.diffuse[4] = by_falloff * diffuse;
+    slopes.specular[4] = by_falloff * specular;
+    slopes.diffuse[5] = 0;
+    slopes.specular[5] = share * (shone.by_shininess - shone_at_rest.by_shininess);
+    return slopes;
+  }
+
+  struct Soft {
+    double value, slope, by_softness;
+  };
+  [[nodiscard]] Soft soft(double x) const {
+    const double t = x / model_.softness, value = soft_positive(x, model_.softness);
+    const double slope = 1 / (1 + std::exp(-t));
+    return {value, slope, value - x * slope};
+  }
+  struct Shine {
+    double value, slope, by_shininess;
+  };
+  [[nodiscard]] Shine shine(double base) const {
+    if (base <= 0) return {0, 0, 0};
+    const double value = std::pow(base, model_.shininess);
+    return {value, model_.shininess * value / base, model_.shininess * std::log(base) * value};
+  }
+
+  void fill_slopes(std::array<Eigen::MatrixXd, 3>& rows, Eigen::Index i, const FitSample& s,
+                   double root) const {
+    const Vec3<double> n = normal_of(s.point);
     for (int k = 0; k < count(); ++k) {
-      const Vec3<double>& place = model_.lights[static_cast<std::size_t>(k)].place;
-      const LightTerms here = terms(model_, place);
-      const auto change = [&](const LightTerms& there) -> Eigen::RowVector3d {
-        return (there.diffuse - here.diffuse) / step * colour.row(2 * k) +
-               (there.specular - here.specular) / step * colour.row(2 * k + 1);
-      };
-      for (int axis = 0; axis < 3; ++axis) {
-        Vec3<double> moved = place;
-        moved[axis] += step;
-        slope.row(3 * k + axis) = change(terms(model_, moved));
+      const NearLight& light = model_.lights[static_cast<std::size_t>(k)];
+      const Slopes by = slopes_of(light.place, n, s.point);
+      for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t a = 0; a < 6; ++a) {
+          const double value =
+              light.diffuse[c] * by.diffuse[a] + light.specular[c] * by.specular[a];
+          const int own = 3 * k + static_cast<int>(a);
+          const int shared = 3 * count() + static_cast<int>(a) - 3;
+          rows[c](i, a < 3 ? own : shared) += root * value;
+        }
       }
-      const int shared = 3 * count();
-      slope.row(shared) += change(terms(softer, place));
-      slope.row(shared + 1) += change(terms(steeper, place));
-      slope.row(shared + 2) += change(terms(shinier, place));
     }
   }
+
+  static constexpr double ridge = 1e-4;
 
   std::span<const FitSample> samples_;
   LightsReflectance model_;

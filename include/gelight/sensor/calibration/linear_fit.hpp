@@ -20,25 +20,55 @@ struct FitSample {
   int press;
 };
 
+/// A row of a linear model: factors of the normal, ascending, times the terms of the place.
+struct TermRow {
+  struct Factor {
+    int index;
+    double share;
+  };
+  std::vector<Factor> factors;
+  std::array<double, place_terms> place{};
+
+  template <class Model>
+  void fill(const Model& model, const GelPoint& p) {
+    factors.clear();
+    place = terms_of_place(p.x, p.y);
+    model.for_factors(p, [&](int index, double share) { factors.push_back({index, share}); });
+  }
+};
+
 /// The normal equations of a linear model; the same matrix for all three channels.
 struct NormalEquations {
   Eigen::MatrixXd matrix;  // its lower triangle
-  Eigen::MatrixX3d right;
+  Eigen::MatrixXd right;
   double squares = 0, weight = 0;
 
   explicit NormalEquations(int size)
-      : matrix(Eigen::MatrixXd::Zero(size, size)), right(Eigen::MatrixX3d::Zero(size, 3)) {}
+      : matrix(Eigen::MatrixXd::Zero(size, size)), right(Eigen::MatrixXd::Zero(size, 3)) {}
 
   void add(const TermRow& row, const Change& change, double w) {
     weight += w;
-    for (std::size_t a = 0; a < row.index.size(); ++a) {
-      const int i = row.index[a];
-      const double scaled = w * row.value[a];
-      for (std::size_t c = 0; c < 3; ++c) right(i, static_cast<int>(c)) += scaled * change[c];
-      double* const column = matrix.data() + std::ptrdiff_t{i} * matrix.rows();
-      // A row's indices ascend.
-      for (std::size_t b = a; b < row.index.size(); ++b)
-        column[row.index[b]] += scaled * row.value[b];
+    constexpr std::ptrdiff_t n = place_terms;
+    std::array<double, static_cast<std::size_t>(n * n)> products;
+    for (std::size_t a = 0; a < n; ++a) {
+      for (std::size_t b = 0; b < n; ++b) products[a * n + b] = w * row.place[a] * row.place[b];
+    }
+    const std::ptrdiff_t rows = matrix.rows();
+    const TermRow::Factor* const end = row.factors.data() + row.factors.size();
+    for (const TermRow::Factor* a = row.factors.data(); a != end; ++a) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        double* const entries = right.data() + static_cast<std::ptrdiff_t>(c) * rows + n * a->index;
+        for (std::size_t k = 0; k < n; ++k) entries[k] += w * change[c] * a->share * row.place[k];
+      }
+      for (const TermRow::Factor* b = a; b != end; ++b) {
+        const double share = a->share * b->share;
+        double* const block = matrix.data() + n * (a->index * rows + b->index);
+        for (std::ptrdiff_t i = 0; i < n; ++i) {
+          double* __restrict const column = block + i * rows;
+          const double* __restrict const product = products.data() + i * n;
+          for (std::ptrdiff_t k = 0; k < n; ++k) column[k] += share * product[k];
+        }
+      }
     }
     for (const double value : change) squares += w * value * value;
   }
@@ -49,11 +79,27 @@ struct NormalEquations {
     weight += sign * other.weight;
   }
   /// The sum of squares that a solution leaves.
-  [[nodiscard]] double residual(const Eigen::MatrixX3d& solution) const {
-    const Eigen::MatrixX3d product = matrix.selfadjointView<Eigen::Lower>() * solution;
-    return squares - 2 * right.cwiseProduct(solution).sum() + solution.cwiseProduct(product).sum();
+  [[nodiscard]] double residual(const Eigen::MatrixXd& solution) const {
+    double left = squares - 2 * right.cwiseProduct(solution).sum();
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
+      for (Eigen::Index i = j; i < matrix.rows(); ++i) {
+        double product = 0;
+        for (Eigen::Index c = 0; c < 3; ++c) product += solution(i, c) * solution(j, c);
+        left += (i == j ? 1 : 2) * matrix(i, j) * product;
+      }
+    }
+    return left;
   }
 };
+
+/// Solves with the lower triangle of a positive definite matrix, which is overwritten. (One
+/// function for all sizes, as its templates take long to compile.)
+[[nodiscard]] inline Eigen::MatrixXd solve_in_place(Eigen::MatrixXd& matrix,
+                                                    const Eigen::MatrixXd& right) {
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(matrix);
+  require(factor.info() == Eigen::Success, "the presses do not determine the reflectance");
+  return factor.solve(right);
+}
 
 /// How a linear model is kept smooth: weights of the squares of its second differences along the
 /// normal, for the constant term of the place; a power of `place` more for each degree in it.
@@ -115,28 +161,20 @@ inline void add_penalty(Eigen::MatrixXd& matrix, const PolynomialReflectance& po
 
 /// The coefficients of least squares, with second differences penalised.
 template <class Model>
-[[nodiscard]] Eigen::MatrixX3d solve_smooth(const Model& model, const NormalEquations& equations,
-                                            const Smoothness& smoothness, bool is_free,
-                                            const Eigen::MatrixX3d* towards = nullptr) {
+[[nodiscard]] Eigen::MatrixXd solve_smooth(const Model& model, const NormalEquations& equations,
+                                           const Smoothness& smoothness, bool is_free) {
   // The weight of a press of some three thousand pixels is what penalties are measured in.
   constexpr double pixels_of_penalty = 3000;
-  const double unit = equations.weight / pixels_of_penalty;
   Eigen::MatrixXd matrix = equations.matrix;
-  add_penalty(matrix, model, smoothness, unit);
-  Eigen::MatrixX3d right = equations.right;
-  if (towards != nullptr) right -= equations.matrix.selfadjointView<Eigen::Lower>() * *towards;
+  add_penalty(matrix, model, smoothness, equations.weight / pixels_of_penalty);
   if (is_free) {
     const int first = level_block(model) * place_terms;
     for (int k = first; k < first + place_terms; ++k) matrix(k, k) += 1e6 * (1 + equations.weight);
   }
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(matrix);
-  require(factor.info() == Eigen::Success, "the presses do not determine the reflectance");
-  Eigen::MatrixX3d solution = factor.solve(right);
-  if (towards != nullptr) solution += *towards;
-  return solution;
+  return solve_in_place(matrix, equations.right);
 }
 
-[[nodiscard]] inline std::vector<double> flat(const Eigen::MatrixX3d& solution) {
+[[nodiscard]] inline std::vector<double> flat(const Eigen::MatrixXd& solution) {
   std::vector<double> numbers;
   numbers.reserve(static_cast<std::size_t>(solution.size()));
   for (Eigen::Index i = 0; i < solution.rows(); ++i) {
