@@ -11,12 +11,11 @@
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
-#include <cmath>
+#include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <exception>
-#include <iostream>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "../support/figure.hpp"
@@ -158,10 +157,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return ranks.is_first() ? app.exit(error) : error.get_exit_code();
   }
-  if (settings.threads < 1) {
-    const auto machine = static_cast<int>(std::thread::hardware_concurrency());
-    settings.threads = ranks.size() > 1 ? 1 : std::max(1, machine);
-  }
+  if (settings.threads < 1) settings.threads = ranks.threads_by_default();
   hdf5::be_quiet();
   try {
     run(ranks, settings);

@@ -19,6 +19,7 @@ class ProgressLine {
         now - last_ < (is_watched_ ? std::chrono::milliseconds(500) : std::chrono::minutes(1)))
       return;
     last_ = now;
+    is_ended_ = is_end;
     const std::chrono::duration<double> passed = now - start_;
     const double rate = done / passed.count();
     char left[64] = "";
@@ -43,6 +44,7 @@ class ProgressLine {
  private:
   std::string things_;
   double total_;
+  bool is_ended_ = false;
   bool is_watched_ = ::isatty(STDERR_FILENO) != 0;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), last_ = start_;
 };

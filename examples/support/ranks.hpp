@@ -25,16 +25,21 @@
 //
 // Only main threads call MPI. They sleep between looks, for MPI's own waiting keeps a core busy.
 
-/// MPI from construction to destruction; one rank where there is no mpirun.
+/// MPI from construction to destruction where mpirun or srun has started this process; elsewhere
+/// one rank without MPI, which need not work there.
 class Ranks {
  public:
   Ranks(int& argc, char**& argv) {
+    if (!is_started_by_mpi()) return;
     int provided = 0;
     MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &size_);
+    has_mpi_ = true;
   }
-  ~Ranks() { MPI_Finalize(); }
+  ~Ranks() {
+    if (has_mpi_) MPI_Finalize();
+  }
   Ranks(const Ranks&) = delete;
   Ranks& operator=(const Ranks&) = delete;
 
@@ -42,8 +47,14 @@ class Ranks {
   [[nodiscard]] int size() const { return size_; }
   [[nodiscard]] bool is_first() const { return rank_ == 0; }
 
+  /// The machine's processors for one process; one for each of several.
+  [[nodiscard]] int threads_by_default() const {
+    return size_ > 1 ? 1 : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  }
+
   /// Rank 0's numbers, at every rank.
   void broadcast(std::vector<int>& numbers) const {
+    if (size_ == 1) return;
     int count = static_cast<int>(numbers.size());
     MPI_Bcast(&count, 1, MPI_INT, 0, MPI_COMM_WORLD);
     numbers.resize(static_cast<std::size_t>(count));
@@ -68,7 +79,15 @@ class Ranks {
   }
 
  private:
-  [[nodiscard]] std::vector<double> reduced(std::vector<double> values, MPI_Op op) const {
+  static bool is_started_by_mpi() {
+    for (const char* variable : {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"}) {
+      if (std::getenv(variable) != nullptr) return true;
+    }
+    return false;
+  }
+
+  [[nodiscard]] std::vector<double> reduced(const std::vector<double>& values, MPI_Op op) const {
+    if (size_ == 1) return values;
     std::vector<double> result(values.size());
     MPI_Reduce(values.data(), result.data(), static_cast<int>(values.size()), MPI_DOUBLE, op, 0,
                MPI_COMM_WORLD);
@@ -76,6 +95,7 @@ class Ranks {
   }
 
   int rank_ = 0, size_ = 1;
+  bool has_mpi_ = false;
 };
 
 /// This process's workers.
