@@ -5,7 +5,9 @@
 set -eu
 all_pairs=$1/all_pairs mpirun=$2 work=$3 kills=${4:-8}
 rm -rf "$work" && mkdir -p "$work" && cd "$work"
+# (mpirun by root, as where CI is that, and with more ranks than cores.)
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+many=$("$mpirun" --version 2>&1 | grep -q "Open MPI" && echo --oversubscribe || true)
 fail() { echo "failed: $*" && cat said 2>/dev/null; exit 1; }
 geltip="geltip --edge 0.003 --part 9"
 
@@ -13,7 +15,7 @@ geltip="geltip --edge 0.003 --part 9"
 "$all_pairs" $geltip --type float64 one.h5 --threads 1 >said 2>&1 || fail "one thread"
 grep -q "there and back differ by" said || fail "nothing is said of symmetry"
 # shellcheck disable=SC2086
-"$mpirun" --oversubscribe -n 2 "$all_pairs" $geltip --type float64 two.h5 >said 2>&1 || fail "two ranks"
+"$mpirun" $many -n 2 "$all_pairs" $geltip --type float64 two.h5 >said 2>&1 || fail "two ranks"
 diff -r one.h5.parts two.h5.parts >said || fail "two ranks give other rows"
 
 for kill in $(seq "$kills"); do

@@ -69,7 +69,7 @@ std::vector<std::string> lines(const std::string& text) {
   return all;
 }
 
-/// Mean and standard deviation of one value, of one kind of sensor; -1: of all.
+/// Mean and standard deviation of one value where it is finite, of one kind of sensor; -1: of all.
 std::string mean_of(const std::vector<Likeness>& all, std::int32_t sensor, std::size_t value) {
   double count = 0, sum = 0, squares = 0;
   for (const Likeness& pair : all) {
@@ -88,12 +88,13 @@ std::string mean_of(const std::vector<Likeness>& all, std::int32_t sensor, std::
 
 void print(const std::vector<Likeness>& all, const std::vector<std::string>& sensors) {
   std::printf("| %-28s | %-18s | %-18s | %-18s |\n|---|---|---|---|\n", "sensor", "SSIM",
-              "PSNR [dB]", "MAE [levels]");
+              "PSNR [dB] *", "MAE [levels]");
   for (std::int32_t s = -1; s < static_cast<std::int32_t>(sensors.size()); ++s) {
     std::printf("| %-28s |", s < 0 ? "all" : sensors[static_cast<std::size_t>(s)].c_str());
     for (std::size_t v = 0; v < 3; ++v) std::printf(" %-18s |", mean_of(all, s, v).c_str());
     std::printf("\n");
   }
+  std::printf("* of those that differ\n");
 }
 
 /// Six pairs, from the least alike to the most, and twice their difference.
