@@ -54,10 +54,11 @@ same killed
 # One of two ranks dies: the run ends and says so; the next one goes on.
 run_ranks 2 scene.json dead.h5 --threads 1 >said 2>&1 &
 run=$!
-until [ -e dead.h5.parts/000002.h5 ]; do sleep 0.01; done
-rank=$(ps -o pid=,args= --ppid "$run" 2>/dev/null | awk '/dead.h5/ { print $1; exit }')
+until [ -e dead.h5.parts/000002.h5 ] || ! kill -0 "$run" 2>/dev/null; do sleep 0.01; done
+rank=$(ps -eo pid=,args= 2>/dev/null |
+  awk -v program="$dataset" '$2 == program && /dead.h5/ { print $1; exit }')
 if [ -n "$rank" ] && kill -9 "$rank" 2>/dev/null && ! wait "$run"; then
-  grep -q -i "signal 9\|killed" said || fail "a dead rank is not told of"
+  grep -q "exited on signal 9\|KILLED BY SIGNAL: 9" said || fail "a dead rank is not told of"
 fi
 wait "$run" 2>/dev/null || true
 left_whole dead
