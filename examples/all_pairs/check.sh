@@ -7,7 +7,7 @@ all_pairs=$1/all_pairs mpirun=$2 work=$3 kills=${4:-8}
 rm -rf "$work" && mkdir -p "$work" && cd "$work"
 # (mpirun by root, as where CI is that, and with more ranks than cores.)
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
-many=$("$mpirun" --version 2>&1 | grep -q "Open MPI" && echo --oversubscribe || true)
+many=$("$mpirun" --version 2>&1 | grep -q "Open MPI\|OpenRTE" && echo --oversubscribe || true)
 fail() { echo "failed: $*" && cat said 2>/dev/null; exit 1; }
 geltip="geltip --edge 0.003 --part 9"
 

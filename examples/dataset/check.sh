@@ -7,7 +7,7 @@ dataset=$1/dataset similarity=$1/similarity mpirun=$2 work=$3 kills=${4:-20}
 rm -rf "$work" && mkdir -p "$work" && cd "$work"
 # mpirun is to start more ranks than there are cores, and by root where CI is that.
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
-many=$("$mpirun" --version 2>&1 | grep -q "Open MPI" && echo --oversubscribe || true)
+many=$("$mpirun" --version 2>&1 | grep -q "Open MPI\|OpenRTE" && echo --oversubscribe || true)
 # shellcheck disable=SC2086 # no word where there is none
 run_ranks() { ranks=$1 && shift && "$mpirun" $many -n "$ranks" "$dataset" "$@"; }
 fail() { echo "failed: $*" && cat said 2>/dev/null; exit 1; }
