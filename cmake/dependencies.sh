@@ -24,6 +24,11 @@ describe() {
     libcgal-dev) echo "CGAL 5.5" ;;
     libembree-dev) echo "Embree 3" ;;
     libfftw3-dev) echo "FFTW 3.3" ;;
+    libopenmpi-dev) echo "Open MPI 4 or another MPI" ;;
+    libhdf5-dev) echo "HDF5 1.10.3" ;;
+    nlohmann-json3-dev) echo "nlohmann's JSON 3.11" ;;
+    libisal-dev) echo "ISA-L 2.30" ;;
+    python3-h5py) echo "Python 3 with h5py 3" ;;
     libsuitesparse-dev) echo "SuiteSparse 5.12 (CHOLMOD)" ;;
     doxygen) echo "Doxygen 1.9" ;;
     pngquant) echo "pngquant 2" ;;

@@ -707,6 +707,42 @@ def write_words(folder, name, lines):
             file.write(head + begin + "\n".join(lines) + "\n" + end + rest.split(end)[1])
 
 
+def chart_scaling(folder):
+    """Samples a second by cores: what one core takes, measured, and what binds many, by a model."""
+    path = os.path.join(folder, "scaling.json")
+    if not os.path.exists(path):
+        return
+    with open(path) as file:
+        data = json.load(file)
+    measured, assumed = data["measured"], data["assumed"]
+    core = min(measured["samples_a_second_a_core_one_rank"], measured["samples_a_second_a_core_two_ranks"])
+    cores = [10 ** (k / 50) for k in range(201)]
+    dealt = assumed["samples_a_part"] / (assumed["message_us"] * 1e-6)
+    opened = assumed["samples_a_part"] * assumed["files_a_second"]
+    figure, axes = plt.subplots(figsize=(7.5, 4.6))
+    axes.plot(cores, [core * n for n in cores], color="0.6", dashes=(4, 3), label="the cores alone")
+    for (name, bandwidth), colour in zip(assumed["file_systems"].items(), ("#D55E00", "#0072B2", "#009E73")):
+        most = min(bandwidth / measured["bytes_a_sample"], dealt, opened)
+        axes.plot(cores, [min(core * n, most) for n in cores], color=colour, linewidth=2, label=name)
+        if most < core * cores[-1]:
+            axes.plot([most / core], [most], "o", color=colour)
+            axes.annotate(f"binds at {most / core:,.0f} cores\n{most:,.0f} a second", (most / core, most),
+                          xytext=(6, -24), textcoords="offset points", fontsize=8, color=colour)
+    for ranks, key in ((1, "one_rank"), (2, "two_ranks")):
+        axes.plot([ranks], [ranks * measured["samples_a_second_a_core_" + key]], "ks", markersize=5,
+                  label="measured" if ranks == 1 else None)
+    axes.set(xscale="log", yscale="log", xlabel="cores", ylabel="samples a second",
+             title="A dataset on many cores: two of them measured, the rest by a model")
+    plain_ticks(axes.xaxis)
+    plain_ticks(axes.yaxis)
+    axes.grid(alpha=0.3)
+    axes.legend(loc="upper left", frameon=False)
+    figure.tight_layout()
+    for kind in ("svg", "png"):
+        figure.savefig(os.path.join(folder, f"scaling.{kind}"), dpi=110, facecolor="white")
+    plt.close(figure)
+
+
 def main():
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.join(os.path.dirname(__file__),
                                                                 "..", "results")
@@ -719,6 +755,7 @@ def main():
             chart(rows, folder, context)
         except (KeyError, IndexError, ValueError) as fault:
             failed.append(f"{chart.__name__} is left out, for a row lacks something: {fault!r}")
+    chart_scaling(folder)
     for line in failed:
         print("not drawn:", line, file=sys.stderr)
     return 1 if failed else 0

@@ -1,0 +1,64 @@
+#!/bin/sh
+# What `all_pairs` promises, on a small mesh: the same rows on any number of ranks, also after kills;
+# certificates where it is approximate, and lengths that a sphere's great circles tell.
+# check.sh PROGRAMS MPIRUN FOLDER [KILLS]
+set -eu
+all_pairs=$1/all_pairs mpirun=$2 work=$3 kills=${4:-8}
+rm -rf "$work" && mkdir -p "$work" && cd "$work"
+# (mpirun by root, as where CI is that, and with more ranks than cores.)
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+many=$("$mpirun" --version 2>&1 | grep -q "Open MPI\|OpenRTE" && echo --oversubscribe || true)
+fail() { echo "failed: $*" && cat said 2>/dev/null; exit 1; }
+geltip="geltip --edge 0.003 --part 9"
+
+# shellcheck disable=SC2086 # words
+"$all_pairs" $geltip --type float64 one.h5 --threads 1 >said 2>&1 || fail "one thread"
+grep -q "there and back differ by" said || fail "nothing is said of symmetry"
+# shellcheck disable=SC2086
+"$mpirun" $many -n 2 "$all_pairs" $geltip --type float64 two.h5 >said 2>&1 || fail "two ranks"
+diff -r one.h5.parts two.h5.parts >said || fail "two ranks give other rows"
+
+for kill in $(seq "$kills"); do
+  # shellcheck disable=SC2086
+  "$all_pairs" $geltip --type float64 killed.h5 >/dev/null 2>&1 &
+  sleep "$(od -An -N1 -tu1 /dev/urandom | awk '{ print $1 / 512 }')"
+  kill -9 $! 2>/dev/null || true
+  wait $! 2>/dev/null || true
+  [ ! -e killed.h5 ] || rm -rf killed.h5*
+done
+# shellcheck disable=SC2086
+"$all_pairs" $geltip --type float64 killed.h5 >said 2>&1 || fail "going on after a kill"
+diff -r one.h5.parts killed.h5.parts >said || fail "kills changed the rows"
+
+# shellcheck disable=SC2086
+"$all_pairs" $geltip --method fast_marching fast.h5 >said 2>&1 || fail "fast marching"
+# shellcheck disable=SC2086
+if "$all_pairs" $geltip --method fast_marching one.h5 >said 2>&1; then fail "another method goes on"; fi
+grep -q "another description" said || fail "nothing is said of another description"
+if "$all_pairs" not_there.obj no.h5 >said 2>&1; then fail "no mesh is one"; fi
+grep -q "there is no mesh not_there.obj" said || fail "nothing is said of a missing mesh"
+
+# A regular octahedron: next corners are an edge apart, opposite ones two heights of a face.
+printf 'v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n' >octahedron.obj
+printf 'f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n' >>octahedron.obj
+"$all_pairs" octahedron.obj octahedron.h5 --type float64 >said 2>&1 || fail "an octahedron"
+
+python=$([ -x /usr/bin/python3 ] && echo /usr/bin/python3 || echo python3)
+if "$python" -c 'import h5py' 2>/dev/null; then
+  "$python" - <<'END' || fail "what h5py reads"
+import h5py, numpy as np
+exact = h5py.File("one.h5")["distance"][:]
+fast, bound = h5py.File("fast.h5")["distance"][:], h5py.File("fast.h5")["certified_error"][:]
+away = ~np.eye(len(exact), dtype=bool)
+error = np.abs(fast - exact)[away].reshape(len(exact), -1) / exact[away].reshape(len(exact), -1)
+assert (error.max(axis=1) <= bound[:, 1] + 1e-6).all() and (error.mean(axis=1) <= bound[:, 0] + 1e-6).all()
+assert np.allclose(exact, exact.T, rtol=1e-9, atol=0) and bound[:, 1].max() < 1
+corners = h5py.File("octahedron.h5")["distance"][:]
+truth = np.where(np.arange(6)[:, None] // 2 == np.arange(6) // 2, np.sqrt(6), np.sqrt(2))
+np.fill_diagonal(truth, 0)
+assert np.allclose(corners, truth, rtol=1e-14, atol=0)
+END
+else
+  echo "h5py is not there: comparing what is written is skipped"
+fi
+echo "all of it holds"

@@ -1,0 +1,211 @@
+// The distances between all pairs of a mesh's vertices, a row a source, by any number of machines:
+//
+//     mesh --> rows, part by part --> all ranks' threads --> out.h5.parts/*.h5 --> out.h5
+//
+// all_pairs mesh.obj out.h5, or mpirun -n 8 all_pairs mesh.obj out.h5. Killed at any moment and
+// started again, it goes on. Where the method is approximate, each row has a certificate: how far
+// it can be from the exact distances, at the mean vertex and at the worst.
+
+#include <CLI/CLI.hpp>
+#include <OpenMesh/Core/IO/MeshIO.hh>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "../support/parted_file.hpp"
+#include "../support/progress_line.hpp"
+#include "../support/ranks.hpp"
+#include "gelight/geodesic/certify.hpp"
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/fast_marching.hpp"
+#include "gelight/geodesic/smooth.hpp"
+#include "gelight/light/traced/philox.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/views/openmesh.hpp"
+
+using gelight::Index;
+using gelight::Mesh;
+using gelight::Surface;
+
+namespace {
+
+struct Settings {
+  std::string mesh, out, method = "exact", type = "float32";
+  double edge = 0;
+  std::uint64_t rows_a_part = 64;
+  int threads = 0;
+};
+
+/// Distances of all vertices from one.
+using Row = std::function<std::vector<double>(Index)>;
+
+Surface<double> read_surface(const Settings& settings) {
+  if (settings.mesh == "geltip") {
+    return Surface<double>(gelight::membrane(0.01146, 0.0455, settings.edge));
+  }
+  gelight::detail::require(std::filesystem::exists(settings.mesh), "there is no mesh ",
+                           settings.mesh);
+  OpenMesh::TriMesh_ArrayKernelT<> file;
+  gelight::detail::require(OpenMesh::IO::read_mesh(file, settings.mesh) && file.n_faces() > 0,
+                           "no mesh can be read from ", settings.mesh);
+  return Surface<double>(file);
+}
+
+template <class Solver>
+Row row_of(const Surface<double>& surface) {
+  const auto solver = std::make_shared<const Solver>(surface);
+  return [solver](Index source) { return solver->distance(source); };
+}
+
+Row row_by(const std::string& method, const Surface<double>& surface) {
+  if (method == "smooth") return row_of<gelight::SmoothDistanceSolver<double>>(surface);
+  if (method == "fast_marching") return row_of<gelight::FastMarchingSolver<double>>(surface);
+  return row_of<gelight::ExactSolver<double>>(surface);
+}
+
+std::vector<Column> columns_of(const Settings& settings, Index vertices) {
+  const auto number = settings.type == "float64" ? hdf5::Number::f64 : hdf5::Number::f32;
+  std::vector<Column> columns{{"distance", number, {static_cast<hsize_t>(vertices)}}};
+  if (settings.method == "fast_marching") {
+    columns.push_back({"certified_error", hdf5::Number::f64, {2}});
+  }
+  return columns;
+}
+
+/// Makes rows, on any thread.
+struct Rows {
+  const PartedFile& file;
+  Row row;
+  std::unique_ptr<gelight::Certifier<double>> certifier;  // of what is approximate
+
+  void make_part(int number) const {
+    Part part(file.columns(), file.rows_of(number));
+    for (std::uint64_t r = 0; r < file.rows_of(number); ++r) {
+      const auto source = static_cast<Index>(file.first_row(number) + r);
+      const std::vector<double> distances = row(source);
+      if (file.columns()[0].number == hdf5::Number::f64) {
+        part.put(0, r, std::span<const double>(distances));
+      } else {
+        const std::vector<float> rounded(distances.begin(), distances.end());
+        part.put(0, r, std::span<const float>(rounded));
+      }
+      if (certifier == nullptr) continue;
+      const auto error = certifier->bounds(source, distances).error_of(distances);
+      const std::array<double, 2> certificate{error.mean, error.max};
+      part.put(1, r, std::span<const double>(certificate));
+    }
+    file.write(number, part);
+  }
+};
+
+/// The most by which the distances there and back differ, as a share, over random pairs.
+double asymmetry(const std::string& out, Index vertices) {
+  const auto guard = hdf5::lock();
+  const hdf5::ReadFile file(out);
+  double worst = 0;
+  const auto count = static_cast<double>(vertices);
+  for (std::uint64_t k = 0; k < 32; ++k) {  // as many rows, and 31 x 16 pairs of them
+    const auto at = [&](std::uint64_t i) {
+      return static_cast<std::size_t>(count * gelight::detail::uniforms(1, i, 0)[0]);
+    };
+    const auto there = file.row<double>("distance", at(k));
+    for (std::uint64_t other = 0; other < k; ++other) {
+      const double d = there[at(other)], back = file.row<double>("distance", at(other))[at(k)];
+      if (d == back) continue;
+      worst = std::max(worst, std::abs(d - back) / std::max(d, back));
+    }
+  }
+  return worst;
+}
+
+void finish(const PartedFile& file, const Settings& settings, Index vertices) {
+  file.finish({{"mesh", settings.mesh}, {"method", settings.method}});
+  const double share = asymmetry(settings.out, vertices);
+  std::printf("there and back differ by %.2g at most, over 496 random pairs\n", share);
+  // The exact distance is symmetric but for rounding; the others are by as much as they are off.
+  const double most = settings.type == "float64" ? 1e-9 : 1e-6;
+  if (settings.method == "exact" && !(share <= most)) {
+    throw std::runtime_error("the exact distances there and back differ by " +
+                             std::to_string(share));
+  }
+}
+
+std::string description(const Settings& settings, const Surface<double>& surface) {
+  std::uint64_t hash = 14695981039346656037U;
+  const auto add = [&](const auto& value) {
+    for (const std::byte b : std::as_bytes(std::span(&value, 1))) {
+      hash = (hash ^ static_cast<std::uint64_t>(b)) * 1099511628211U;
+    }
+  };
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    for (Index i = 0; i < 3; ++i) add(surface.position(v)[i]);
+  }
+  for (Index f = 0; f < surface.face_count(); ++f) add(surface.face(f));
+  return settings.method + " " + settings.type + " mesh " + std::to_string(hash);
+}
+
+void run(const Ranks& ranks, const Settings& settings) {
+  const Surface<double> surface = read_surface(settings);
+  const Index vertices = surface.vertex_count();
+  const PartedFile file(settings.out, columns_of(settings, vertices),
+                        static_cast<std::uint64_t>(vertices), settings.rows_a_part);
+  std::vector<int> missing;
+  if (ranks.is_first()) missing = file.begin(description(settings, surface));
+  ranks.broadcast(missing);
+  Rows rows{file, row_by(settings.method, surface), nullptr};
+  if (file.columns().size() > 1) {
+    rows.certifier = std::make_unique<gelight::Certifier<double>>(surface);
+  }
+  const double part = static_cast<double>(settings.rows_a_part), all = vertices;
+  const double before = part * (file.part_count() - static_cast<double>(missing.size()));
+  ProgressLine line("rows", all);
+  deal(
+      ranks, missing, settings.threads, [&](int number, int) { rows.make_part(number); },
+      [&](int done) { line.tell(std::min(done * part, all - before), before); });
+  (void)ranks.sum({0});  // all are done
+  if (ranks.is_first()) finish(file, settings, vertices);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const Ranks ranks(argc, argv);
+  Settings settings;
+  CLI::App app("Writes the distances between all pairs of a mesh's vertices into an HDF5 file.");
+  app.add_option("mesh", settings.mesh, "a file, or geltip")->required();
+  app.add_option("out", settings.out, "the HDF5 file; its parts go beside it")->required();
+  app.add_option("--edge", settings.edge, "edge length of geltip's mesh, metres")
+      ->default_val(0.001);
+  app.add_option("--method", settings.method, "how distances are found")
+      ->check(CLI::IsMember({"exact", "smooth", "fast_marching"}))
+      ->capture_default_str();
+  app.add_option("--type", settings.type, "of the numbers")
+      ->check(CLI::IsMember({"float32", "float64"}))
+      ->capture_default_str();
+  app.add_option("--part", settings.rows_a_part, "rows a file")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--threads", settings.threads,
+                 "threads of each rank; by default all of the machine, or 1 under mpirun");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return ranks.is_first() ? app.exit(error) : error.get_exit_code();
+  }
+  if (settings.threads < 1) settings.threads = ranks.threads_by_default();
+  hdf5::be_quiet();
+  try {
+    run(ranks, settings);
+  } catch (const std::exception& why) {
+    ranks.fail("all_pairs", why.what());
+  }
+  return 0;
+}

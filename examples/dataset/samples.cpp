@@ -1,0 +1,184 @@
+#include "samples.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "gelight/membrane/elastic.hpp"
+#include "gelight/membrane/markers.hpp"
+#include "sensors.hpp"
+
+LitSensors::LitSensors(const Scene& scene) {
+  for (const SensorRange& range : scene.sensors) {
+    kinds_.push_back(lit_sensor(range, scene.width, scene.height));
+  }
+}
+LitSensors::~LitSensors() = default;
+
+Press::Press(const Scene& scene, const LitSensors& sensors)
+    : scene_(scene), kinds_(sensors.kinds()) {}
+Press::~Press() = default;
+Press::Press(Press&&) noexcept = default;
+
+const Sample& Press::sample(std::uint64_t number, Stopwatch& watch) {
+  watch.restart();
+  take_sensor(number / scene_.sensor_every);
+  watch.lap(Stage::sensor);
+  const Draws draws(scene_.seed, Draws::Of::sample, number);
+  const LitSensor& sensor = kinds_[built_->kind];
+  sample_.seed = {scene_.seed, number};
+  sample_.sensor = static_cast<std::int32_t>(built_->kind);
+  sample_.press = {scene_.depth.draw(draws, Drawn::depth), scene_.shift.draw(draws, Drawn::shift_x),
+                   scene_.shift.draw(draws, Drawn::shift_y),
+                   scene_.modulus.draw(draws, Drawn::modulus)};
+  place_object(draws, sensor);
+  watch.lap(Stage::object);
+  built_->renderer.render_into(sample_.image, object_depth_);
+  watch.lap(Stage::render);
+  label(sensor);
+  watch.lap(Stage::labels);
+  return sample_;
+}
+
+void Press::take_sensor(std::uint64_t number) {
+  if (built_ && number_ == number) return;
+  built_.reset();
+  built_ = std::make_unique<BuiltSensor>(built_sensor(scene_, kinds_, number));
+  number_ = number;
+  const auto& camera = built_->renderer.camera();
+  if (object_depth_.width() == camera.width) return;
+  object_depth_ = Image<float>(camera.width, camera.height);
+  sample_.image = Image<gelight::Rgb8>(camera.width, camera.height);
+  sample_.mask = Image<std::uint8_t>(camera.width, camera.height);
+}
+
+// Drawn anew where there is no membrane.
+std::pair<Vec3<double>, Vec3<double>> Press::place(const Draws& draws,
+                                                   const LitSensor& sensor) const {
+  const auto& camera = sensor.preset.camera;
+  for (std::uint32_t attempt = 0; attempt < Distribution::most_attempts; ++attempt) {
+    const auto at = [&](const Distribution& share, Drawn what, Index size) {
+      return std::min(static_cast<Index>(share.draw(draws, what, attempt) * size), size - 1);
+    };
+    const Index x = at(scene_.column, Drawn::column, camera.width);
+    const Index y = at(scene_.row, Drawn::row, camera.height);
+    if (sensor.normals(x, y).isZero()) continue;
+    const auto point =
+        camera.unproject(static_cast<float>(x), static_cast<float>(y), sensor.rest.depth(x, y));
+    return {point.cast<double>(), -sensor.normals(x, y).cast<double>()};
+  }
+  gelight::detail::refuse({"the scene's pose presses beside the membrane of ",
+                           scene_.sensors[built_->kind].name, " each of ",
+                           Distribution::most_attempts, " times"});
+}
+
+void Press::place_object(const Draws& draws, const LitSensor& sensor) {
+  const auto [point, out] = place(draws, sensor);
+  const auto which = static_cast<std::size_t>(draws.uniforms(Drawn::object)[0] *
+                                              static_cast<double>(scene_.objects.size()));
+  const ObjectRange& object = scene_.objects[which];
+  sample_.object = static_cast<std::int32_t>(which);
+  const double spin = scene_.spin.draw(draws, Drawn::spin);
+  const double lean = scene_.lean.draw(draws, Drawn::lean);
+  const double way = 2 * std::numbers::pi * draws.uniforms(Drawn::lean_way)[0];
+  const Vec3<double> side =
+      (std::abs(out.x()) < 0.7 ? Vec3<double>::UnitX() : Vec3<double>::UnitY())
+          .cross(out)
+          .normalized();
+  Eigen::Matrix3d frame;
+  frame << side, out.cross(side), out;
+  const auto about = [](double angle, const Vec3<double>& axis) {
+    return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+  };
+  const Vec3<double> x = Vec3<double>::UnitX(), z = Vec3<double>::UnitZ();
+  const double size = object.size.draw(draws, Drawn::size);
+  const Eigen::Matrix3d turned =
+      size * (frame * about(way, z) * about(lean, x) * about(spin - way, z));
+  // Its first point comes to the place, as deep as it shall.
+  const Vec3<float> up = (turned.transpose() * out).cast<float>();
+  const auto height = [&](const std::array<float, 3>& p) {
+    return up.x() * p[0] + up.y() * p[1] + up.z() * p[2];
+  };
+  const auto& points = object.mesh.positions;
+  const auto first =
+      *std::min_element(points.begin(), points.end(),
+                        [&](const auto& p, const auto& q) { return height(p) < height(q); });
+  const Vec3<double> touching(double{first[0]}, double{first[1]}, double{first[2]});
+  const Vec3<double> moved = point - sample_.press[0] * out - turned * touching;
+  for (Index r = 0; r < 3; ++r) {
+    for (Index c = 0; c < 3; ++c) sample_.pose[static_cast<std::size_t>(4 * r + c)] = turned(r, c);
+    sample_.pose[static_cast<std::size_t>(4 * r + 3)] = moved[r];
+  }
+  object_depth_.pixels().assign(object_depth_.pixels().size(),
+                                std::numeric_limits<float>::infinity());
+  gelight::rasterize_into(object_depth_, object.mesh, {turned, moved}, sensor.preset.camera,
+                          &raster_work_);
+}
+
+void Press::label(const LitSensor& sensor) {
+  const Stored& store = scene_.store;
+  const auto& camera = sensor.preset.camera;
+  const auto& rest = sensor.rest.depth.pixels();
+  const auto& seen = object_depth_.pixels();
+  auto& mask = sample_.mask.pixels();
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    mask[i] = std::isfinite(rest[i]) && seen[i] < rest[i];
+  if (store.depth || store.normals) {
+    sample_.depth = gelight::elastic_depth(object_depth_, sensor.rest.depth, built_->smoothing,
+                                           static_cast<Index>(std::ceil(4 * built_->smoothing)));
+  }
+  if (store.normals) sample_.normals = gelight::sobel_normals(sample_.depth, camera);
+  if (store.force) press_back(sensor);
+  if (store.markers) drag_markers(sensor);
+}
+
+// The force on a bed of springs under the membrane, along its normals.
+void Press::press_back(const LitSensor& sensor) {
+  const auto& camera = sensor.preset.camera;
+  const double stiffness = sample_.press[3] / scene_.gel_thickness;
+  Vec3<double> force = Vec3<double>::Zero();
+  for (Index y = 0; y < camera.height; ++y) {
+    for (Index x = 0; x < camera.width; ++x) {
+      const Vec3<double> normal = sensor.normals(x, y).cast<double>();
+      if (sample_.mask(x, y) == 0 || normal.isZero()) continue;
+      // Indentation times area: how slanting the membrane is does not matter.
+      const double z = sensor.rest.depth(x, y), seen = object_depth_(x, y);
+      force += stiffness * (z - seen) * z * z / (double{camera.fx} * camera.fy) * normal;
+    }
+  }
+  for (Index i = 0; i < 3; ++i)
+    sample_.force[static_cast<std::size_t>(i)] = static_cast<float>(force[i]);
+}
+
+// Markers on a grid over the image, dragged by a disc as large as the contact.
+void Press::drag_markers(const LitSensor& sensor) {
+  const auto& camera = sensor.preset.camera;
+  const auto columns = static_cast<std::size_t>(scene_.marker_columns);
+  const auto rows = static_cast<std::size_t>(scene_.marker_rows);
+  sample_.markers.assign(2 * columns * rows, 0);
+  gelight::Vec2<double> centre(0, 0);
+  double count = 0, depth = 0;
+  for (Index y = 0; y < camera.height; ++y) {
+    for (Index x = 0; x < camera.width; ++x) {
+      if (sample_.mask(x, y) == 0) continue;
+      centre += gelight::Vec2<double>(x, y);
+      depth += sensor.rest.depth(x, y);
+      ++count;
+    }
+  }
+  if (count == 0) return;
+  const double focal = camera.fx * count / depth;  // pixels a metre on the membrane
+  const auto dragged = gelight::DraggedMarkers::of_disc(
+      centre / count, {focal * sample_.press[1], focal * sample_.press[2]},
+      std::sqrt(count / std::numbers::pi), 0.48);
+  for (std::size_t r = 0; r < rows; ++r) {
+    for (std::size_t c = 0; c < columns; ++c) {
+      const auto by = dragged({camera.width * (double(c) + 0.5) / double(columns) - 0.5,
+                               camera.height * (double(r) + 0.5) / double(rows) - 0.5});
+      sample_.markers[2 * (r * columns + c)] = static_cast<float>(by.x());
+      sample_.markers[2 * (r * columns + c) + 1] = static_cast<float>(by.y());
+    }
+  }
+}

@@ -1,0 +1,319 @@
+#include "scene.hpp"
+
+#include <OpenMesh/Core/IO/MeshIO.hh>
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "../support/household.hpp"
+#include "../support/press.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/views/openmesh.hpp"
+
+using gelight::Index;
+using gelight::Mesh;
+using gelight::detail::require;
+using nlohmann::json;
+
+namespace {
+
+/// The keys of an object of the description, each of which is to be asked for.
+class Entry {
+ public:
+  Entry(const json& object, std::string where) : object_(object), where_(std::move(where)) {
+    require(object.is_object(), where_, " is ", object.dump(), ", not an object");
+  }
+
+  /// The value of a key; the default where it is not there and there is one.
+  template <class T>
+  T take(const std::string& key, const T& otherwise) {
+    return has(key) ? read<T>(key) : otherwise;
+  }
+  template <class T>
+  T take(const std::string& key) {
+    require(has(key), where_, " has no \"", key, "\"");
+    return read<T>(key);
+  }
+
+  /// A number, or how it is spread; all that it can give lies from `least` to `most`.
+  Distribution spread(const std::string& key, const Distribution& otherwise, double least,
+                      double most) {
+    if (!has(key)) return otherwise;
+    const json& value = object_[key];
+    const std::string where = where_ + "." + key;
+    Distribution d;
+    if (value.is_number()) {
+      d.low = d.high = value.get<double>();
+    } else if (value.is_array()) {
+      d.kind = Distribution::Kind::uniform;
+      ends(d, value, where);
+    } else {
+      Entry named(value, where);
+      spread_by_name(d, named, where, least, most);
+      named.finish();
+    }
+    require(d.least() >= least && d.most() <= most, where, " is ", value.dump(),
+            ", which reaches beyond ", least, " to ", most);
+    return d;
+  }
+
+  [[nodiscard]] bool has(const std::string& key) {
+    asked_.insert(key);
+    return object_.contains(key);
+  }
+  [[nodiscard]] const json& at(const std::string& key) { return object_[key]; }
+
+  /// Refuses what nobody has asked for.
+  void finish() const {
+    for (const auto& [key, value] : object_.items()) {
+      require(asked_.contains(key), where_, " has \"", key, "\", which means nothing");
+    }
+  }
+
+ private:
+  template <class T>
+  T read(const std::string& key) const {
+    try {
+      if constexpr (std::is_unsigned_v<T>) {
+        require(object_[key].is_number_unsigned(), where_, ".", key, " is ", object_[key].dump(),
+                ", not a whole number from 0");
+      }
+      return object_[key].get<T>();
+    } catch (const json::exception&) {
+      gelight::detail::refuse({where_, ".", key, " is ", object_[key].dump()});
+    }
+  }
+
+  static void ends(Distribution& d, const json& value, const std::string& where) {
+    require(value.is_array() && value.size() == 2 && value[0].is_number() && value[1].is_number() &&
+                value[0] <= value[1],
+            where, " is ", value.dump(), ", not [from, to]");
+    d.low = value[0].get<double>();
+    d.high = value[1].get<double>();
+  }
+
+  static void spread_by_name(Distribution& d, Entry& named, const std::string& where, double least,
+                             double most) {
+    if (named.has("log_uniform")) {
+      d.kind = Distribution::Kind::log_uniform;
+      ends(d, named.at("log_uniform"), where);
+      require(d.low > 0, where, " begins at ", d.low, ", which has no logarithm");
+    } else if (named.has("normal")) {
+      const auto values = named.take<std::vector<double>>("normal");
+      require(values.size() == 2 && values[1] > 0, where, " is not [mean, standard deviation]");
+      d = {.kind = Distribution::Kind::normal,
+           .low = least,
+           .high = most,
+           .mean = values[0],
+           .spread = values[1],
+           .choices = {}};
+      if (named.has("within")) ends(d, named.at("within"), where);
+      require(d.low <= d.mean && d.mean <= d.high, where, " has the mean ", d.mean,
+              ", which lies outside of ", d.low, " to ", d.high);
+    } else {
+      d.kind = Distribution::Kind::one_of;
+      d.choices = named.take<std::vector<double>>("one_of");
+      require(!d.choices.empty(), where, " chooses among none");
+    }
+  }
+
+  const json& object_;
+  std::string where_;
+  std::set<std::string> asked_;
+};
+
+Distribution constant(double value) { return {.low = value, .high = value, .choices = {}}; }
+Distribution uniform(double low, double high) {
+  return {.kind = Distribution::Kind::uniform, .low = low, .high = high, .choices = {}};
+}
+
+template <class M>
+Mesh<float> as_float(const M& mesh, double unit) {
+  const gelight::Surface<double> surface(mesh);
+  Mesh<float> copy;
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    const gelight::Vec3<float> p = (unit * surface.position(v)).template cast<float>();
+    copy.positions.push_back({p[0], p[1], p[2]});
+  }
+  for (Index f = 0; f < surface.face_count(); ++f) copy.faces.push_back(surface.face(f));
+  return copy;
+}
+
+Mesh<float> mesh_of_shape(const std::string& name) {
+  std::string all;
+  for (const Press& press : objects_to_press()) {
+    if (press.name == name) return as_float(press.object, 1);
+    all += " " + press.name + ",";
+  }
+  for (const Thing& thing : things_from_a_drawer()) {
+    if (thing.name == name) return as_float(thing.mesh, 1);
+    all += " " + thing.name + ",";
+  }
+  gelight::detail::refuse(
+      {"there is no shape \"", name, "\"; there are", all.substr(0, all.size() - 1)});
+}
+
+Mesh<float> mesh_of_file(const std::string& path, double unit) {
+  require(std::filesystem::exists(path), "there is no mesh ", path);
+  OpenMesh::TriMesh_ArrayKernelT<> file;
+  require(OpenMesh::IO::read_mesh(file, path) && file.n_faces() > 0, "no mesh can be read from ",
+          path);
+  return as_float(file, unit);
+}
+
+/// A number that another mesh has not: a file may change while its name does not.
+std::uint64_t digest(const Mesh<float>& mesh) {
+  std::uint64_t hash = 14695981039346656037U;
+  const auto add = [&](std::span<const std::byte> bytes) {
+    for (const std::byte b : bytes) hash = (hash ^ static_cast<std::uint64_t>(b)) * 1099511628211U;
+  };
+  add(std::as_bytes(std::span(mesh.positions)));
+  add(std::as_bytes(std::span(mesh.faces)));
+  return hash;
+}
+
+ObjectRange read_object(const json& value, const std::string& where,
+                        const std::filesystem::path& folder) {
+  Entry entry(value, where);
+  ObjectRange object;
+  require(entry.has("shape") != entry.has("mesh"), where, " needs a \"shape\" or a \"mesh\"");
+  if (entry.has("shape")) {
+    object.name = entry.take<std::string>("shape");
+    object.mesh = mesh_of_shape(object.name);
+  } else {
+    const auto path = folder / entry.take<std::string>("mesh");
+    object.name = path.stem().string();
+    object.mesh = mesh_of_file(path.string(), entry.take<double>("unit", 1));
+  }
+  object.name = entry.take<std::string>("name", object.name);
+  require(!object.mesh.positions.empty(), where, " has no vertices");
+  object.size = entry.spread("size", constant(1), 1e-6, 1e6);
+  entry.finish();
+  return object;
+}
+
+SensorRange read_sensor(const json& value, const std::string& where) {
+  Entry entry(value, where);
+  SensorRange sensor;
+  const auto one_of = [&](const char* key, const std::string& otherwise,
+                          const std::vector<std::string>& names) {
+    const auto name = entry.take<std::string>(key, otherwise);
+    require(std::find(names.begin(), names.end(), name) != names.end(), where, ".", key, " is \"",
+            name, "\", which is not known");
+    return name;
+  };
+  sensor.model = one_of("model", "geltip", {"geltip", "gelsight_mini", "digit", "sts"});
+  sensor.light = one_of("light", "geodesic", {"linear", "plane", "geodesic", "transport"});
+  sensor.name = entry.take<std::string>("name", sensor.model + ", " + sensor.light);
+  sensor.edge = entry.take<double>("edge", 0.001);
+  sensor.brightness = entry.spread("brightness", constant(1), 0, 1);
+  sensor.ambient = entry.spread("ambient", constant(0.9), 0, 1);
+  const bool is_sts = sensor.model == "sts";
+  sensor.diffuse = entry.spread("diffuse", constant(is_sts ? 1 : 0.5), 0, 10);
+  sensor.specular = entry.spread("specular", constant(is_sts ? 0.5 : 0.1), 0, 10);
+  sensor.shininess = entry.spread("shininess", constant(is_sts ? 5 : 100), 0, 1000);
+  sensor.smoothing = entry.spread("smoothing", constant(5), 0, 20);
+  entry.finish();
+  return sensor;
+}
+
+Stored read_stored(const std::vector<std::string>& names) {
+  Stored store;
+  const std::pair<const char*, bool*> all[] = {{"image", &store.image}, {"mask", &store.mask},
+                                               {"depth", &store.depth}, {"normals", &store.normals},
+                                               {"force", &store.force}, {"markers", &store.markers},
+                                               {"pose", &store.pose},   {"seed", &store.seed}};
+  for (const std::string& name : names) {
+    const auto found = std::find_if(std::begin(all), std::end(all),
+                                    [&](const auto& known) { return known.first == name; });
+    require(found != std::end(all), "the scene's store has \"", name, "\", which is not known");
+    *found->second = true;
+  }
+  return store;
+}
+
+void read_pose(Scene& scene, const json& value) {
+  Entry pose(value, "the scene's pose");
+  constexpr double turn = 2 * std::numbers::pi;
+  scene.column = pose.spread("column", uniform(0.2, 0.8), 0, 1);
+  scene.row = pose.spread("row", uniform(0.2, 0.8), 0, 1);
+  scene.spin = pose.spread("spin", uniform(0, turn), -turn, turn);
+  scene.lean = pose.spread("lean", constant(0), 0, turn / 2);
+  scene.depth = pose.spread("depth", uniform(0.0005, 0.002), 0, 0.1);
+  scene.shift = pose.spread("shift", constant(0), -0.01, 0.01);
+  pose.finish();
+}
+
+void read_gel(Scene& scene, const json& value) {
+  Entry gel(value, "the scene's gel");
+  scene.modulus = gel.spread("modulus", constant(1e5), 1, 1e9);
+  scene.gel_thickness = gel.take<double>("thickness", 0.004);
+  require(scene.gel_thickness > 0, "a gel of thickness ", scene.gel_thickness);
+  gel.finish();
+}
+
+Scene scene_of(const json& description, const std::filesystem::path& folder) {
+  Entry entry(description, "the scene");
+  Scene scene;
+  scene.text = description.dump();
+  scene.seed = entry.take<std::uint64_t>("seed", 1);
+  scene.samples = entry.take<std::uint64_t>("samples");
+  scene.part = entry.take<std::uint64_t>("part", 128);
+  scene.sensor_every = entry.take<std::uint64_t>("sensor_every", 256);
+  const auto size = entry.take<std::vector<Index>>("image", {320, 240});
+  require(size.size() == 2 && size[0] > 2 && size[1] > 2 && size[0] <= 8192 && size[1] <= 8192,
+          "the scene's image is not [columns, rows] of 3 to 8192");
+  scene.width = size[0];
+  scene.height = size[1];
+  require(scene.samples > 0 && scene.part > 0 && scene.sensor_every > 0,
+          "the scene's samples, part and sensor_every are to be 1 or more");
+  require(scene.samples / scene.part < 1000000, scene.samples, " samples by ", scene.part,
+          " a part are more than a million files");
+  scene.store =
+      read_stored(entry.take<std::vector<std::string>>("store", {"image", "mask", "pose"}));
+  const auto sensors = entry.take<json>("sensors", json::array({json::object()}));
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    scene.sensors.push_back(read_sensor(sensors[i], "sensors[" + std::to_string(i) + "]"));
+  }
+  const auto objects = entry.take<json>("objects");
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    scene.objects.push_back(read_object(objects[i], "objects[" + std::to_string(i) + "]", folder));
+    scene.text += "\nobject " + std::to_string(digest(scene.objects.back().mesh));
+  }
+  require(!scene.sensors.empty() && !scene.objects.empty(), "the scene has ", scene.sensors.size(),
+          " sensors and ", scene.objects.size(), " objects");
+  read_pose(scene, entry.take<json>("pose", json::object()));
+  read_gel(scene, entry.take<json>("gel", json::object()));
+  const auto markers = entry.take<std::vector<int>>("markers", {9, 7});
+  require(markers.size() == 2 && markers[0] > 0 && markers[1] > 0,
+          "the scene's markers are not [columns, rows]");
+  scene.marker_columns = markers[0];
+  scene.marker_rows = markers[1];
+  entry.finish();
+  return scene;
+}
+
+}  // namespace
+
+Scene read_scene(const std::string& path) {
+  std::ifstream file(path);
+  require(file.good(), "there is no description ", path);
+  json description;
+  try {
+    description = json::parse(file, nullptr, true, true);
+  } catch (const json::exception& why) {
+    gelight::detail::refuse({path, " is not JSON: ", why.what()});
+  }
+  try {
+    return scene_of(description, std::filesystem::path(path).parent_path());
+  } catch (const gelight::InvalidInput& why) {
+    gelight::detail::refuse({path, ": ", why.what()});
+  }
+}

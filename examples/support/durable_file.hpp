@@ -1,0 +1,76 @@
+#pragma once
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <cstring>
+#include <filesystem>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+// Files that are either whole or not there, whenever the process is killed or the machine stops.
+
+namespace durable_detail {
+
+[[noreturn]] inline void fail(const std::string& doing, const std::string& path) {
+  throw std::runtime_error("cannot " + doing + " " + path + ": " + std::strerror(errno) +
+                           " (what was written before stays valid)");
+}
+
+class Descriptor {
+ public:
+  Descriptor(const std::string& path, int flags)
+      : path_(path), file_(::open(path.c_str(), flags, 0666)) {
+    if (file_ < 0) fail("open", path_);
+  }
+  ~Descriptor() { ::close(file_); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  void write(std::span<const std::byte> bytes) const {
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(file_, bytes.data(), bytes.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) fail("write", path_);
+      bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+  }
+  void sync() const {
+    if (::fsync(file_) != 0) fail("bring to the disk", path_);
+  }
+
+ private:
+  std::string path_;
+  int file_;
+};
+
+/// A name beside the file that no other process of any machine uses at once.
+inline std::string temporary_name(const std::string& path) {
+  char host[256] = {};
+  ::gethostname(host, sizeof host - 1);
+  return path + "." + host + "." + std::to_string(::getpid()) + ".tmp";
+}
+
+}  // namespace durable_detail
+
+/// Writes a file so that under its name there is, at any moment, all of it or what was there
+/// before: under another name, brought to the disk, then renamed. Throws std::runtime_error with
+/// the system's reason, such as a full disk, and leaves nothing behind then.
+inline void write_durably(const std::string& path, std::span<const std::byte> bytes) {
+  using namespace durable_detail;
+  const std::string temporary = temporary_name(path);
+  try {
+    const Descriptor file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+    file.write(bytes);
+    file.sync();
+    if (std::rename(temporary.c_str(), path.c_str()) != 0) fail("rename to", path);
+  } catch (...) {
+    ::unlink(temporary.c_str());
+    throw;
+  }
+  const auto folder = std::filesystem::absolute(path).parent_path().string();
+  Descriptor(folder, O_RDONLY | O_DIRECTORY).sync();  // the name itself
+}

@@ -1,0 +1,203 @@
+#pragma once
+
+#include <hdf5.h>
+
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+// What the programs need of HDF5. Its library bears one thread at a time: `lock()`.
+
+namespace hdf5 {
+
+[[nodiscard]] inline std::unique_lock<std::mutex> lock() {
+  static std::mutex mutex;
+  return std::unique_lock(mutex);
+}
+
+/// What HDF5 returned, unless it failed.
+template <std::signed_integral Result>
+Result checked(Result result, const std::string& doing) {
+  if (result < 0) throw std::runtime_error("HDF5 cannot " + doing);
+  return result;
+}
+
+/// An open thing of HDF5's.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*close)(hid_t), const std::string& doing)
+      : id_(checked(id, doing)), close_(close) {}
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  Handle& operator=(Handle&&) = delete;
+  operator hid_t() const { return id_; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+/// The numbers that columns hold.
+enum class Number { u8, i32, u64, f32, f64 };
+
+template <class T>
+[[nodiscard]] constexpr Number number_of() {
+  if constexpr (std::same_as<T, std::uint8_t>) return Number::u8;
+  if constexpr (std::same_as<T, std::int32_t>) return Number::i32;
+  if constexpr (std::same_as<T, std::uint64_t>) return Number::u64;
+  if constexpr (std::same_as<T, float>) return Number::f32;
+  if constexpr (std::same_as<T, double>) return Number::f64;
+}
+
+[[nodiscard]] inline hid_t type_of(Number number) {
+  switch (number) {
+    case Number::u8:
+      return H5T_NATIVE_UINT8;
+    case Number::i32:
+      return H5T_NATIVE_INT32;
+    case Number::u64:
+      return H5T_NATIVE_UINT64;
+    case Number::f32:
+      return H5T_NATIVE_FLOAT;
+    default:
+      return H5T_NATIVE_DOUBLE;
+  }
+}
+
+[[nodiscard]] inline std::size_t bytes_of(Number number) {
+  return number == Number::u8 ? 1 : number == Number::i32 || number == Number::f32 ? 4 : 8;
+}
+
+[[nodiscard]] inline Handle space(const std::vector<hsize_t>& shape) {
+  return {H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose,
+          "make a space"};
+}
+
+/// Properties of a dataset that is the same whenever it is written.
+[[nodiscard]] inline Handle dataset_properties() {
+  Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "make properties");
+  checked(H5Pset_obj_track_times(properties, false), "leave the time out");
+  return properties;
+}
+
+[[nodiscard]] inline Handle new_dataset(hid_t file, const std::string& name, Number number,
+                                        const std::vector<hsize_t>& shape, hid_t properties) {
+  return {H5Dcreate2(file, name.c_str(), type_of(number), space(shape), H5P_DEFAULT, properties,
+                     H5P_DEFAULT),
+          H5Dclose, "make the dataset " + name};
+}
+
+/// A file in memory, to be written in one piece: HDF5 itself does not tell why a disk refuses.
+class MemoryFile {
+ public:
+  MemoryFile()
+      : file_(H5Fcreate("memory", H5F_ACC_TRUNC, H5P_DEFAULT, access()), H5Fclose,
+              "make a file in memory") {}
+  operator hid_t() const { return file_; }
+
+  void attribute(const std::string& name, const std::string& text) const {
+    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "make a text");
+    checked(H5Tset_size(type, H5T_VARIABLE), "make a text");
+    checked(H5Tset_cset(type, H5T_CSET_UTF8), "make a text");
+    const Handle one(H5Screate(H5S_SCALAR), H5Sclose, "make a space");
+    const Handle attribute(H5Acreate2(file_, name.c_str(), type, one, H5P_DEFAULT, H5P_DEFAULT),
+                           H5Aclose, "make the attribute " + name);
+    const char* words = text.c_str();
+    checked(H5Awrite(attribute, type, static_cast<const void*>(&words)), "write " + name);
+  }
+
+  [[nodiscard]] std::vector<std::byte> bytes() const {
+    checked(H5Fflush(file_, H5F_SCOPE_LOCAL), "finish a file");
+    const auto size = checked(H5Fget_file_image(file_, nullptr, 0), "finish a file");
+    std::vector<std::byte> image(static_cast<std::size_t>(size));
+    checked(H5Fget_file_image(file_, image.data(), image.size()), "finish a file");
+    return image;
+  }
+
+ private:
+  static Handle access() {
+    Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "make properties");
+    checked(H5Pset_fapl_core(access, std::size_t{1} << 20, false), "make a file in memory");
+    return access;
+  }
+
+  Handle file_;
+};
+
+/// A file that is read.
+class ReadFile {
+ public:
+  explicit ReadFile(std::string path) : path_(std::move(path)), file_(open(path_)) {}
+
+  [[nodiscard]] bool has(const std::string& name) const {
+    return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
+  }
+
+  [[nodiscard]] std::vector<hsize_t> shape(const std::string& name) const {
+    const Handle data = dataset(name);
+    const Handle all(H5Dget_space(data), H5Sclose, "read " + path_);
+    std::vector<hsize_t> shape(
+        static_cast<std::size_t>(checked(H5Sget_simple_extent_ndims(all), "read " + path_)));
+    H5Sget_simple_extent_dims(all, shape.data(), nullptr);
+    return shape;
+  }
+
+  /// A row of a dataset: of numbers of this type, all that its first index leaves.
+  template <class T>
+  [[nodiscard]] std::vector<T> row(const std::string& name, hsize_t row) const {
+    const Handle data = dataset(name);
+    std::vector<hsize_t> count = shape(name), start(count.size(), 0);
+    if (row >= count[0]) {
+      throw std::runtime_error(path_ + " has no row " + std::to_string(row) + " of " + name);
+    }
+    start[0] = row;
+    count[0] = 1;
+    std::size_t size = 1;
+    for (const hsize_t n : count) size *= n;
+    const Handle all(H5Dget_space(data), H5Sclose, "read " + path_);
+    const Handle one = space(count);
+    checked(H5Sselect_hyperslab(all, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr),
+            "read " + path_);
+    std::vector<T> values(size);
+    checked(H5Dread(data, type_of(number_of<T>()), one, all, H5P_DEFAULT, values.data()),
+            "read " + name + " of " + path_);
+    return values;
+  }
+
+  [[nodiscard]] std::string attribute(const std::string& name) const {
+    const Handle attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose,
+                           "find the attribute " + name + " of " + path_);
+    const Handle type(H5Aget_type(attribute), H5Tclose, "read " + path_);
+    char* words = nullptr;
+    checked(H5Aread(attribute, type, static_cast<void*>(&words)), "read " + path_);
+    std::string text(words);
+    H5free_memory(words);
+    return text;
+  }
+
+ private:
+  static Handle open(const std::string& path) {
+    return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "open " + path};
+  }
+  [[nodiscard]] Handle dataset(const std::string& name) const {
+    return {H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose, "find " + name + " in " + path_};
+  }
+
+  std::string path_;
+  Handle file_;
+};
+
+/// Errors are thrown, not printed.
+inline void be_quiet() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+
+}  // namespace hdf5

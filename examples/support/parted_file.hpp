@@ -1,0 +1,279 @@
+#pragma once
+
+#include <isa-l.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "durable_file.hpp"
+#include "hdf5.hpp"
+
+// A large HDF5 file that many processes make, part by part, and go on with after being killed:
+//
+//     out.h5.parts/description     what it is made of: a run of something else is refused
+//     out.h5.parts/000000.h5 ...   rows 0 to n - 1 and so on: each is whole or not there
+//     out.h5                       at the end: one virtual dataset a column, over all parts
+
+/// One dataset of the file: an array for each row.
+struct Column {
+  std::string name;
+  hdf5::Number number;
+  std::vector<hsize_t> shape = {};  ///< of a row
+  bool is_compressed = false;       ///< a chunk a row, by shuffle and deflate
+
+  [[nodiscard]] std::size_t row_bytes() const {
+    std::size_t bytes = hdf5::bytes_of(number);
+    for (const hsize_t n : shape) bytes *= n;
+    return bytes;
+  }
+  [[nodiscard]] std::vector<hsize_t> shape_of(hsize_t rows) const {
+    std::vector<hsize_t> all{rows};
+    all.insert(all.end(), shape.begin(), shape.end());
+    return all;
+  }
+};
+
+/// The rows of one part, kept in memory, compressed where they shall be.
+class Part {
+ public:
+  Part(const std::vector<Column>& columns, hsize_t rows)
+      : columns_(columns),
+        rows_(rows),
+        plain_(columns.size()),
+        chunks_(columns.size()),
+        tables_(ISAL_DEF_LVL1_DEFAULT) {
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      if (columns[c].is_compressed) {
+        chunks_[c].resize(rows);
+      } else {
+        plain_[c].resize(rows * columns[c].row_bytes());
+      }
+    }
+  }
+
+  /// Sets one row of a column.
+  template <class T>
+  void put(std::size_t column, hsize_t row, std::span<const T> values) {
+    const Column& of = columns_[column];
+    if (hdf5::number_of<T>() != of.number || values.size_bytes() != of.row_bytes()) {
+      throw std::logic_error("what is put into " + of.name + " is not a row of it");
+    }
+    const auto bytes = std::as_bytes(values);
+    if (of.is_compressed) {
+      chunks_[column][row] = compressed(bytes, sizeof(T));
+    } else {
+      std::copy(bytes.begin(), bytes.end(),
+                plain_[column].begin() + static_cast<std::ptrdiff_t>(row * of.row_bytes()));
+    }
+  }
+
+  /// The HDF5 file that it makes.
+  [[nodiscard]] std::vector<std::byte> file() const {
+    const auto guard = hdf5::lock();
+    const hdf5::MemoryFile file;
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      if (columns_[c].is_compressed) {
+        write_chunks(file, columns_[c], chunks_[c]);
+      } else {
+        write_plain(file, columns_[c], plain_[c]);
+      }
+    }
+    return file.bytes();
+  }
+
+ private:
+  static constexpr int level = 1;  // more takes longer than rendering, and saves little
+
+  /// What HDF5's filters make of a chunk, but by ISA-L in less than half of zlib's time: the first
+  /// bytes of all numbers first, then zlib's format.
+  std::vector<std::byte> compressed(std::span<const std::byte> bytes, std::size_t number) {
+    if (number > 1) {
+      shuffled_.resize(bytes.size());
+      const std::size_t count = bytes.size() / number;
+      for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t b = 0; b < number; ++b) shuffled_[b * count + i] = bytes[i * number + b];
+      }
+      bytes = shuffled_;
+    }
+    packed_.resize(bytes.size() + bytes.size() / 16 + 1024);  // more than what cannot be compressed
+    isal_zstream stream;
+    isal_deflate_stateless_init(&stream);
+    stream.gzip_flag = IGZIP_ZLIB;
+    stream.level = level;
+    stream.level_buf = tables_.data();
+    stream.level_buf_size = static_cast<std::uint32_t>(tables_.size());
+    stream.end_of_stream = 1;
+    // (ISA-L only reads what it takes as not constant.)
+    stream.next_in = reinterpret_cast<std::uint8_t*>(const_cast<std::byte*>(bytes.data()));
+    stream.avail_in = static_cast<std::uint32_t>(bytes.size());
+    stream.next_out = reinterpret_cast<std::uint8_t*>(packed_.data());
+    stream.avail_out = static_cast<std::uint32_t>(packed_.size());
+    if (isal_deflate_stateless(&stream) != COMP_OK) throw std::logic_error("ISA-L fails");
+    const std::size_t size = stream.total_out;
+    return {packed_.begin(), packed_.begin() + static_cast<std::ptrdiff_t>(size)};
+  }
+
+  void write_plain(hid_t file, const Column& column, const std::vector<std::byte>& bytes) const {
+    const auto data = hdf5::new_dataset(file, column.name, column.number, column.shape_of(rows_),
+                                        hdf5::dataset_properties());
+    hdf5::checked(
+        H5Dwrite(data, hdf5::type_of(column.number), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()),
+        "write " + column.name);
+  }
+
+  void write_chunks(hid_t file, const Column& column,
+                    const std::vector<std::vector<std::byte>>& chunks) const {
+    const auto properties = hdf5::dataset_properties();
+    const std::vector<hsize_t> chunk = column.shape_of(1);
+    hdf5::checked(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()),
+                  "choose chunks");
+    if (hdf5::bytes_of(column.number) > 1) hdf5::checked(H5Pset_shuffle(properties), "shuffle");
+    hdf5::checked(H5Pset_deflate(properties, level), "deflate");
+    const auto data =
+        hdf5::new_dataset(file, column.name, column.number, column.shape_of(rows_), properties);
+    std::vector<hsize_t> offset(chunk.size(), 0);
+    for (offset[0] = 0; offset[0] < rows_; ++offset[0]) {
+      const auto& bytes = chunks[offset[0]];
+      hdf5::checked(H5Dwrite_chunk(data, H5P_DEFAULT, 0, offset.data(), bytes.size(), bytes.data()),
+                    "write " + column.name);
+    }
+  }
+
+  std::span<const Column> columns_;
+  hsize_t rows_;
+  std::vector<std::vector<std::byte>> plain_;                // of each column
+  std::vector<std::vector<std::vector<std::byte>>> chunks_;  // of each column and row
+  std::vector<std::uint8_t> tables_;                         // that ISA-L works with
+  std::vector<std::byte> shuffled_, packed_;
+};
+
+/// The file that the parts make. Any rank may write any part; the rest is for one of them.
+class PartedFile {
+ public:
+  PartedFile(std::string path, std::vector<Column> columns, std::uint64_t rows,
+             std::uint64_t rows_a_part)
+      : path_(std::move(path)),
+        folder_(path_ + ".parts"),
+        columns_(std::move(columns)),
+        rows_(rows),
+        rows_a_part_(rows_a_part) {}
+
+  [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }
+  [[nodiscard]] std::uint64_t rows() const { return rows_; }
+  [[nodiscard]] int part_count() const {
+    return static_cast<int>((rows_ + rows_a_part_ - 1) / rows_a_part_);
+  }
+  [[nodiscard]] std::uint64_t first_row(int part) const {
+    return static_cast<std::uint64_t>(part) * rows_a_part_;
+  }
+  [[nodiscard]] std::uint64_t rows_of(int part) const {
+    return std::min(rows_a_part_, rows_ - first_row(part));
+  }
+  [[nodiscard]] std::uint64_t bytes() const {
+    std::uint64_t sum = 0;
+    for (int part = 0; part < part_count(); ++part) {
+      sum += std::filesystem::file_size(part_path(part));
+    }
+    return sum;
+  }
+
+  /// Makes the folder, or finds what a run before this one has left there, and returns the parts
+  /// that are missing. Throws std::runtime_error where that run was of another description.
+  [[nodiscard]] std::vector<int> begin(const std::string& description) const {
+    std::filesystem::create_directories(folder_);
+    const std::string note = folder_ + "/description";
+    const std::string text = description + "\n" + std::to_string(rows_) + " rows, " +
+                             std::to_string(rows_a_part_) + " a part\n";
+    if (std::ifstream before(note); before.good()) {
+      const std::string found{std::istreambuf_iterator<char>(before), {}};
+      if (found != text) {
+        throw std::runtime_error(folder_ + " was begun with another description, see " + note +
+                                 "; remove the folder or write elsewhere");
+      }
+    } else {
+      write_durably(note, std::as_bytes(std::span(text)));
+    }
+    std::vector<int> missing;
+    for (int part = 0; part < part_count(); ++part) {
+      if (!is_whole(part)) missing.push_back(part);
+    }
+    return missing;
+  }
+
+  void write(int part, const Part& rows) const { write_durably(part_path(part), rows.file()); }
+
+  /// Joins the parts, all of which are there, to one file, with notes as attributes; removes what
+  /// killed processes have left half written.
+  void finish(const std::vector<std::pair<std::string, std::string>>& notes) const {
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+      if (entry.path().extension() == ".tmp") std::filesystem::remove(entry.path());
+    }
+    const auto guard = hdf5::lock();
+    const hdf5::MemoryFile file;
+    for (const auto& [name, text] : notes) file.attribute(name, text);
+    for (const Column& column : columns_) {
+      const auto properties = hdf5::dataset_properties();
+      const auto all = hdf5::space(column.shape_of(rows_));
+      for (int part = 0; part < part_count(); ++part) map(properties, all, column, part);
+      const auto data =
+          hdf5::new_dataset(file, column.name, column.number, column.shape_of(rows_), properties);
+    }
+    write_durably(path_, file.bytes());
+  }
+
+ private:
+  [[nodiscard]] std::string part_path(int part) const { return folder_ + "/" + part_name(part); }
+  [[nodiscard]] static std::string part_name(int part) {
+    char name[32];
+    std::snprintf(name, sizeof name, "%06d.h5", part);
+    return name;
+  }
+
+  /// Whether a part is there. It is whole if it is; this asks what a damaged disk has left of it.
+  [[nodiscard]] bool is_whole(int part) const {
+    if (!std::filesystem::exists(part_path(part))) return false;
+    const auto guard = hdf5::lock();
+    try {
+      const hdf5::ReadFile file(part_path(part));
+      for (const Column& column : columns_) {
+        if (file.shape(column.name) != column.shape_of(rows_of(part))) return false;
+      }
+      return true;
+    } catch (const std::runtime_error&) {
+      return false;
+    }
+  }
+
+  /// Lays a part's rows into a column of all, by a path from where the joined file lies.
+  void map(hid_t properties, hid_t all, const Column& column, int part) const {
+    std::vector<hsize_t> start(column.shape.size() + 1, 0);
+    start[0] = first_row(part);
+    const std::vector<hsize_t> count = column.shape_of(rows_of(part));
+    hdf5::checked(
+        H5Sselect_hyperslab(all, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr),
+        "choose the rows of a part");
+    std::string from;  // in which % stands for itself
+    for (const char c :
+         std::filesystem::path(folder_).filename().string() + "/" + part_name(part)) {
+      from += c == '%' ? "%%" : std::string(1, c);
+    }
+    hdf5::checked(
+        H5Pset_virtual(properties, all, from.c_str(), column.name.c_str(), hdf5::space(count)),
+        "join " + column.name);
+  }
+
+  std::string path_, folder_;
+  std::vector<Column> columns_;
+  std::uint64_t rows_, rows_a_part_;
+};
