@@ -37,5 +37,8 @@ for program in $programs; do
     --benchmark_context=commit="$commit" --benchmark_out="$to/${program%_benchmark}.json" \
     --benchmark_out_format=json >/dev/null
 done
+# Not with the others' options: it prints its JSON.
+cmake --build --preset benchmark --target membranes
+build/benchmark/benchmarks/membranes "$commit" >"$to/membranes.json"
 python=$([ -x /usr/bin/python3 ] && echo /usr/bin/python3 || echo python3)
 exec "$python" benchmarks/plot/charts.py "$to"

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene, stability*, traced*,
-and of examples/calibration_chart.
+of the program membranes and of examples/calibration_chart.
 
 charts.py RESULTS: reads RESULTS/*.json, writes SVG and PNG beside them. Needs matplotlib.
 """
 import glob
 import itertools
 import json
+import math
 import os
 import sys
 
@@ -52,7 +53,7 @@ def style(method):
 def load(folder):
     """All benchmarks of a folder's JSON files that succeeded, one context, and what failed."""
     rows, context, failed, commits = [], {}, [], {}
-    paths = [p for name in ("pareto*", "scene", "stability*", "traced*") for p in glob.glob(
+    paths = [p for name in ("pareto*", "scene", "stability*", "traced*", "membranes") for p in glob.glob(
         os.path.join(folder, name + ".json"))]
     for path in sorted(paths):
         try:
@@ -554,7 +555,7 @@ def chart_traced(rows, folder, context):
 def words_traced(rows, folder, context):
     """What the chart of traced light says, into README.md between its marks."""
     rows = [r for r in rows if r["path"][0] == "traced"]
-    if not rows or not os.path.exists(os.path.join(folder, "README.md")):
+    if not rows:
         return
 
     def span(values, digits=0):
@@ -609,7 +610,7 @@ def words_traced(rows, folder, context):
               "Directions are known to "
               f"{max(r['direction_error'] for r in rows):.1f} degrees (standard error), at "
               f"{span([r['rays_a_second'] / 1e6 for r in rows], 1)} million rays a second."]
-    write_words(folder, "traced", lines)
+    write_between(os.path.join(folder, "README.md"), "traced", lines)
 
 
 def chart_calibration(_, folder, __):
@@ -659,7 +660,8 @@ def chart_calibration(_, folder, __):
     figure.legend(handles=handles, loc="lower center", ncol=len(handles), frameon=False, fontsize=8,
                   bbox_to_anchor=(0.5, 0.03))
     save(figure, folder, "calibration", data["context"])
-    write_words(folder, "calibration", words_calibration(rows, sensors, models))
+    write_between(os.path.join(folder, "README.md"), "calibration",
+                  words_calibration(rows, sensors, models))
 
 
 def words_calibration(rows, sensors, models):
@@ -693,17 +695,125 @@ def words_calibration(rows, sensors, models):
     return lines
 
 
-def write_words(folder, name, lines):
-    """Puts lines into README.md between the marks of a chart."""
-    readme = os.path.join(folder, "README.md")
-    if not os.path.exists(readme):
+MEMBRANES = {"blur": ("#E69F00", "s", "a blur"), "springs": ("#009E73", "D", "springs"),
+             "bulging": ("#D55E00", "o", "bulging (2, 4 kernels)"),
+             "coarse layer": ("#56B4E9", "v", "layer on pixels 4, 2 times as wide"),
+             "layer": ("#000000", "P", "layer to 10, 1, 0.1 %; in float")}
+BLURS = {"Gaussian, sigma 5": "5", "Gaussian of the gel": "G", "three boxes": "B", "pyramid": "P",
+         "flat GelSight": "F"}
+
+
+def membranes_of(rows):
+    """By gel and model, a row for each Poisson ratio."""
+    groups = {}
+    for row in rows:
+        if row["path"][0] == "membranes":
+            groups.setdefault((row["path"][1], "/".join(row["path"][3:])), []).append(row)
+    return groups
+
+
+def mean(values):
+    values = list(values)
+    return sum(values) / len(values)
+
+
+def bulging_gain(groups):
+    """How much nearer the bulging membrane's normals are than those of the gel's Gaussian, and how much
+    longer it takes: geometric means over all gels."""
+    nearer = longer = count = 0
+    for (gel, model), rows in groups.items():
+        if model != "bulging/4 kernels":
+            continue
+        for row, blur in zip(rows, groups[gel, "blur/Gaussian of the gel"]):
+            nearer += math.log(blur["normals"] / row["normals"])
+            longer += math.log(row["ms"] / blur["ms"])
+            count += 1
+    return math.exp(nearer / count), math.exp(longer / count)
+
+
+def chart_membranes(rows, folder, context):
+    """Every membrane model beside the converged elastic layer: what it is off, and its time."""
+    groups = membranes_of(rows)
+    if not groups:
         return
-    with open(readme) as file:
+    gels = {"thin": "thin: 0.35 contact radii", "medium": "medium: one contact radius",
+            "thick": "thick: 4 contact radii"}
+    kinds = {"normals": "normals,\nmean degrees off", "levels": "image,\nmean grey levels off",
+             "surface": "surface depth,\n% of the press (rms)", "pressure": "pressure,\n% of the force"}
+    figure, axes = plt.subplots(4, 3, figsize=(11.5, 12.5), sharex=True, sharey="row")
+    for column, gel in zip(axes.T, gels):
+        column[0].set_title(gels[gel], fontsize=10)
+        for place, kind in zip(column, kinds):
+            for family, (colour, shape, label) in MEMBRANES.items():
+                points = []
+                for (of, model), here in groups.items():
+                    if of != gel or model.split("/")[0] != family or kind not in here[0]:
+                        continue
+                    ms, errors = mean(r["ms"] for r in here), [r[kind] for r in here]
+                    points.append((ms, mean(errors)))
+                    place.plot([ms, ms], [min(errors), max(errors)], color=colour, linewidth=1, alpha=0.6)
+                    if family == "blur":
+                        place.annotate(BLURS[model.split("/")[1]], (ms, mean(errors)), ha="center",
+                                       va="center", fontsize=6.5, color="black", zorder=5)
+                if points:
+                    place.plot(*zip(*points), marker=shape, color=colour, markersize=9, label=label,
+                               markeredgecolor="white", linewidth=0 if family == "blur" else 1.1)
+            place.set_xscale("log")
+            place.set_yscale("log")
+            plain_ticks(place.yaxis)
+            plain_ticks(place.xaxis)
+            place.grid(True, color="0.88", linewidth=0.6)
+        column[-1].set_xlabel("milliseconds a press, 320 x 240")
+    for place, label in zip(axes[:, 0], kinds.values()):
+        place.set_ylabel(label)
+    nearer, longer = bulging_gain(groups)
+    figure.suptitle(f"BulgingMembrane comes {nearer:.1f} times as near to the elastic layer's normals as the "
+                    f"gel's own Gaussian,\nin {longer:.1f} times its time (geometric means over twelve gels)",
+                    fontsize=13, fontweight="bold")
+    figure.text(0.5, 0.045, "Left is faster, down is more accurate. Marks: mean over a ball, an edge, a grating "
+                "and two points, and Poisson ratios 0.3, 0.45, 0.49, 0.5; bars: from one ratio to another.\n"
+                "Blurs: 5: Gaussian of sigma 5; G: the gel's own (gaussian_sigma); B: as three boxes; P: Taxim's "
+                "pyramid; F: flat GelSight's loop. Springs: alone, with tension.", ha="center", fontsize=8)
+    figure.tight_layout(rect=(0, 0.075, 1, 0.99))
+    handles, labels = axes[-1, 0].get_legend_handles_labels()
+    for handle, label in zip(*axes[0, 0].get_legend_handles_labels()):
+        if label not in labels:
+            handles.append(handle)
+            labels.append(label)
+    figure.legend(handles, labels, loc="lower center", ncol=5, frameon=False, fontsize=8.5,
+                  bbox_to_anchor=(0.5, 0.012))
+    save(figure, folder, "membranes", context)
+
+
+def words_membranes(rows, folder, context):
+    """What the chart of membranes says, into README.md between its marks."""
+    groups = membranes_of(rows)
+    if not groups:
+        return
+    models = {"blur/Gaussian, sigma 5": "Gaussian of sigma 5", "blur/Gaussian of the gel": "the gel's own Gaussian",
+              "blur/pyramid": "Taxim's pyramid", "blur/flat GelSight": "flat GelSight's loop",
+              "springs/alone": "springs", "springs/with tension": "springs with tension",
+              "bulging/4 kernels": "`BulgingMembrane`", "coarse layer/1:2": "`ElasticLayer`, every other pixel"}
+    lines = ["| mean degrees off | " + " | ".join(
+        f"{gel}, {row['path'][2]}" for gel in ("thin", "medium", "thick")
+        for row in groups[gel, "bulging/4 kernels"]) + " | ms |", "|---" * 14 + "|"]
+    for model, words in models.items():
+        here = [row for gel in ("thin", "medium", "thick") for row in groups[gel, model]]
+        lines.append(f"| {words} | " + " | ".join(f"{r['normals']:.2f}" for r in here) +
+                     f" | {mean(r['ms'] for r in here):.1f} |")
+    write_between(os.path.join(folder, "README.md"), "membranes", lines)
+
+
+def write_between(path, mark, lines):
+    """Replaces what stands between a document's marks, if there is one that has them."""
+    if not os.path.exists(path):
+        return
+    with open(path) as file:
         text = file.read()
-    begin, end = f"<!-- {name}: written by charts.py -->\n", f"<!-- end of {name} -->"
+    begin, end = f"<!-- {mark}: written by charts.py -->\n", f"<!-- end of {mark} -->"
     if begin in text and end in text:
         head, rest = text.split(begin)
-        with open(readme, "w") as file:
+        with open(path, "w") as file:
             file.write(head + begin + "\n".join(lines) + "\n" + end + rest.split(end)[1])
 
 
@@ -750,7 +860,8 @@ def main():
                                 "axes.spines.right": False, "svg.fonttype": "none"})
     rows, context, failed = load(folder)
     for chart in (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images,
-                  chart_scene, chart_stability, chart_traced, words_traced, chart_calibration):
+                  chart_scene, chart_stability, chart_traced, words_traced, chart_membranes,
+                  words_membranes, chart_calibration):
         try:
             chart(rows, folder, context)
         except (KeyError, IndexError, ValueError) as fault:

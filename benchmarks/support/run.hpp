@@ -17,13 +17,17 @@ inline std::string processor() {
   return "unknown";
 }
 
+inline std::string compiler() {
+#ifdef __clang__
+  return "clang++ " __clang_version__;
+#else
+  return "g++ " __VERSION__;
+#endif
+}
+
 /// Runs what is registered; the commit is passed in as --benchmark_context=commit=...
 inline int run(int argc, char** argv) {
-#ifdef __clang__
-  benchmark::AddCustomContext("compiler", "clang++ " __clang_version__);
-#else
-  benchmark::AddCustomContext("compiler", "g++ " __VERSION__);
-#endif
+  benchmark::AddCustomContext("compiler", compiler());
   benchmark::AddCustomContext("flags", GELIGHT_FLAGS);
   benchmark::AddCustomContext("cpu", processor());
   benchmark::Initialize(&argc, argv);

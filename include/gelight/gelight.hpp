@@ -91,6 +91,7 @@
 #include "gelight/sensor/noise.hpp"
 #include "gelight/sensor/phong_lights.hpp"
 #include "gelight/sensor/presets.hpp"
+#include "gelight/sensor/printed_dots.hpp"
 #include "gelight/sensor/see_through.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "gelight/shading/phong.hpp"

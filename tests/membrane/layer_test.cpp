@@ -667,6 +667,27 @@ TEST_CASE("a search that ends too soon says so") {
   CHECK(contact.iterations == 3);
 }
 
+TEST_CASE("what is left by a search that ends too soon is what its residual tells") {
+  const auto eye = camera(65, 65);
+  const auto depth = object(eye, ball(18, 2, 1.3, -0.4));
+  for (const Gel& gel : {Gel{1e5, 0.3, inf}, Gel{1e5, 0.5, 8 * pitch}}) {
+    for (const int most : {1, 2, 4, 8}) {
+      const ElasticLayer layer(eye, rest, gel, {.tolerance = 1e-9, .most_iterations = most});
+      const auto contact = layer.press(depth);
+      CHECK_FALSE(contact.converged);
+      double through = 0;
+      for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
+        through = std::max(through, contact.depth.pixels()[i] - depth.pixels()[i]);
+      }
+      CHECK(through / (2 * pitch) < contact.residual * (1 + 1e-6));
+    }
+    const ElasticLayer layer(eye, rest, gel, {.tolerance = 1e-9, .most_iterations = 2});
+    const auto borne = layer.press(depth, {.force = 1});
+    CHECK_FALSE(borne.converged);
+    CHECK(std::abs(-borne.force.z() - 1) <= borne.residual * (1 + 1e-6));
+  }
+}
+
 TEST_CASE("a hook ends the press, and is told how far it is") {
   const auto eye = camera(65, 65);
   const auto depth = object(eye, ball(20, 2));

@@ -71,7 +71,11 @@ struct LayerContact {
   Vec3<double> force = Vec3<double>::Zero();  ///< of the object on the gel, N
   /// The same forces' moments about the point of the gel on the camera's axis, N m.
   Vec3<double> moment = Vec3<double>::Zero();
-  bool converged = true;  ///< whether the rest is as exact as the options ask for
+  /// The largest angle, in radians, between the gel at rest where it is touched and its mean there:
+  /// 0 where it is flat, the contact's radius over its own on a ball.
+  double bend = 0;
+  bool is_bent_too_far = false;  ///< whether that is beyond ElasticLayer's `most_bend`
+  bool converged = true;         ///< whether the rest is as exact as the options ask for
   /// The farthest that the surface is from the object where they touch, in the object elsewhere,
   /// or from where friction would bring it, as a share of the deepest press.
   double residual = 0;
@@ -90,6 +94,11 @@ struct LayerContact {
 /// the object is pressed in; a sideways motion then is held by Coulomb's friction, taken as one
 /// step. What lies outside of the image touches nothing. Works in double whatever T is.
 ///
+/// A curved gel is best given as its tangent plane's: depth along its normal, places by arc length.
+/// On a ball of 11.5 mm, against the exact solution, the surface is then within 4 % of the press
+/// and the force 6 to 34 % too large, for contacts of 1.3 to 5 mm in radius on gels 2 and 4 mm
+/// thick; least for small contacts and thin gels. A contact whose rest is bent farther says so.
+///
 /// Against Hertz, at a contact radius of 40 pixels: radius 0.3 %, largest pressure 0.01 %, force
 /// 0.005 % off; of first, second and second order in the pixel's size. Cost: some 20 convolutions
 /// for that sphere at the default tolerance, each two Fourier transforms of twice the object's box;
@@ -100,6 +109,10 @@ struct LayerContact {
 template <std::floating_point T>
 class ElasticLayer {
  public:
+  /// How far the gel at rest may be bent where it is touched, in radians: 5 mm on a ball of 11.5
+  /// mm.
+  static constexpr double most_bend = 5 / 11.5;
+
   /// `rest_depth` is what the camera sees of the untouched gel, in m; NaN, infinity, zero or
   /// negative: no gel is known there, and nothing touches. Throws InvalidInput for a camera that is
   /// not valid, an image of another size, or without a known depth; for an elastic modulus that is
@@ -336,6 +349,8 @@ class ElasticLayer {
         contact.moment += cross(arm, load);
       }
     }
+    contact.bend = bend(contact.pressure);
+    contact.is_bent_too_far = contact.bend > most_bend;
     contact.travel = scale * state.travel;
     contact.tilt = state.tilt;
     contact.residual = state.residual;
@@ -344,6 +359,40 @@ class ElasticLayer {
     contact.convolutions = effort.convolutions;
     contact.unknown = unknown_pixels;
     return contact;
+  }
+
+  // The normal of the gel at rest at a pixel, of any length; none where that is not known.
+  [[nodiscard]] std::optional<Vec3<double>> normal(Index x, Index y) const {
+    const auto point = [&](Index u, Index v) -> Vec3<double> {
+      u = std::clamp(u, Index{0}, camera_.width - 1);
+      v = std::clamp(v, Index{0}, camera_.height - 1);
+      const double z = is_known(rest_(u, v)) ? double{rest_(u, v)} : double{unknown};
+      return camera_.template cast<double>().unproject(u, v, z);
+    };
+    const Vec3<double> result =
+        cross<double>(point(x + 1, y) - point(x - 1, y), point(x, y + 1) - point(x, y - 1));
+    if (!(result.norm() > 0)) return {};
+    return result;
+  }
+
+  [[nodiscard]] double bend(const Image<T>& pressure) const {
+    const auto for_touched = [&](const auto& work) {
+      for (Index y = 0; y < camera_.height; ++y) {
+        for (Index x = 0; x < camera_.width; ++x) {
+          if (!(pressure(x, y) > 0)) continue;
+          if (const auto here = normal(x, y)) work(x, y, *here);
+        }
+      }
+    };
+    Vec3<double> mean = Vec3<double>::Zero();
+    for_touched([&](Index x, Index y, const Vec3<double>& here) {
+      mean += double{pressure(x, y)} / here.norm() * here;
+    });
+    double most = 0;
+    for_touched([&](Index, Index, const Vec3<double>& here) {
+      most = std::max(most, std::atan2(cross<double>(mean, here).norm(), mean.dot(here)));
+    });
+    return most;
   }
 
   // Nothing is known of the surface where the object is not known.

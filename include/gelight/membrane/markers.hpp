@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <limits>
 #include <numbers>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
@@ -102,6 +104,44 @@ template <std::floating_point T, std::invocable<Vec2<double>> Field>
   return moved;
 }
 
+namespace detail {
+
+/// How far in the image a point at rest moves that a pixel sees, NaN where that is not known.
+template <std::floating_point T>
+[[nodiscard]] Vec2<T> moved_pixel(const Camera<T>& camera, Index x, Index y, T rest,
+                                  const Vec3<T>& by) {
+  constexpr T nan = std::numeric_limits<T>::quiet_NaN();
+  const T depth = rest + by.z();
+  if (!(rest > 0 && depth > 0) || !std::isfinite(depth)) return {nan, nan};
+  // The difference of the two projections, without the digits that it would lose.
+  const Vec3<T> ray = camera.ray(static_cast<T>(x), static_cast<T>(y));
+  return {camera.fx * (by.x() - ray.x() * by.z()) / depth,
+          camera.fy * (by.y() - ray.y() * by.z()) / depth};
+}
+
+/// `value(x, y)` between pixels of an image, bilinearly.
+template <std::floating_point T, class Value>
+[[nodiscard]] Vec2<T> between_pixels(Index width, Index height, const Vec2<T>& pixel,
+                                     const Value& value) {
+  const auto left = static_cast<Index>(pixel.x()), top = static_cast<Index>(pixel.y());
+  const Index right = std::min(left + 1, width - 1), bottom = std::min(top + 1, height - 1);
+  const T s = pixel.x() - static_cast<T>(left), t = pixel.y() - static_cast<T>(top);
+  return (1 - t) * ((1 - s) * value(left, top) + s * value(right, top)) +
+         t * ((1 - s) * value(left, bottom) + s * value(right, bottom));
+}
+
+template <std::floating_point T>
+void require_inside(std::span<const Vec2<T>> pixels, Index width, Index height) {
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const Vec2<T>& pixel = pixels[i];
+    require(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= static_cast<T>(width - 1) &&
+                pixel.y() <= static_cast<T>(height - 1),
+            "marker ", i, " at (", pixel.x(), ", ", pixel.y(), ") is outside of the image");
+  }
+}
+
+}  // namespace detail
+
 /// How far every pixel's marker moves, in pixels, when the point of the gel that it marks moves:
 /// `rest_depth` in m, `displacement` of the gel's points in the camera's frame, m, as of an
 /// ElasticLayer's contact. NaN where either is not known. Throws InvalidInput for a camera that is
@@ -112,20 +152,37 @@ template <std::floating_point T, ImageOf<T> R, ImageLike D>
   camera.require_valid();
   detail::require_camera_size(rest_depth, camera, "the rest depth");
   detail::require_camera_size(displacement, camera, "the displacement");
-  constexpr T nan = std::numeric_limits<T>::quiet_NaN();
-  Image<Vec2<T>> moved(camera.width, camera.height, Vec2<T>(nan, nan));
+  Image<Vec2<T>> moved(camera.width, camera.height);
   for (Index y = 0; y < camera.height; ++y) {
     for (Index x = 0; x < camera.width; ++x) {
-      const T u = static_cast<T>(x), v = static_cast<T>(y);
-      const T rest = static_cast<T>(ImageTraits<R>::pixel(rest_depth, x, y));
-      const Vec3<T> by = ImageTraits<D>::pixel(displacement, x, y);
-      const T depth = rest + by.z();
-      if (!(rest > 0 && depth > 0) || !std::isfinite(depth)) continue;
-      // The difference of the two projections, without the digits that it would lose.
-      const Vec3<T> ray = camera.ray(u, v);
-      moved(x, y) = {camera.fx * (by.x() - ray.x() * by.z()) / depth,
-                     camera.fy * (by.y() - ray.y() * by.z()) / depth};
+      moved(x, y) = detail::moved_pixel<T>(camera, x, y,
+                                           static_cast<T>(ImageTraits<R>::pixel(rest_depth, x, y)),
+                                           ImageTraits<D>::pixel(displacement, x, y));
     }
+  }
+  return moved;
+}
+
+/// The same of the markers at given pixels alone (columns and rows between them, too): bilinear
+/// between the four pixels around each, a few operations a marker. Throws InvalidInput also for a
+/// marker outside of the image.
+template <std::floating_point T, ImageOf<T> R, ImageLike D>
+[[nodiscard]] std::vector<Vec2<T>> marker_displacement(
+    const Camera<T>& camera, const R& rest_depth, const D& displacement,
+    std::type_identity_t<std::span<const Vec2<T>>> pixels) {
+  camera.require_valid();
+  detail::require_camera_size(rest_depth, camera, "the rest depth");
+  detail::require_camera_size(displacement, camera, "the displacement");
+  detail::require_inside<T>(pixels, camera.width, camera.height);
+  std::vector<Vec2<T>> moved;
+  moved.reserve(pixels.size());
+  for (const Vec2<T>& pixel : pixels) {
+    moved.push_back(
+        detail::between_pixels<T>(camera.width, camera.height, pixel, [&](Index x, Index y) {
+          return detail::moved_pixel<T>(camera, x, y,
+                                        static_cast<T>(ImageTraits<R>::pixel(rest_depth, x, y)),
+                                        ImageTraits<D>::pixel(displacement, x, y));
+        }));
   }
   return moved;
 }
@@ -135,18 +192,13 @@ template <std::floating_point T, ImageOf<T> R, ImageLike D>
 template <std::floating_point T>
 [[nodiscard]] std::vector<Vec2<T>> sample_markers(const Image<Vec2<T>>& displacement,
                                                   std::span<const Vec2<T>> pixels) {
+  detail::require_inside<T>(pixels, displacement.width(), displacement.height());
   std::vector<Vec2<T>> moved;
+  moved.reserve(pixels.size());
   for (const Vec2<T>& pixel : pixels) {
-    detail::require(
-        pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= static_cast<T>(displacement.width() - 1) &&
-            pixel.y() <= static_cast<T>(displacement.height() - 1),
-        "marker ", moved.size(), " at (", pixel.x(), ", ", pixel.y(), ") is outside of the image");
-    const auto left = static_cast<Index>(pixel.x()), top = static_cast<Index>(pixel.y());
-    const Index right = std::min(left + 1, displacement.width() - 1);
-    const Index bottom = std::min(top + 1, displacement.height() - 1);
-    const T s = pixel.x() - static_cast<T>(left), t = pixel.y() - static_cast<T>(top);
-    moved.push_back((1 - t) * ((1 - s) * displacement(left, top) + s * displacement(right, top)) +
-                    t * ((1 - s) * displacement(left, bottom) + s * displacement(right, bottom)));
+    moved.push_back(
+        detail::between_pixels<T>(displacement.width(), displacement.height(), pixel,
+                                  [&](Index x, Index y) { return displacement(x, y); }));
   }
   return moved;
 }
