@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene, stability*, traced*.
 
-charts.py RESULTS: reads RESULTS/*.json, writes SVG and PNG beside them. Needs matplotlib.
+charts.py RESULTS: reads RESULTS/*.json, rewrites each with no more than the charts need, one line a
+case, and draws PNG beside them. Needs matplotlib.
 """
 import glob
 import json
 import os
+import re
 import sys
 
 import matplotlib
@@ -39,6 +41,28 @@ UNSEEN = ["hourglass", "helicoid", "bumpy", "terrain"]  # no figure of the plann
 EXACT = 1e-8  # where an error of rounding alone is drawn
 
 
+def shrunk(data):
+    """Of what a benchmark wrote: how it came about, and each case's name and figures to four digits."""
+    kept = ("date", "commit", "compiler", "flags", "cpu")
+    rows = []
+    for row in data["benchmarks"]:
+        # What describes the run stands before the figures, a benchmark's own counters after.
+        figures = {k: float(f"{v:.4g}") for k, v in row.items()
+                   if isinstance(v, float) and k not in ("real_time", "cpu_time")}
+        failed = {k: row[k] for k in ("error_occurred", "error_message") if k in row}
+        rows.append({"name": re.sub("/(iterations:|manual_time|real_time|repeats:).*", "",
+                                    row["name"]), **failed, **figures})
+    return {"context": {k: data["context"][k] for k in kept if k in data["context"]},
+            "benchmarks": rows}
+
+
+def write(path, data):
+    """One line a case."""
+    lines = ",\n".join(json.dumps(row, separators=(",", ":")) for row in data["benchmarks"])
+    with open(path, "w") as file:
+        file.write('{"context": %s,\n"benchmarks": [\n%s\n]}\n' % (json.dumps(data["context"]), lines))
+
+
 def load(folder):
     """All benchmarks of a folder's JSON files that succeeded, one context, and what failed."""
     rows, context, failed, commits = [], {}, [], {}
@@ -46,7 +70,8 @@ def load(folder):
         os.path.join(folder, name + ".json"))]
     for path in sorted(paths):
         with open(path) as file:
-            data = json.load(file)
+            data = shrunk(json.load(file))
+        write(path, data)
         context = data["context"]
         commits[context.get("commit", "unknown")] = True
         for row in data["benchmarks"]:
@@ -64,8 +89,7 @@ def save(figure, folder, name, context):
         context.get("cpu", "?"), "commit " + context.get("commit", "?"),
         context.get("compiler", "?"), context.get("flags", ""))
     figure.text(0.995, 0.003, made, ha="right", va="bottom", fontsize=6, color="0.4")
-    for kind in ("svg", "png"):
-        figure.savefig(os.path.join(folder, f"{name}.{kind}"), dpi=110, facecolor="white")
+    figure.savefig(os.path.join(folder, f"{name}.png"), dpi=110, facecolor="white")
     plt.close(figure)
 
 
@@ -587,7 +611,7 @@ def main():
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.join(os.path.dirname(__file__),
                                                                 "..", "results")
     matplotlib.rcParams.update({"font.size": 9, "axes.spines.top": False,
-                                "axes.spines.right": False, "svg.fonttype": "none"})
+                                "axes.spines.right": False})
     rows, context, failed = load(folder)
     for chart in (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images,
                   chart_scene, chart_stability, chart_traced, words_traced):
