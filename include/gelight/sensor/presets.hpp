@@ -164,8 +164,14 @@ template <std::floating_point T>
   for (Index k = 0; k < count; ++k) {
     T at = start + width * ((T(k) + T(0.5)) / T(count) - T(0.5));
     Index a = from, b = to;
-    for (; at < 0; at += span(a, b)) b = a, a = before.at(a);
-    for (; at > span(a, b); b = after.at(b)) at -= span(a, b), a = b;
+    while (at < 0) {
+      b = a, a = before.at(a);
+      at += span(a, b);
+    }
+    while (at > span(a, b)) {
+      at -= span(a, b);
+      a = b, b = after.at(b);
+    }
     points.push_back(edge_point<T>(a, b, at / span(a, b)));
   }
   return points;

@@ -79,6 +79,7 @@ struct SensorChoice {
     return light == other.light && mesh >= other.mesh && grid >= other.grid &&
            radius <= other.radius && is_single >= other.is_single;
   }
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 sees a 0 in what the compiler writes
   friend auto operator<=>(const SensorChoice&, const SensorChoice&) = default;
 };
 
@@ -441,8 +442,8 @@ class SensorTrials {
   }
 
   // Of each LED, the light in each part.
-  std::vector<std::vector<Field>> baked(const Mesh& mesh, PlannedLight light,
-                                        const std::vector<Raster<double>>& parts) const {
+  [[nodiscard]] std::vector<std::vector<Field>> baked(
+      const Mesh& mesh, PlannedLight light, const std::vector<Raster<double>>& parts) const {
     std::vector<SurfacePoint<double>> points;
     std::vector<std::size_t> ends;
     for (const auto& part : parts) {
