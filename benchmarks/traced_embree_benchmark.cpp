@@ -11,7 +11,7 @@
 //   levels_none  the same with no light at all: a model that is not below this is of no use
 //   tilt, directed, falloff: of the traced light, weighted by irradiance; the 5th percentile of the
 //              irradiance over the 95th
-//   seconds_X  to make the field, set-up and all
+//   seconds_X  to make the field, set-up and all (of the geodesic and `gel`)
 // `linear_dimmed` and `geodesic_dimmed` fall off with distance (`Falloff`), `near` with its square
 // and the LED's cosine, from the LED's place in the gel; `mirrored` is that and its image in the
 // gel's inner side by Fresnel; `gel` is `gel_field`, which also knows of bends and of the hollow.
@@ -22,6 +22,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <initializer_list>
 #include <map>
 #include <numbers>
 #include <span>
@@ -333,7 +334,6 @@ void measure(benchmark::State& state, const Sensor& sensor, const std::vector<Mo
   state.counters["directed"] = directed / weights;
   state.counters["direction_error"] = error / weights / degree;
   state.counters["falloff"] = percentile(irradiance, 0.05) / percentile(irradiance, 0.95);
-  state.counters["lost"] = light.balance.lost;
   for (const Model& model : models) {
     double off = 0, azimuth = 0;
     for (const std::size_t v : places.vertices) {
@@ -342,13 +342,15 @@ void measure(benchmark::State& state, const Sensor& sensor, const std::vector<Mo
       azimuth += weight * angle(laid(light.direction[v], places.normals[v]),
                                 laid(model.field[v], places.normals[v]));
     }
-    if (model.name != "none") {
-      state.counters["angle_" + model.name] = off;
-      state.counters["azimuth_" + model.name] = azimuth;
-      state.counters["seconds_" + model.name] = model.seconds;
-    }
+    const auto is_one_of = [&](std::initializer_list<const char*> names) {
+      return std::find(names.begin(), names.end(), model.name) != names.end();
+    };
     state.counters["levels_" + model.name] = levels(truth, changes(model.field, places), places);
-    if (model.name == "none") continue;
+    // Where a field differs from another by its strength alone, its direction is that one's.
+    if (is_one_of({"none", "linear_dimmed", "geodesic_dimmed"})) continue;
+    state.counters["angle_" + model.name] = off;
+    if (is_one_of({"linear", "geodesic"})) state.counters["azimuth_" + model.name] = azimuth;
+    if (is_one_of({"gel", "geodesic"})) state.counters["seconds_" + model.name] = model.seconds;
     Field as_strong = light.vector;
     for (std::size_t v = 0; v < as_strong.size(); ++v) {
       as_strong[v] = light.vector[v].norm() * detail::direction_of(model.field[v]);

@@ -2,13 +2,15 @@
 """Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene, stability*, traced*,
 of the program membranes and of examples/calibration_chart.
 
-charts.py RESULTS: reads RESULTS/*.json, writes SVG and PNG beside them. Needs matplotlib.
+charts.py RESULTS: reads RESULTS/*.json, rewrites each with no more than the charts need, one line a
+case, and draws PNG beside them. Needs matplotlib.
 """
 import glob
 import itertools
 import json
 import math
 import os
+import re
 import sys
 
 import matplotlib
@@ -43,6 +45,31 @@ UNSEEN = ["hourglass", "helicoid", "bumpy", "terrain"]  # no figure of the plann
 EXACT = 1e-8  # where an error of rounding alone is drawn
 
 
+# What Google Benchmark writes of a run beside a benchmark's own figures.
+BOOKKEEPING = {"family_index", "per_family_instance_index", "run_name", "run_type", "repetitions",
+               "repetition_index", "threads", "iterations", "real_time", "cpu_time", "time_unit"}
+
+
+def shrunk(data):
+    """Of what a benchmark wrote: how it came about, and each case's name and figures to four digits."""
+    kept = ("date", "commit", "compiler", "flags", "cpu")
+    rows = []
+    for row in data["benchmarks"]:
+        row = {k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in row.items()
+               if k not in BOOKKEEPING}
+        row["name"] = re.sub("/(iterations:|manual_time|real_time|repeats:).*", "", row["name"])
+        rows.append(row)
+    return {"context": {k: data["context"][k] for k in kept if k in data["context"]},
+            "benchmarks": rows}
+
+
+def write(path, data):
+    """One line a case."""
+    lines = ",\n".join(json.dumps(row, separators=(",", ":")) for row in data["benchmarks"])
+    with open(path, "w") as file:
+        file.write('{"context": %s,\n"benchmarks": [\n%s\n]}\n' % (json.dumps(data["context"]), lines))
+
+
 def style(method):
     """A method's colour and marker: of those that are not named above, spare ones in turn."""
     if method not in STYLE:
@@ -59,8 +86,11 @@ def load(folder):
         try:
             with open(path) as file:
                 data = json.load(file)
+            if any(BOOKKEEPING & set(row) for row in data["benchmarks"]):
+                data = shrunk(data)
+                write(path, data)
             rows_of_file, context = data["benchmarks"], data["context"]
-        except (ValueError, KeyError, TypeError) as error:
+        except (AttributeError, ValueError, KeyError, TypeError) as error:
             failed.append(f"{path} is not as Google Benchmark writes it: {error!r}")
             continue
         commits[context.get("commit", "unknown")] = True
@@ -90,8 +120,7 @@ def save(figure, folder, name, context):
                      (("", "cpu"), ("commit ", "commit"), ("", "compiler")) if key in context)
     made += " " + context.get("flags", "")
     figure.text(0.995, 0.003, made, ha="right", va="bottom", fontsize=6, color="0.4")
-    for kind in ("svg", "png"):
-        figure.savefig(os.path.join(folder, f"{name}.{kind}"), dpi=110, facecolor="white")
+    figure.savefig(os.path.join(folder, f"{name}.png"), dpi=110, facecolor="white")
     plt.close(figure)
 
 
@@ -857,7 +886,7 @@ def main():
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.join(os.path.dirname(__file__),
                                                                 "..", "results")
     matplotlib.rcParams.update({"font.size": 9, "axes.spines.top": False,
-                                "axes.spines.right": False, "svg.fonttype": "none"})
+                                "axes.spines.right": False})
     rows, context, failed = load(folder)
     for chart in (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images,
                   chart_scene, chart_stability, chart_traced, words_traced, chart_membranes,

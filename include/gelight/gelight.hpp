@@ -1,8 +1,8 @@
 #pragma once
 
 // Everything but the opt-in headers: io/, light/traced, mesh/cholmod, membrane/layer,
-// membrane/layer_membrane, membrane/fftw, sensor/calibrate and what it fits, and the views of CGAL,
-// Eigen, OpenCV and OpenMesh, which need libraries of their own.
+// membrane/layer_membrane, membrane/fftw, sensor/calibrate and what it fits, sensor/plan, and the
+// views of CGAL, Eigen, OpenCV and OpenMesh, which need libraries of their own.
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/concepts/light.hpp"

@@ -240,37 +240,30 @@ requires detail::FilterPixel<PixelOf<I>>
                                   static_cast<Index>(ImageTraits<I>::height(image))));
 }
 
-/// Resizes an image by bilinear interpolation between pixel centres; beyond the outermost centres
-/// it is constant. Making an image much smaller skips pixels: blur it first.
-///
-/// Pixels are floating-point numbers or vectors of them. Throws InvalidInput for a negative size,
-/// and for an empty image where the result is not.
+namespace detail {
+
+/// The pixels from (left, top) on, as many as `result` has, of an image resized to width x height.
 template <ImageLike I>
-requires detail::FilterPixel<PixelOf<I>>
-[[nodiscard]] Image<PixelOf<I>> resize_bilinear(const I& image, Index width, Index height) {
+void resize_into(Image<PixelOf<I>>& result, const I& image, Index width, Index height, Index left,
+                 Index top) {
   using P = PixelOf<I>;
-  using T = typename detail::PixelParts<P>::Scalar;
+  using T = typename PixelParts<P>::Scalar;
   struct Between {
     Index low, high;
     T share;  // of high
   };
-  Image<P> result(width, height);
-  if (width == 0 || height == 0) return result;
   const Index in_width = static_cast<Index>(ImageTraits<I>::width(image));
   const Index in_height = static_cast<Index>(ImageTraits<I>::height(image));
-  detail::require(in_width > 0 && in_height > 0, "an image of ", in_width, " x ", in_height,
-                  " pixels cannot be resized to ", width, " x ", height);
-
   const auto sample = [](Index i, Index out, Index in) -> Between {
     const double at = std::clamp((i + 0.5) * in / out - 0.5, 0.0, in - 1.0);
     const Index low = static_cast<Index>(at);
     return {low, std::min(low + 1, in - 1), static_cast<T>(at - low)};
   };
   std::vector<Between> columns;
-  columns.reserve(static_cast<std::size_t>(width));
-  for (Index x = 0; x < width; ++x) columns.push_back(sample(x, width, in_width));
-  for (Index y = 0; y < height; ++y) {
-    const Between row = sample(y, height, in_height);
+  columns.reserve(static_cast<std::size_t>(result.width()));
+  for (Index x = 0; x < result.width(); ++x) columns.push_back(sample(left + x, width, in_width));
+  for (Index y = 0; y < result.height(); ++y) {
+    const Between row = sample(top + y, height, in_height);
     P* out = result.row(y);
     for (const Between& c : columns) {
       // What has no share does not count, even where it is no number.
@@ -285,6 +278,25 @@ requires detail::FilterPixel<PixelOf<I>>
       *out++ = mix(row.share, across(row.low), across(row.high));
     }
   }
+}
+
+}  // namespace detail
+
+/// Resizes an image by bilinear interpolation between pixel centres; beyond the outermost centres
+/// it is constant. Making an image much smaller skips pixels: blur it first.
+///
+/// Pixels are floating-point numbers or vectors of them. Throws InvalidInput for a negative size,
+/// and for an empty image where the result is not.
+template <ImageLike I>
+requires detail::FilterPixel<PixelOf<I>>
+[[nodiscard]] Image<PixelOf<I>> resize_bilinear(const I& image, Index width, Index height) {
+  Image<PixelOf<I>> result(width, height);
+  if (width == 0 || height == 0) return result;
+  const Index in_width = static_cast<Index>(ImageTraits<I>::width(image));
+  const Index in_height = static_cast<Index>(ImageTraits<I>::height(image));
+  detail::require(in_width > 0 && in_height > 0, "an image of ", in_width, " x ", in_height,
+                  " pixels cannot be resized to ", width, " x ", height);
+  detail::resize_into(result, image, width, height, 0, 0);
   return result;
 }
 

@@ -151,6 +151,8 @@ class TransportLight {
  public:
   /// Whether light runs in the membrane, so that at rest it is tangent to it.
   static constexpr bool is_tangent = true;
+  /// Whether light without an emission leaves vertices only.
+  static constexpr bool leaves_vertices = true;
 
   /// Throws InvalidInput as VectorHeatSolver does.
   explicit TransportLight(const TriangleMesh auto& membrane) : solver_(membrane) {}
@@ -192,6 +194,8 @@ class GelLight {
  public:
   /// Whether light runs in the membrane, so that at rest it is tangent to it.
   static constexpr bool is_tangent = false;
+  /// Whether an LED has to have an emission.
+  static constexpr bool needs_emission = true;
 
   /// Of a membrane with normals outwards. Throws InvalidInput as Surface does, and for a size or an
   /// index that is not positive and finite.

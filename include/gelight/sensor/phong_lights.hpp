@@ -18,6 +18,8 @@ struct PhongLights {
   /// Make the lights' directions tangent to the membrane at rest, and of unit length. At rest it is
   /// then without any light, but for the unclamped specular term.
   bool rectify = false;
+  /// Rectified directions keep their lengths, which are the strength of the light.
+  bool keep_strength = false;
 };
 
 }  // namespace gelight

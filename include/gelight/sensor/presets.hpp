@@ -5,7 +5,9 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <map>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -19,6 +21,7 @@
 #include "gelight/light/field.hpp"
 #include "gelight/light/models.hpp"
 #include "gelight/membrane/gel.hpp"
+#include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
@@ -45,6 +48,8 @@ struct SensorPreset {
   TactileOptions options = {.ambient =
                                 0.9};  ///< but for `rectify`, which follows from the light model
   Gel gel = {};                        ///< what the membrane is made of
+  T led_width = 0;      ///< of each LED, m along the border, its place in the middle; 0: a point
+  Index led_parts = 3;  ///< points that stand for an LED with a width, their light averaged
 };
 
 /// The vertices of a membrane's border that are nearest to some directions from its middle, angles
@@ -78,6 +83,98 @@ template <std::floating_point T>
     leds.push_back(vertex_point<T>(nearest));
   }
   return leds;
+}
+
+/// The points of a membrane's border that are seen from its middle in some directions, angles about
+/// the camera's axis in radians from x towards y: where LEDs are, whatever the mesh. The farthest,
+/// where there are several. Throws InvalidInput as Surface does, for a membrane without a border
+/// that is seen there and for an angle that is not finite.
+template <std::floating_point T>
+[[nodiscard]] std::vector<SurfacePoint<T>> points_of_border(
+    const Mesh<T>& membrane, std::type_identity_t<std::span<const T>> angles) {
+  const Surface<T> surface(membrane);
+  Vec3<T> middle = Vec3<T>::Zero();
+  T length = 0;
+  std::vector<Index> border;
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    if (!surface.is_border(h)) continue;
+    border.push_back(h);
+    middle += surface.length(h) / 2 *
+              (surface.position(surface.origin(h)) + surface.position(surface.tip(h)));
+    length += surface.length(h);
+  }
+  detail::require(!border.empty(), "the membrane has no border to put LEDs on");
+  middle /= length;
+  std::vector<SurfacePoint<T>> leds;
+  for (const T angle : angles) {
+    detail::require(std::isfinite(angle), "an LED at the angle ", angle);
+    const T x = std::cos(angle), y = std::sin(angle);
+    T farthest = 0;
+    std::optional<SurfacePoint<T>> led;
+    for (const Index h : border) {
+      const Vec3<T> from = surface.position(surface.origin(h)) - middle;
+      const Vec3<T> to = surface.position(surface.tip(h)) - middle;
+      const T before = x * from.y() - y * from.x(), after = x * to.y() - y * to.x();
+      if ((before < 0) == (after < 0)) continue;
+      const T share = before / (before - after);
+      const T along =
+          (1 - share) * (x * from.x() + y * from.y()) + share * (x * to.x() + y * to.y());
+      if (along <= farthest) continue;
+      farthest = along;
+      led = edge_point<T>(surface.origin(h), surface.tip(h), share);
+    }
+    detail::require(led.has_value(), "no border of the membrane is at the angle ", angle);
+    leds.push_back(*led);
+  }
+  return leds;
+}
+
+/// Points of an LED that lies along a membrane's border, the middles of `count` parts as long as
+/// each other, about the LED's middle. Throws InvalidInput for a middle that is not on the border,
+/// a width that is negative or longer than half of the border, and no parts.
+template <std::floating_point T>
+[[nodiscard]] std::vector<SurfacePoint<T>> points_along_border(const Surface<T>& surface,
+                                                               const SurfacePoint<T>& middle,
+                                                               std::type_identity_t<T> width,
+                                                               Index count) {
+  detail::require(count > 0, count, " parts of an LED");
+  std::map<Index, Index> after, before;  // of a vertex on the border, the next and the last
+  T length = 0;
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    if (!surface.is_border(h)) continue;
+    after[surface.origin(h)] = surface.tip(h);
+    before[surface.tip(h)] = surface.origin(h);
+    length += surface.length(h);
+  }
+  detail::require(width >= 0 && width <= length / 2, "an LED ", width, " wide on a border ", length,
+                  " long");
+  // The edge that the middle is on, and how far from its beginning.
+  Index from = middle.element[0], to = middle.element[1];
+  const Vec3<T> place = surface.position(middle);
+  if (middle.kind == SurfacePoint<T>::Kind::vertex && after.contains(from)) to = after.at(from);
+  const auto follows = [&](Index a, Index b) { return after.contains(a) && after.at(a) == b; };
+  if (!follows(from, to)) std::swap(from, to);
+  detail::require(middle.kind != SurfacePoint<T>::Kind::face && follows(from, to),
+                  "the LED's middle is not on the border of the membrane");
+  const auto span = [&](Index a, Index b) {
+    return detail::stable_norm(Vec3<T>(surface.position(b) - surface.position(a)));
+  };
+  const T start = detail::stable_norm(Vec3<T>(place - surface.position(from)));
+  std::vector<SurfacePoint<T>> points;
+  for (Index k = 0; k < count; ++k) {
+    T at = start + width * ((T(k) + T(0.5)) / T(count) - T(0.5));
+    Index a = from, b = to;
+    while (at < 0) {
+      b = a, a = before.at(a);
+      at += span(a, b);
+    }
+    while (at > span(a, b)) {
+      at -= span(a, b);
+      a = b, b = after.at(b);
+    }
+    points.push_back(edge_point<T>(a, b, at / span(a, b)));
+  }
+  return points;
 }
 
 namespace detail {
@@ -118,7 +215,7 @@ template <std::floating_point T>
 }  // namespace detail
 
 /// The GelTip: a finger with a camera in the middle of its open end that looks at the tip, and
-/// three LEDs at vertices of the rim. Radius, length, field of view (90 degrees from top to bottom)
+/// three LEDs on the rim. Radius, length, field of view (90 degrees from top to bottom)
 /// and the LEDs' places and colours are those of Gomes, Paoletti, Luo, Simulation of Curved
 /// GelSight Sensors for Sim2Real Learning; the falloff is an estimate. Throws InvalidInput for a
 /// size that is not positive and as `membrane` does for the mesh's edge length.
@@ -129,7 +226,7 @@ template <std::floating_point T = float>
   SensorPreset<T> sensor;
   sensor.membrane = membrane<T>(radius, length, edge_length);
   sensor.camera = Camera<T>::from_vertical_fov(std::numbers::pi_v<T> / 2, width, height);
-  sensor.leds = leds_on_border(sensor.membrane, detail::turns<T>({0, 120, 240}));
+  sensor.leds = points_of_border(sensor.membrane, detail::turns<T>({0, 120, 240}));
   sensor.colours = {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}};
   sensor.falloff = {.absorption = T(30)};
   return sensor;
@@ -147,7 +244,7 @@ template <std::floating_point T = float>
   sensor.membrane =
       detail::pad<T>(T(1.02) * across, T(1.02) * down, distance, unreachable<T>, edge_length);
   sensor.camera = detail::facing_pad<T>(down, distance, width, height);
-  sensor.leds = leds_on_border(sensor.membrane, detail::turns<T>({90, 180, 0}));
+  sensor.leds = points_of_border(sensor.membrane, detail::turns<T>({90, 180, 0}));
   sensor.colours = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   sensor.falloff = {.absorption = T(100)};
   sensor.gel = {.thickness = 0.004};
@@ -165,7 +262,7 @@ template <std::floating_point T = float>
   SensorPreset<T> sensor;
   sensor.membrane = detail::pad<T>(T(0.020), T(0.030), T(0.022), T(0.1), edge_length);
   sensor.camera = Camera<T>::from_vertical_fov(std::numbers::pi_v<T> / 3, width, height);
-  sensor.leds = leds_on_border(sensor.membrane, detail::turns<T>({30, 150, 270}));
+  sensor.leds = points_of_border(sensor.membrane, detail::turns<T>({30, 150, 270}));
   sensor.colours = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   sensor.falloff = {.absorption = T(80)};
   sensor.gel = {.thickness = 0.005};
@@ -185,7 +282,7 @@ template <std::floating_point T = float>
   sensor.membrane =
       detail::pad<T>(T(1.02) * across, T(1.02) * down, distance, unreachable<T>, edge_length);
   sensor.camera = detail::facing_pad<T>(down, distance, width, height);
-  sensor.leds = leds_on_border(sensor.membrane, detail::turns<T>({0, 180, 90, 270}));
+  sensor.leds = points_of_border(sensor.membrane, detail::turns<T>({0, 180, 90, 270}));
   sensor.colours = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {T(0.6), T(0.6), T(0.6)}};
   sensor.falloff = {.absorption = T(60)};
   sensor.diffuse = 1;
@@ -194,31 +291,101 @@ template <std::floating_point T = float>
   return sensor;
 }
 
+namespace detail {
+
+/// What a camera sees of a sensor's coating: the sensor's own, or a part of its image.
+template <std::floating_point T>
+[[nodiscard]] Image<std::array<T, 3>> seen_coating(const SensorPreset<T>& sensor,
+                                                   const Camera<T>& camera, const Raster<T>& rest) {
+  require(sensor.leds.size() == sensor.colours.size(), "there are ", sensor.leds.size(),
+          " LEDs and ", sensor.colours.size(), " colours");
+  const Surface<T> surface(sensor.membrane);
+  Image<std::array<T, 3>> seen(camera.width, camera.height);
+  std::vector<T> distances;
+  std::vector<std::array<T, 3>*> pixels;
+  for (std::size_t k = 0; k < sensor.leds.size(); ++k) {
+    distances.clear();
+    pixels.clear();
+    const Vec3<T> led = surface.position(sensor.leds[k]);
+    for (Index y = 0; y < seen.height(); ++y) {
+      for (Index x = 0; x < seen.width(); ++x) {
+        if (rest.face(x, y) < 0) continue;
+        const Vec3<T> place =
+            camera.unproject(static_cast<T>(x), static_cast<T>(y), rest.depth(x, y));
+        distances.push_back((place - led).norm());
+        pixels.push_back(&seen(x, y));
+      }
+    }
+    const std::vector<T> shares = strength(std::span<const T>(distances), sensor.falloff);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        (*pixels[i])[c] += sensor.coating[c] * shares[i] * sensor.colours[k][c];
+      }
+    }
+  }
+  for (auto& colour : seen.pixels()) {
+    for (T& channel : colour) channel = std::min(channel, T(1));
+  }
+  return seen;
+}
+
+}  // namespace detail
+
 /// What the camera of a sensor sees of its coating by the light that this scatters: each LED's
 /// colour, faded with the straight distance, in shares of full light; black beside the membrane.
 /// Throws InvalidInput unless there is a colour for each LED, and as `strength` does.
 template <std::floating_point T>
 [[nodiscard]] Background<T> coating_light(const SensorPreset<T>& sensor, const Raster<T>& rest) {
-  detail::require(sensor.leds.size() == sensor.colours.size(), "there are ", sensor.leds.size(),
-                  " LEDs and ", sensor.colours.size(), " colours");
-  const Surface<T> surface(sensor.membrane);
-  Image<std::array<T, 3>> seen(sensor.camera.width, sensor.camera.height);
-  for (Index y = 0; y < seen.height(); ++y) {
-    for (Index x = 0; x < seen.width(); ++x) {
-      if (rest.face(x, y) < 0) continue;
-      const Vec3<T> place =
-          sensor.camera.unproject(static_cast<T>(x), static_cast<T>(y), rest.depth(x, y));
-      for (std::size_t k = 0; k < sensor.leds.size(); ++k) {
-        const T distance = (place - surface.position(sensor.leds[k])).norm();
-        const T share = strength(std::span(&distance, 1), sensor.falloff)[0];
-        for (std::size_t c = 0; c < 3; ++c) {
-          seen(x, y)[c] += sensor.coating[c] * share * sensor.colours[k][c];
-        }
-      }
-      for (T& channel : seen(x, y)) channel = std::min(channel, T(1));
-    }
+  return detail::seen_coating(sensor, sensor.camera, rest);
+}
+
+namespace detail {
+
+/// Where an LED on the border of a membrane shines: into it, along it.
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> inwards(const Surface<T>& surface, const SurfacePoint<T>& led) {
+  const Vec3<T> from = surface.position(led);
+  Vec3<T> sum = Vec3<T>::Zero();
+  for (const Index f : faces_at(surface, led)) {
+    const auto [a, b, c] = surface.face(f);
+    sum += direction_of<T>((surface.position(a) + surface.position(b) + surface.position(c)) / 3 -
+                           from);
   }
-  return seen;
+  const Vec3<T> normal = direction_of<T>(mean_normal(surface, led));
+  return direction_of<T>(sum - sum.dot(normal) * normal);
+}
+
+}  // namespace detail
+
+/// The light of a sensor's LED at some points of its membrane, by any light model: of each of the
+/// LED's parts, their mean. Where the parts' light comes from different sides, as at the cut locus,
+/// directions are shorter than 1. Throws InvalidInput as the model does.
+template <std::floating_point T, LightModel<T> Model>
+[[nodiscard]] LightField<T> led_field(const SensorPreset<T>& sensor, const Surface<T>& membrane,
+                                      std::size_t led, const Model& model,
+                                      std::type_identity_t<std::span<const SurfacePoint<T>>> points,
+                                      const CancelHook& cancelled = {}) {
+  std::vector<SurfacePoint<T>> parts{sensor.leds[led]};
+  if (sensor.led_width > 0) {
+    parts = points_along_border(membrane, sensor.leds[led], sensor.led_width, sensor.led_parts);
+  }
+  if constexpr (requires { Model::leaves_vertices; }) {
+    for (auto& part : parts)
+      part = vertex_point<T>(nearest_vertex(membrane, membrane.position(part)));
+    parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
+  }
+  LightField<T> sum(points.size(), Vec3<T>::Zero());
+  const auto count = static_cast<double>(parts.size());
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const auto done = static_cast<double>(k);
+    Led<T> part{{parts[k]}};
+    if constexpr (requires { Model::needs_emission; }) {
+      part.emission = detail::inwards(membrane, parts[k]);
+    }
+    const auto one = model.field(part, points, cancelled.part(done / count, (done + 1) / count));
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += one[i] / static_cast<T>(count);
+  }
+  return sum;
 }
 
 /// The renderer of a sensor, its light by any light model: the GelTip's by default, along the
@@ -231,14 +398,15 @@ template <std::floating_point T, LightModel<T> Model>
   const Raster<T> rest = rasterize(sensor.membrane, sensor.camera);
   const Background<T> background = coating_light(sensor, rest);
   const auto points = pixel_points(rest);
+  const Surface<T> surface(sensor.membrane);
   std::vector<Light<T>> lights;
   for (std::size_t k = 0; k < sensor.leds.size(); ++k) {
-    const Led<T> led{{sensor.leds[k]}};
-    lights.push_back({bake(model.field(led, points), rest), sensor.colours[k], sensor.diffuse,
-                      sensor.specular, sensor.shininess});
+    lights.push_back({bake(led_field(sensor, surface, k, model, points), rest), sensor.colours[k],
+                      sensor.diffuse, sensor.specular, sensor.shininess});
   }
   TactileOptions options = sensor.options;
   if constexpr (requires { Model::is_tangent; }) options.rectify = Model::is_tangent;
+  options.keep_strength = sensor.led_width > 0;
   return {sensor.camera, rest.depth, lights, background, options};
 }
 template <std::floating_point T>

@@ -78,6 +78,8 @@ struct TactileOptions {
   /// Make the lights' directions tangent to the membrane at rest, and of unit length. At rest it is
   /// then without any light, but for the unclamped specular term.
   bool rectify = false;
+  /// Rectified directions keep their lengths, which are the strength of the light.
+  bool keep_strength = false;
   /// Take what lies deeper than the membrane at rest as not touching it, rather than as pulling it.
   bool clip_to_rest = true;
   /// The share of the background that is seen without any light.
@@ -171,13 +173,13 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
       TactileRenderer(const Camera<T>& camera, const D& rest_depth,
                       const std::vector<Light<T>>& lights, const Background<T>& background = {},
                       const TactileOptions& options = {})
-      : TactileRenderer(
-            camera, rest_depth,
-            GaussianMembrane<T>(options.smoothing_sigma, options.smoothing_radius,
-                                options.clip_to_rest),
-            PhongLights<T>{lights, background, options.ambient, options.specular, options.rectify},
-            FrameOptions{options.darkening, options.darkening_depth, options.border_normals,
-                         options.skip_unchanged}) {}
+      : TactileRenderer(camera, rest_depth,
+                        GaussianMembrane<T>(options.smoothing_sigma, options.smoothing_radius,
+                                            options.clip_to_rest),
+                        PhongLights<T>{lights, background, options.ambient, options.specular,
+                                       options.rectify, options.keep_strength},
+                        FrameOptions{options.darkening, options.darkening_depth,
+                                     options.border_normals, options.skip_unchanged}) {}
 
   /// One of any membrane and any reflectance. Throws as the other does, and as the reflectance does
   /// that does not fit the camera.
@@ -344,7 +346,8 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
       detail::require_camera_size(phong.background.image(), camera, "the background image");
     }
     detail::require(std::isfinite(phong.ambient), "ambient ", phong.ambient, " is not finite");
-    detail::require_lights(phong.lights, camera, phong.specular, phong.rectify);
+    detail::require_lights(phong.lights, camera, phong.specular,
+                           phong.rectify && !phong.keep_strength);
     Image<Vec3<double>> normals;
     if (phong.rectify) {
       // Of the depths as they are rendered, rounded to T.
@@ -356,8 +359,13 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
       }
       normals = sobel_normals(rest, camera.template cast<double>(), options.border_normals);
     }
-    return {camera,       phong.background, phong.ambient,
-            phong.lights, phong.specular,   phong.rectify ? &normals : nullptr};
+    return {camera,
+            phong.background,
+            phong.ambient,
+            phong.lights,
+            phong.specular,
+            phong.rectify ? &normals : nullptr,
+            phong.keep_strength};
   }
 
   [[nodiscard]] Workspace make_workspace() const {

@@ -71,10 +71,10 @@ class ShadedRows {
   };
 
   /// `rectified_to` are the membrane's normals at rest if the lights' directions shall be made
-  /// tangent to it and of unit length, or null.
+  /// tangent to it and of unit length, or null; where they keep their strength, of theirs.
   ShadedRows(const Camera<T>& camera, const Background<T>& background, double ambient,
              const std::vector<Light<T>>& lights, Specular form,
-             const Image<Vec3<double>>* rectified_to)
+             const Image<Vec3<double>>* rectified_to, bool keep_strength = false)
       : camera_(camera),
         columns_(ray_columns(camera)),
         tiles_((camera.width + tile_width - 1) / tile_width),
@@ -88,7 +88,7 @@ class ShadedRows {
     keep_rays();
     keep_background(background, static_cast<T>(255 * ambient));
     for (std::size_t k = 0; k < lights.size(); ++k) {
-      const T least_seen = keep_direction(lights[k].direction, k, rectified_to);
+      const T least_seen = keep_direction(lights[k].direction, k, rectified_to, keep_strength);
       const bool is_tangent = rectified_to != nullptr && form == Specular::gated;
       keep_colour(lights[k], form, is_tangent ? least_seen : 0);
     }
@@ -219,7 +219,7 @@ class ShadedRows {
 
   // Returns by how much the product of a unit normal with a kept direction may be rounded.
   T keep_direction(const Image<Vec3<T>>& travel, std::size_t k,
-                   const Image<Vec3<double>>* rectified_to) {
+                   const Image<Vec3<double>>* rectified_to, bool keep_strength) {
     // A coordinate of a normal is rounded some five times on the way, one of a direction twice and
     // by half a step of its code, and their sum of products five times.
     constexpr T roundings = 16;
@@ -236,8 +236,10 @@ class ShadedRows {
           Vec3<double> l = -travel(begin + i, y).template cast<double>();
           if (rectified_to != nullptr) {
             const Vec3<double>& normal = (*rectified_to)(begin + i, y);
+            const double strength = keep_strength ? l.norm() : 1;
             // Twice: what is left of a direction along the normal is rounded by as much as that.
             for (int pass = 0; pass < 2; ++pass) l = stable_unit(l - l.dot(normal) * normal);
+            l *= strength;
           }
           const Vec3<double> ray = camera.ray(begin + i, y);
           const auto at = static_cast<std::size_t>(i);

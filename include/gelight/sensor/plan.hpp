@@ -1,0 +1,370 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/image/camera.hpp"
+#include "gelight/image/filter.hpp"
+#include "gelight/image/raster.hpp"
+#include "gelight/light/field.hpp"
+#include "gelight/sensor/bake.hpp"
+#include "gelight/sensor/planning/contacts.hpp"
+#include "gelight/sensor/planning/costs.hpp"
+#include "gelight/sensor/planning/membrane_lights.hpp"
+#include "gelight/sensor/planning/trials.hpp"
+#include "gelight/sensor/presets.hpp"
+#include "gelight/sensor/tactile_renderer.hpp"
+
+// Opt-in: compiles all light models and renderers.
+//
+// No more than the scene needs, as a call:
+//
+//     const SensorAt sensor = [](double edge) { return geltip<double>(640, 480, edge); };
+//     const SensorPlan plan = plan_sensor(sensor, {.tolerance = 2, .share = 0.99});
+//     if (!plan.satisfies) throw std::runtime_error(plan.needed);
+//     const auto renderer = planned_renderer<float>(sensor, plan);
+namespace gelight {
+
+/// What a caller wants of a sensor's images, and of what contacts.
+struct SensorPlanRequest {
+  double tolerance = 1;           ///< grey levels, of 255, that a colour may be off
+  double share = 0.99;            ///< of the pixels that contacts change, for which that must hold
+  double contact_radius = 0.003;  ///< m: of the contacts, where the membrane is flat
+  double press_depth = 0.0008;    ///< m
+  /// The light that is right; the planner takes another only where that makes no difference.
+  PlannedLight light = PlannedLight::geodesic;
+  /// m: the mesh edges of the images that others are compared with. Meshes with edges of twice as
+  /// much and more are chosen among.
+  double reference_edge = 0.0004;
+  double frames_a_second = 0;  ///< needed at least; 0: any number
+  double frames = 1000;        ///< over which the work that is done once is spread
+  /// By how much the machine is slower than one of 2 thousand million operations a second.
+  double slowness = 1;
+  Index contacts = 8;         ///< to try, at random
+  std::uint64_t seed = 1;     ///< of what is random
+  CancelHook cancelled = {};  ///< asked between one trial and the next, and while light is computed
+};
+
+/// One of the things that a plan chooses, and why.
+struct SensorPlanStep {
+  std::string topic;   ///< mesh edges, light model, light grid, smoothing or precision
+  std::string choice;  ///< in words
+  /// Grey levels, that this choice alone is off in the share of the pixels asked for.
+  int error = 0;
+  double seconds = 0;  ///< that it takes, once or, smoothing and precision, a frame; an estimate
+  std::string reason;  ///< in words
+};
+
+/// A chain from mesh to image, no dearer than a request needs.
+struct SensorPlan {
+  /// Whether the trials keep the request; what is chosen below is the most exact, if not.
+  bool satisfies = false;
+  std::string needed;  ///< in words: what would satisfy; empty where that is satisfied
+
+  double edge_length = 0;                       ///< of the mesh, m
+  PlannedLight light = PlannedLight::geodesic;  ///< the light model
+  Index light_grid = 1;          ///< pixels between the places where light is computed
+  double smoothing_sigma = 0;    ///< pixels, of the Gaussian membrane; 0: it follows the object
+  Index smoothing_radius = 0;    ///< pixels: where the Gaussian is cut off
+  bool single_precision = true;  ///< whether frames are rendered in float
+
+  double share = 0;            ///< of the pixels that the trials changed, within the tolerance
+  double share_error = 0;      ///< its standard error, by comparing contacts
+  int error = 0;               ///< grey levels within which the share asked for is
+  double seconds_once = 0;     ///< an estimate, for what is computed once
+  double seconds_a_frame = 0;  ///< an estimate
+  /// Operations, as estimated from sizes, for what is computed once and the request's frames.
+  double cost = 0;
+  std::vector<SensorPlanStep> steps;  ///< the choices one by one
+  std::string reason;                 ///< all of it in words
+};
+
+namespace detail {
+
+/// Chooses the cheapest chain that holds.
+class SensorPlanner {
+ public:
+  SensorPlanner(const SensorAt& sensor_at, const SensorPlanRequest& request)
+      : request_(checked(request)),
+        trials_(sensor_at, request.reference_edge,
+                {request.contact_radius, request.press_depth, request.contacts, request.seed},
+                request.light, request.cancelled),
+        costs_(trials_.sizes()) {}
+
+  [[nodiscard]] SensorPlan plan() {
+    const SensorChoice best = trials_.most_exact();
+    if (!holds(best)) return refused(best, too_coarse(best));
+    SensorChoice chosen = best;
+    // From cheap to dear: the first that holds. Where one does not, nor does what is coarser in
+    // all.
+    std::vector<SensorChoice> failed;
+    for (const SensorChoice& choice : by_cost(candidates(best))) {
+      const auto is_no_better = [&](const SensorChoice& other) {
+        return choice.is_no_more_exact_than(other);
+      };
+      if (std::any_of(failed.begin(), failed.end(), is_no_better)) continue;
+      if (is_promising(choice, best) && holds(choice)) {
+        chosen = choice;
+        break;
+      }
+      failed.push_back(choice);
+    }
+    if (seconds(costs_.frame(chosen)) * request_.frames_a_second > 1) {
+      return refused(chosen, too_slow(chosen));
+    }
+    return described(chosen, true);
+  }
+
+ private:
+  static constexpr double operations_a_second = 2e9;
+  // By how many standard errors the trials' share is to be beyond the one asked for.
+  static constexpr double sureness = 2.5;
+
+  [[nodiscard]] static const SensorPlanRequest& checked(const SensorPlanRequest& r) {
+    require(r.tolerance >= 0 && std::isfinite(r.tolerance), "a tolerance of ", r.tolerance,
+            " grey levels");
+    require(r.share > 0 && r.share <= 1, "a share of ", r.share, " of the pixels");
+    for (const double length : {r.contact_radius, r.press_depth, r.reference_edge}) {
+      require(length > 0 && std::isfinite(length), "contacts of radius ", r.contact_radius,
+              " and depth ", r.press_depth, ", with edges of ", r.reference_edge, " for reference");
+    }
+    require(r.frames_a_second >= 0 && std::isfinite(r.frames_a_second), r.frames_a_second,
+            " frames a second");
+    require(r.frames >= 0 && std::isfinite(r.frames), r.frames, " frames");
+    require(r.slowness > 0 && std::isfinite(r.slowness), "a slowness of ", r.slowness);
+    require(r.contacts >= 2, r.contacts, " contacts to try");
+    return r;
+  }
+
+  [[nodiscard]] bool holds(const SensorChoice& choice) {
+    const TrialErrors& errors = trials_.errors(choice);
+    return errors.within(request_.tolerance) -
+               sureness * errors.standard_error(request_.tolerance) >=
+           request_.share;
+  }
+  // Whether the shares of the pixels that each choice alone loses may be lost together.
+  [[nodiscard]] bool is_promising(const SensorChoice& choice, const SensorChoice& best) {
+    const double of_best = trials_.errors(best).within(request_.tolerance);
+    double left = of_best;
+    for (const SensorTopic topic : all_topics) {
+      SensorChoice alone = best;
+      alone.take(topic, choice);
+      left -= std::max(0.0, of_best - trials_.errors(alone).within(request_.tolerance));
+      if (left < request_.share) return false;
+    }
+    return true;
+  }
+  [[nodiscard]] double seconds(double operations) const {
+    return operations / operations_a_second * request_.slowness;
+  }
+  [[nodiscard]] double cost(const SensorChoice& choice) const {
+    return costs_.once(choice) + request_.frames * costs_.frame(choice);
+  }
+
+  // What may be chosen: of each topic, what holds where all else is most exact.
+  [[nodiscard]] std::vector<SensorChoice> candidates(const SensorChoice& best) {
+    std::vector<SensorChoice> all{best};
+    for (const SensorTopic topic : all_topics) {
+      std::vector<SensorChoice> grown;
+      for (const SensorChoice& alone :
+           topic == SensorTopic::light ? enough_lights(best) : enough(topic)) {
+        for (SensorChoice choice : all) {
+          choice.take(topic, alone);
+          grown.push_back(choice);
+        }
+      }
+      all = std::move(grown);
+    }
+    return all;
+  }
+
+  // Of choices from coarse to fine, the first that holds and all that is finer: by halving.
+  [[nodiscard]] std::vector<SensorChoice> enough(SensorTopic topic) {
+    std::vector<SensorChoice> choices = trials_.choices(topic);
+    auto low = choices.begin(), high = choices.end() - 1;  // the last is the most exact, and holds
+    while (low != high) {
+      const auto middle = low + (high - low) / 2;
+      if (holds(*middle)) {
+        high = middle;
+      } else {
+        low = middle + 1;
+      }
+    }
+    choices.erase(choices.begin(), low);
+    return choices;
+  }
+
+  // Light models that hold and are cheaper than the right one, and that.
+  [[nodiscard]] std::vector<SensorChoice> enough_lights(const SensorChoice& best) {
+    std::vector<SensorChoice> choices;
+    for (const SensorChoice& alone : trials_.choices(SensorTopic::light)) {
+      const bool is_cheaper = costs_.once(alone) < costs_.once(best);
+      if (alone == best || (is_cheaper && holds(alone))) choices.push_back(alone);
+    }
+    return choices;
+  }
+
+  [[nodiscard]] std::vector<SensorChoice> by_cost(std::vector<SensorChoice> choices) const {
+    std::stable_sort(
+        choices.begin(), choices.end(),
+        [&](const SensorChoice& a, const SensorChoice& b) { return cost(a) < cost(b); });
+    return choices;
+  }
+
+  // --- words -------------------------------------------------------------------------------------
+
+  [[nodiscard]] std::string too_coarse(const SensorChoice& best) {
+    const TrialErrors& errors = trials_.errors(best);
+    const int least = errors.level_of(request_.share, sureness);
+    // A mesh's error falls with the square of its edges; that of rounding stays.
+    const double edge =
+        trials_.edge(best) * std::sqrt(std::max(0.5, request_.tolerance) / std::max(1, least)) / 2;
+    return joined("even edges of ", two_digits(1e3 * trials_.edge(best)), " mm, light at every ",
+                  "pixel and double keep ", two_digits(request_.tolerance), " grey levels for ",
+                  percent(errors.within(request_.tolerance)),
+                  " of the pixels only, not surely for ", percent(request_.share),
+                  ": a tolerance of ", least, " is needed, or a reference with edges of ",
+                  two_digits(1e3 * edge), " mm");
+  }
+  [[nodiscard]] std::string too_slow(const SensorChoice& chosen) const {
+    const double takes = seconds(costs_.frame(chosen));
+    return joined("the cheapest that keeps ", two_digits(request_.tolerance),
+                  " grey levels is estimated at ", two_digits(1 / takes), " frames a second, not ",
+                  two_digits(request_.frames_a_second), ": a processor ",
+                  two_digits(takes * request_.frames_a_second),
+                  " times as fast is needed, or as many times fewer pixels");
+  }
+  [[nodiscard]] static std::string percent(double share) {
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%.2f %%", 100 * share);
+    return digits;
+  }
+
+  [[nodiscard]] SensorPlan refused(const SensorChoice& choice, std::string needed) {
+    SensorPlan plan = described(choice, false);
+    plan.needed = std::move(needed);
+    plan.reason = plan.needed;
+    return plan;
+  }
+
+  [[nodiscard]] SensorPlan described(const SensorChoice& choice, bool satisfies) {
+    const TrialErrors& errors = trials_.errors(choice);
+    SensorPlan plan;
+    plan.satisfies = satisfies;
+    plan.edge_length = trials_.edge(choice);
+    plan.light = choice.light;
+    plan.light_grid = choice.grid;
+    plan.smoothing_sigma = choice.radius > 0 ? trials_.sigma() : 0;
+    plan.smoothing_radius = choice.radius;
+    plan.single_precision = choice.is_single;
+    plan.share = errors.within(request_.tolerance);
+    plan.share_error = errors.standard_error(request_.tolerance);
+    plan.error = errors.level_of(request_.share, 0);
+    plan.seconds_once = seconds(costs_.once(choice));
+    plan.seconds_a_frame = seconds(costs_.frame(choice));
+    plan.cost = cost(choice);
+    for (const SensorTopic topic : all_topics) plan.steps.push_back(step(topic, choice));
+    plan.reason =
+        joined("of the pixels that ", request_.contacts, " contacts changed, ", percent(plan.share),
+               " are within ", two_digits(request_.tolerance), " grey levels");
+    for (const SensorPlanStep& one : plan.steps) plan.reason += "; " + one.reason;
+    return plan;
+  }
+
+  [[nodiscard]] SensorPlanStep step(SensorTopic topic, const SensorChoice& chosen) {
+    SensorChoice alone = trials_.most_exact();
+    alone.take(topic, chosen);
+    SensorPlanStep result;
+    result.topic = name_of(topic);
+    result.choice = trials_.words(topic, chosen);
+    result.error = trials_.errors(alone).level_of(request_.share, 0);
+    result.seconds = seconds(costs_.of(topic, chosen));
+    result.reason =
+        joined(result.topic, ": ", result.choice, ", off by ", result.error, " grey levels alone");
+    // What is next cheaper, and how far that is off.
+    std::optional<SensorChoice> cheaper;
+    for (const SensorChoice& other : trials_.choices(topic)) {
+      if (other.has_same(topic, chosen)) break;
+      cheaper = other;
+    }
+    if (cheaper && trials_.is_known(*cheaper)) {
+      result.reason += joined("; ", trials_.words(topic, *cheaper), " by ",
+                              trials_.errors(*cheaper).level_of(request_.share, 0));
+    }
+    return result;
+  }
+
+  SensorPlanRequest request_;
+  SensorTrials trials_;
+  SensorCosts costs_;
+};
+
+}  // namespace detail
+
+/// Chooses the cheapest chain from mesh to image whose images are as good as asked for: how fine a
+/// mesh, which light model and on how coarse a grid, how the protrusion is smoothed, and float or
+/// double.
+///
+/// Nothing is guessed: balls and boxes of the contacts' size are pressed in at places drawn by lot,
+/// and rendered with each choice beside the reference: edges of `reference_edge`, the request's
+/// light at every pixel, a Gaussian out to 6 sigma, double. Of all combinations of what holds
+/// alone, by estimated cost, the first is taken that holds with 2.5 standard errors to spare over
+/// the contacts.
+///
+/// As measured: of 59 sensors at random (fingers, flat and bent pads of 96 x 72 pixels;
+/// tests/sensor/plan_test.cpp, seeds 101, 202 and 404) the share held in 56 over 40 contacts each
+/// that the planner had not tried; the other three lost less than twice the pixels that they may.
+/// Of 12 (seed 303) none cost more than 1.5 times the cheapest choice in hindsight. A GelTip of 640
+/// x 480 takes 1 to 2 s to plan.
+///
+/// Throws InvalidInput as the sensor does at `reference_edge`, for a request with a number that
+/// cannot be, and where contacts of that size show in fewer than 16 pixels; Cancelled where the
+/// hook says so. What cannot be satisfied is no error: the plan says so, and what is needed.
+[[nodiscard]] inline SensorPlan plan_sensor(const SensorAt& sensor_at,
+                                            const SensorPlanRequest& request = {}) {
+  return detail::SensorPlanner(sensor_at, request).plan();
+}
+
+/// The renderer of a plan, for the same sensor: with T float where the plan says
+/// `single_precision`, else double. Light is computed in double in either case. Throws InvalidInput
+/// as the sensor's parts do.
+template <std::floating_point T>
+[[nodiscard]] TactileRenderer<T> planned_renderer(const SensorAt& sensor_at, const SensorPlan& plan,
+                                                  const CancelHook& cancelled = {}) {
+  const SensorPreset<double> sensor = sensor_at(plan.edge_length);
+  const Raster<double> rest = rasterize(sensor.membrane, sensor.camera);
+  const detail::MembraneLights model(sensor);
+  const Window whole{0, 0, sensor.camera.width, sensor.camera.height};
+  std::vector<Image<Vec3<double>>> fields;
+  for (std::size_t k = 0; k < sensor.leds.size(); ++k) {
+    const auto done = static_cast<double>(k), of = static_cast<double>(sensor.leds.size());
+    const Raster<double> coarse =
+        plan.light_grid == 1
+            ? rest
+            : rasterize(sensor.membrane, detail::coarse_camera(sensor.camera, plan.light_grid));
+    const auto field = bake(model.field(plan.light, k, pixel_points(coarse),
+                                        cancelled.part(done / of, (done + 1) / of)),
+                            coarse);
+    fields.push_back(plan.light_grid == 1 ? field
+                                          : detail::resized_window(field, sensor.camera, whole));
+  }
+  const detail::SensorChoice choice{0, plan.light, plan.light_grid, plan.smoothing_radius,
+                                    plan.single_precision};
+  const auto background = detail::seen_coating(sensor, sensor.camera, rest);
+  return detail::renderer_of<T>(sensor, {sensor.camera, rest.depth, background}, fields, choice);
+}
+
+}  // namespace gelight

@@ -1,0 +1,165 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "gelight/concepts/membrane.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/image/camera.hpp"
+#include "gelight/image/raster.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/views/image_view.hpp"
+
+namespace gelight::detail {
+
+/// An object that is pressed into a membrane, in a window of the camera's image.
+struct TrialContact {
+  Window window;        ///< of the pixels that count, and around it as far as a depth reaches
+  Image<double> depth;  ///< of the object there
+  Window counted;       ///< the pixels that count, in the window
+  double weight = 1;    ///< how many pixels each of them stands for
+  Index across = 0;     ///< columns that it stands in the membrane in
+  Index down = 0;       ///< rows
+};
+
+/// Draws contacts: balls and, at a slant of up to 0.2 radians, boxes in turn, each where a pixel
+/// chosen by lot sees the membrane.
+class ContactDraw {
+ public:
+  /// Of contacts that would have this radius and depth on a flat membrane, in m.
+  ContactDraw(const Surface<double>& membrane, const Camera<double>& camera,
+              const Raster<double>& rest, double radius, double depth, std::uint64_t seed)
+      : membrane_(membrane),
+        camera_(camera),
+        rest_(rest),
+        radius_(radius),
+        depth_(depth),
+        random_(seed) {
+    for (Index y = 0; y < camera.height; ++y) {
+      for (Index x = 0; x < camera.width; ++x) {
+        if (rest.face(x, y) >= 0) seen_.push_back({x, y});
+      }
+    }
+    require(!seen_.empty(), "the camera does not see the membrane");
+  }
+
+  /// The next one: of the pixels at most `around` from it no more than a square of some, drawn by
+  /// lot, and what is at most `reach` from those. Throws InvalidInput where 100 in a row stand in
+  /// the membrane in fewer than 16 pixels.
+  [[nodiscard]] TrialContact next(Index around, Index reach) {
+    for (int attempt = 0; attempt < 100; ++attempt) {
+      const bool is_ball = ++drawn_ % 2 == 1;
+      const Image<double> depth =
+          rasterize(is_ball ? ball() : box_at_slant(), camera_, drawn_place()).depth;
+      Window touched{camera_.width, camera_.height, 0, 0};
+      Index count = 0;
+      for (const auto& [x, y] : seen_) {
+        if (!(depth(x, y) > 0 && depth(x, y) < rest_.depth(x, y))) continue;
+        touched = {std::min(touched.left, x), std::min(touched.top, y),
+                   std::max(touched.right, x + 1), std::max(touched.bottom, y + 1)};
+        ++count;
+      }
+      if (count < fewest_pixels) continue;
+      const Window near = touched.grown(around, camera_.width, camera_.height);
+      const Window tile{drawn_begin(near.left, near.right), drawn_begin(near.top, near.bottom), 0,
+                        0};
+      const Window counted{tile.left, tile.top, std::min(near.right, tile.left + side),
+                           std::min(near.bottom, tile.top + side)};
+      const Window window = counted.grown(reach + 3, camera_.width, camera_.height);
+      TrialContact contact{window,
+                           Image<double>(window.right - window.left, window.bottom - window.top),
+                           {counted.left - window.left, counted.top - window.top,
+                            counted.right - window.left, counted.bottom - window.top},
+                           area(near) / area(counted),
+                           touched.right - touched.left,
+                           touched.bottom - touched.top};
+      for (Index y = window.top; y < window.bottom; ++y) {
+        for (Index x = window.left; x < window.right; ++x) {
+          contact.depth(x - window.left, y - window.top) = depth(x, y);
+        }
+      }
+      return contact;
+    }
+    refuse({"contacts of radius ", radius_, " and depth ", depth_, " cover less than ",
+            fewest_pixels, " pixels"});
+  }
+
+ private:
+  static constexpr int fewest_pixels = 16;
+  static constexpr Index side = 40;  // of the square
+
+  struct Place {
+    Eigen::Matrix3d frame;  // its z away from the camera, at right angles to the membrane
+    Vec3<double> point;
+  };
+
+  [[nodiscard]] double uniform(double low, double high) {
+    return low + (high - low) * std::ldexp(static_cast<double>(random_() >> 11), -53);
+  }
+
+  [[nodiscard]] Index drawn_begin(Index low, Index high) {
+    if (high - low <= side) return low;
+    return low + static_cast<Index>(uniform(0, static_cast<double>(high - low - side + 1)));
+  }
+  [[nodiscard]] static double area(const Window& window) {
+    return double(window.right - window.left) * double(window.bottom - window.top);
+  }
+
+  // Objects have what touches first at the origin, and their bodies towards z.
+  [[nodiscard]] Mesh<double> ball() const {
+    const double size = (radius_ * radius_ + depth_ * depth_) / (2 * depth_);
+    return placed<double>(icosphere<double>(4, size), Eigen::Matrix3d::Identity(), {0, 0, size});
+  }
+  [[nodiscard]] Mesh<double> box_at_slant() {
+    const double edge = std::numbers::sqrt2 * radius_;
+    const double slant = uniform(0, 0.2), about = uniform(0, 2 * std::numbers::pi);
+    const Vec3<double> up(std::sin(slant) * std::cos(about), std::sin(slant) * std::sin(about),
+                          std::cos(slant));
+    const Mesh<double> turned = placed<double>(box(edge, edge, edge), frame_of(up, 0), {0, 0, 0});
+    double lowest = 0;
+    for (const auto& p : turned.positions) lowest = std::min(lowest, p[2]);
+    return placed<double>(turned, Eigen::Matrix3d::Identity(), {0, 0, -lowest});
+  }
+
+  [[nodiscard]] Place drawn_place() {
+    const auto at = static_cast<std::size_t>(uniform(0, static_cast<double>(seen_.size())));
+    const auto [x, y] = seen_[std::min(at, seen_.size() - 1)];
+    const Vec3<double> ray = camera_.ray(x, y);
+    Vec3<double> out = stable_unit(face_normal(membrane_, rest_.face(x, y)));
+    if (out.dot(ray) < 0) out = -out;
+    return {frame_of(out, uniform(0, 2 * std::numbers::pi)),
+            rest_.depth(x, y) * ray - depth_ * out};
+  }
+
+  // A frame with this z axis.
+  [[nodiscard]] static Eigen::Matrix3d frame_of(const Vec3<double>& z, double turn) {
+    const Vec3<double> u = unit_orthogonal(z), v = cross(z, u);
+    const Vec3<double> x = std::cos(turn) * u + std::sin(turn) * v;
+    Eigen::Matrix3d frame;
+    frame << x, cross(z, x), z;
+    return frame;
+  }
+
+  [[nodiscard]] static Raster<double> rasterize(const Mesh<double>& object,
+                                                const Camera<double>& camera, const Place& place) {
+    return gelight::rasterize(placed<double>(object, place.frame, place.point), camera);
+  }
+
+  const Surface<double>& membrane_;
+  const Camera<double>& camera_;
+  const Raster<double>& rest_;
+  double radius_, depth_;
+  std::mt19937_64 random_;
+  std::uint64_t drawn_ = 0;
+  std::vector<std::array<Index, 2>> seen_;
+};
+
+}  // namespace gelight::detail

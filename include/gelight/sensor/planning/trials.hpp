@@ -1,0 +1,514 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <compare>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gelight/concepts/membrane.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/image/camera.hpp"
+#include "gelight/image/filter.hpp"
+#include "gelight/image/raster.hpp"
+#include "gelight/light/field.hpp"
+#include "gelight/sensor/bake.hpp"
+#include "gelight/sensor/planning/contacts.hpp"
+#include "gelight/sensor/planning/membrane_lights.hpp"
+#include "gelight/sensor/presets.hpp"
+#include "gelight/sensor/tactile_renderer.hpp"
+#include "gelight/views/image_view.hpp"
+
+namespace gelight {
+
+/// A sensor with a membrane of any mesh edge length, in m.
+using SensorAt = std::function<SensorPreset<double>(double)>;
+
+namespace detail {
+
+/// What a planner chooses.
+enum class SensorTopic : std::uint8_t { edges, light, grid, smoothing, precision };
+inline constexpr std::array<SensorTopic, 5> all_topics{SensorTopic::edges, SensorTopic::light,
+                                                       SensorTopic::grid, SensorTopic::smoothing,
+                                                       SensorTopic::precision};
+
+[[nodiscard]] inline const char* name_of(SensorTopic topic) {
+  constexpr std::array<const char*, 5> names{"mesh edges", "light model", "light grid", "smoothing",
+                                             "precision"};
+  return names[static_cast<std::size_t>(topic)];
+}
+[[nodiscard]] inline const char* name_of(PlannedLight light) {
+  constexpr std::array<const char*, 5> names{"linear", "gel", "plane", "transport", "geodesic"};
+  return names[static_cast<std::size_t>(light)];
+}
+
+/// A chain from mesh to image.
+struct SensorChoice {
+  std::size_t mesh = 0;  // of the trials' meshes, the finest first
+  PlannedLight light = PlannedLight::geodesic;
+  Index grid = 1;          // pixels between the places where light is computed
+  Index radius = 0;        // pixels: where the Gaussian is cut off; 0: there is none
+  bool is_single = false;  // whether frames are rendered in float
+
+  /// Becomes like another in one thing.
+  void take(SensorTopic topic, const SensorChoice& other) {
+    if (topic == SensorTopic::edges) mesh = other.mesh;
+    if (topic == SensorTopic::light) light = other.light;
+    if (topic == SensorTopic::grid) grid = other.grid;
+    if (topic == SensorTopic::smoothing) radius = other.radius;
+    if (topic == SensorTopic::precision) is_single = other.is_single;
+  }
+  [[nodiscard]] bool has_same(SensorTopic topic, const SensorChoice& other) const {
+    SensorChoice like_other = *this;
+    like_other.take(topic, other);
+    return like_other == *this;
+  }
+  [[nodiscard]] bool is_no_more_exact_than(const SensorChoice& other) const {
+    return light == other.light && mesh >= other.mesh && grid >= other.grid &&
+           radius <= other.radius && is_single >= other.is_single;
+  }
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 sees a 0 in what the compiler writes
+  friend auto operator<=>(const SensorChoice&, const SensorChoice&) = default;
+};
+
+/// A part of a sensor's image.
+struct TrialImages {
+  Image<Rgb8> pressed, rest;
+};
+
+/// How many of the pixels that each contact changes are off by how many grey levels.
+class TrialErrors {
+ public:
+  /// Of one more contact: images and those of the membrane at rest, ours and the reference's. The
+  /// outermost pixels do not count: they have no normals.
+  void add(const TrialContact& contact, const TrialImages& ours, const TrialImages& truth) {
+    auto& counts = counts_.emplace_back();
+    const Index width = ours.pressed.width(), height = ours.pressed.height();
+    const Window counted = contact.counted.common({1, 1, width - 1, height - 1});
+    for (Index y = counted.top; y < counted.bottom; ++y) {
+      for (Index x = counted.left; x < counted.right; ++x) {
+        const Rgb8 &image = ours.pressed(x, y), &reference = truth.pressed(x, y);
+        if (image == ours.rest(x, y) && reference == truth.rest(x, y)) continue;
+        int off = 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+          off = std::max(off, std::abs(int{image[c]} - int{reference[c]}));
+        }
+        counts[static_cast<std::size_t>(off)] += contact.weight;
+      }
+    }
+  }
+
+  /// The share of the pixels that are off by no more than so many levels.
+  [[nodiscard]] double within(double levels) const {
+    double good = 0, all = 0;
+    for (const auto& counts : counts_) {
+      good += pixels_within(counts, levels);
+      all += pixels_within(counts, 255);
+    }
+    return all > 0 ? good / all : 1;
+  }
+  /// The standard error of that, contacts being drawn by lot: of a ratio.
+  [[nodiscard]] double standard_error(double levels) const {
+    const double share = within(levels), count = static_cast<double>(counts_.size());
+    double squares = 0, all = 0;
+    for (const auto& counts : counts_) {
+      const double pixels = pixels_within(counts, 255);
+      squares += std::pow(pixels_within(counts, levels) - share * pixels, 2);
+      all += pixels;
+    }
+    return all > 0 ? std::sqrt(squares * count / (count - 1)) / all : 0;
+  }
+  /// Of how many levels so many pixels are within, with some standard errors to spare.
+  [[nodiscard]] int level_of(double share, double sureness) const {
+    int level = 0;
+    while (level < 255 && within(level) - sureness * standard_error(level) < share) ++level;
+    return level;
+  }
+
+ private:
+  using Counts = std::array<double, 256>;
+  [[nodiscard]] static double pixels_within(const Counts& counts, double levels) {
+    double sum = 0;
+    for (std::size_t i = 0; i < counts.size() && static_cast<double>(i) <= levels; ++i) {
+      sum += counts[i];
+    }
+    return sum;
+  }
+
+  std::vector<Counts> counts_;  // of each contact
+};
+
+/// What a camera, or a part of it, sees of a membrane at rest.
+struct SeenMembrane {
+  Camera<double> camera;
+  Image<double> rest;
+  Image<std::array<double, 3>> coating;
+};
+
+/// A part of an image.
+template <class P>
+[[nodiscard]] Image<P> cut_out(const Image<P>& image, const Window& window) {
+  Image<P> part(window.right - window.left, window.bottom - window.top);
+  for (Index y = 0; y < part.height(); ++y) {
+    std::copy_n(image.row(window.top + y) + window.left, part.width(), part.row(y));
+  }
+  return part;
+}
+
+/// The pixels of a window, of a light field on a coarse grid made as large as the camera's image.
+[[nodiscard]] inline Image<Vec3<double>> resized_window(const Image<Vec3<double>>& field,
+                                                        const Camera<double>& camera,
+                                                        const Window& window) {
+  Image<Vec3<double>> result(window.right - window.left, window.bottom - window.top);
+  resize_into(result, field, camera.width, camera.height, window.left, window.top);
+  return result;
+}
+
+/// The renderer of a chain, for what a camera sees and each LED's light there.
+template <std::floating_point T>
+[[nodiscard]] TactileRenderer<T> renderer_of(const SensorPreset<double>& sensor,
+                                             const SeenMembrane& seen,
+                                             const std::vector<Image<Vec3<double>>>& fields,
+                                             const SensorChoice& choice) {
+  const Index width = seen.camera.width, height = seen.camera.height;
+  std::vector<Light<T>> lights;
+  for (std::size_t k = 0; k < fields.size(); ++k) {
+    Light<T> light{Image<Vec3<T>>(width, height),
+                   {},
+                   static_cast<T>(sensor.diffuse),
+                   static_cast<T>(sensor.specular),
+                   static_cast<T>(sensor.shininess)};
+    for (std::size_t c = 0; c < 3; ++c) light.rgb[c] = static_cast<T>(sensor.colours[k][c]);
+    for (std::size_t i = 0; i < fields[k].pixels().size(); ++i) {
+      light.direction.pixels()[i] = fields[k].pixels()[i].template cast<T>();
+    }
+    lights.push_back(std::move(light));
+  }
+  Image<T> rest(width, height);
+  Image<std::array<T, 3>> coating(width, height);
+  for (std::size_t i = 0; i < rest.pixels().size(); ++i) {
+    rest.pixels()[i] = static_cast<T>(seen.rest.pixels()[i]);
+    for (std::size_t c = 0; c < 3; ++c) {
+      coating.pixels()[i][c] = static_cast<T>(seen.coating.pixels()[i][c]);
+    }
+  }
+  TactileOptions options = sensor.options;
+  if (choice.radius == 0) options.smoothing_sigma = 0;
+  options.smoothing_radius = choice.radius;
+  options.rectify = is_tangent(choice.light);
+  options.keep_strength = sensor.led_width > 0;
+  return {seen.camera.template cast<T>(), rest, lights, Background<T>(coating), options};
+}
+
+/// How large what a sensor's chain works on is.
+struct SensorSizes {
+  double width = 0, height = 0;  // of the image, pixels
+  double seen = 0;               // pixels that see the membrane
+  double leds = 0;
+  std::vector<double> vertices;                 // of each mesh
+  std::vector<std::array<double, 2>> contacts;  // columns and rows of each
+};
+
+/// Renders contacts drawn by lot with one choice after the other, beside the reference.
+class SensorTrials {
+ public:
+  /// What is pressed in.
+  struct Contacts {
+    double radius, depth;
+    Index count;
+    std::uint64_t seed;
+  };
+
+  SensorTrials(const SensorAt& sensor_at, double reference_edge, const Contacts& contacts,
+               PlannedLight light, const CancelHook& cancelled)
+      : reference_light_(light), cancelled_(cancelled) {
+    make_meshes(sensor_at, reference_edge);
+    sigma_ = meshes_[0]->sensor.options.smoothing_sigma;
+    draw(contacts);
+    const SensorChoice reference{0, light, 1, radius_of(reference_sigmas), false};
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+      cancelled_.check(0, what);
+      references_.push_back(images<double>(reference, i));
+    }
+  }
+
+  [[nodiscard]] double edge(const SensorChoice& choice) const { return meshes_[choice.mesh]->edge; }
+  [[nodiscard]] double sigma() const { return sigma_; }
+
+  /// The most exact of what may be chosen.
+  [[nodiscard]] SensorChoice most_exact() const {
+    return {1, reference_light_, 1, radius_of(sigmas.back()), false};
+  }
+
+  /// All that may be chosen of a topic, the coarsest first; else like the most exact choice.
+  [[nodiscard]] std::vector<SensorChoice> choices(SensorTopic topic) const {
+    std::vector<SensorChoice> all;
+    const auto add = [&](auto SensorChoice::*member, auto value) {
+      SensorChoice choice = most_exact();
+      choice.*member = value;
+      if (all.empty() || !(all.back() == choice)) all.push_back(choice);
+    };
+    switch (topic) {
+      case SensorTopic::edges:
+        for (std::size_t m = meshes_.size() - 1; m > 0; --m) add(&SensorChoice::mesh, m);
+        break;
+      case SensorTopic::light:
+        for (int i = 0; i <= static_cast<int>(reference_light_); ++i) {
+          add(&SensorChoice::light, static_cast<PlannedLight>(i));
+        }
+        break;
+      case SensorTopic::grid:
+        for (const Index grid : grids) add(&SensorChoice::grid, grid);
+        break;
+      case SensorTopic::smoothing:
+        add(&SensorChoice::radius, Index{0});
+        for (const double s : sigmas) add(&SensorChoice::radius, radius_of(s));
+        break;
+      default:
+        add(&SensorChoice::is_single, true);
+        add(&SensorChoice::is_single, false);
+    }
+    return all;
+  }
+
+  /// What a topic's choice is, in words.
+  [[nodiscard]] std::string words(SensorTopic topic, const SensorChoice& choice) const {
+    switch (topic) {
+      case SensorTopic::edges:
+        return two_digits(1e3 * edge(choice)) + " mm";
+      case SensorTopic::light:
+        return name_of(choice.light);
+      case SensorTopic::grid:
+        return joined("every ", choice.grid, " pixels");
+      case SensorTopic::smoothing:
+        return choice.radius == 0 ? "none"
+                                  : joined("Gaussian cut off at ", choice.radius, " pixels, ",
+                                           two_digits(choice.radius / sigma_), " sigma");
+      default:
+        return choice.is_single ? "float" : "double";
+    }
+  }
+
+  /// How far a choice is off.
+  [[nodiscard]] const TrialErrors& errors(const SensorChoice& choice) {
+    const auto known = errors_.find(choice);
+    if (known != errors_.end()) return known->second;
+    TrialErrors result;
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+      cancelled_.check(done(), what);
+      const TrialImages ours =
+          choice.is_single ? images<float>(choice, i) : images<double>(choice, i);
+      result.add(contacts_[i], ours, references_[i]);
+    }
+    return errors_.emplace(choice, std::move(result)).first->second;
+  }
+  [[nodiscard]] bool is_known(const SensorChoice& choice) const { return errors_.contains(choice); }
+
+  [[nodiscard]] SensorSizes sizes() const {
+    const auto& sensor = meshes_[0]->sensor;
+    SensorSizes sizes{static_cast<double>(sensor.camera.width),
+                      static_cast<double>(sensor.camera.height),
+                      0,
+                      static_cast<double>(sensor.leds.size()),
+                      {},
+                      {}};
+    for (const Index face : meshes_[0]->rest->face.pixels()) sizes.seen += face >= 0;
+    for (const auto& mesh : meshes_) {
+      sizes.vertices.push_back(static_cast<double>(mesh->sensor.membrane.positions.size()));
+    }
+    for (const auto& contact : contacts_) {
+      sizes.contacts.push_back(
+          {static_cast<double>(contact.across), static_cast<double>(contact.down)});
+    }
+    return sizes;
+  }
+
+ private:
+  static constexpr const char* what = "planning a sensor";
+  static constexpr double reference_sigmas = 6;
+  static constexpr std::array<double, 8> sigmas{1, 1.5, 2, 2.5, 3, 3.5, 4, 5};
+  static constexpr std::array<Index, 9> grids{48, 32, 24, 16, 12, 8, 6, 4, 1};
+  static constexpr int most_meshes = 14;
+
+  using Field = Image<Vec3<double>>;
+  /// What is known of one mesh, each part once it is needed.
+  struct Mesh {
+    Mesh(SensorPreset<double> of, double edge_length)
+        : sensor(std::move(of)), edge(edge_length), lights(sensor) {}
+
+    SensorPreset<double> sensor;
+    double edge;
+    MembraneLights lights;
+    std::optional<Raster<double>> rest;
+    std::vector<SeenMembrane> seen;                                // at each contact
+    std::map<PlannedLight, std::vector<std::vector<Field>>> fine;  // at each contact, of each LED
+    std::map<std::pair<PlannedLight, Index>, std::vector<Field>> coarse;  // of each LED
+    std::map<std::pair<PlannedLight, Index>, std::vector<std::vector<Field>>> resized;
+  };
+
+  [[nodiscard]] Index radius_of(double times_sigma) const {
+    return static_cast<Index>(std::ceil(times_sigma * sigma_));
+  }
+  // Nobody knows how many trials there will be.
+  [[nodiscard]] double done() const {
+    const auto trials = static_cast<double>(errors_.size());
+    return trials / (trials + 20);
+  }
+
+  void make_meshes(const SensorAt& sensor_at, double edge) {
+    meshes_.push_back(std::make_unique<Mesh>(sensor_at(edge), edge));
+    for (int k = 2; k < most_meshes; ++k) {
+      const double coarser = edge * std::exp2(0.5 * k);
+      try {
+        meshes_.push_back(std::make_unique<Mesh>(sensor_at(coarser), coarser));
+      } catch (const InvalidInput&) {
+        break;  // coarser than the sensor can be
+      }
+    }
+    require(meshes_.size() > 1, "the sensor has no mesh with edges of ", 2 * edge);
+  }
+
+  void draw(const Contacts& contacts) {
+    const Mesh& mesh = with_rest(0);
+    const Surface<double> surface(mesh.sensor.membrane);
+    ContactDraw next(surface, mesh.sensor.camera, *mesh.rest, contacts.radius, contacts.depth,
+                     contacts.seed);
+    for (Index i = 0; i < contacts.count; ++i) {
+      cancelled_.check(0, what);
+      contacts_.push_back(next.next(radius_of(3), radius_of(reference_sigmas)));
+    }
+  }
+
+  Mesh& with_rest(std::size_t m) {
+    Mesh& mesh = *meshes_[m];
+    if (!mesh.rest) mesh.rest = rasterize(mesh.sensor.membrane, mesh.sensor.camera);
+    return mesh;
+  }
+
+  const SeenMembrane& seen(std::size_t m, std::size_t contact) {
+    Mesh& mesh = with_rest(m);
+    for (std::size_t i = mesh.seen.size(); i < contacts_.size(); ++i) {
+      const Window& window = contacts_[i].window;
+      Camera<double> camera = mesh.sensor.camera;
+      camera.cx -= window.left, camera.cy -= window.top;
+      camera.width = window.right - window.left, camera.height = window.bottom - window.top;
+      const Raster<double> part{cut_out(mesh.rest->depth, window), cut_out(mesh.rest->face, window),
+                                cut_out(mesh.rest->barycentric, window)};
+      mesh.seen.push_back({camera, part.depth, seen_coating(mesh.sensor, camera, part)});
+    }
+    return mesh.seen[contact];
+  }
+
+  // Light at the contacts' pixels, of all LEDs: one solve for each.
+  const std::vector<Field>& fine_fields(std::size_t m, PlannedLight light, std::size_t contact) {
+    Mesh& mesh = with_rest(m);
+    auto& fields = mesh.fine[light];
+    if (!fields.empty()) return fields[contact];
+    std::vector<Raster<double>> parts;
+    for (const auto& one : contacts_) {
+      parts.push_back({cut_out(mesh.rest->depth, one.window), cut_out(mesh.rest->face, one.window),
+                       cut_out(mesh.rest->barycentric, one.window)});
+    }
+    fields = by_part(baked(mesh, light, parts));
+    return fields[contact];
+  }
+
+  // The same on grids, all of them at once.
+  const std::vector<Field>& coarse_fields(std::size_t m, PlannedLight light, Index grid) {
+    Mesh& mesh = with_rest(m);
+    const auto known = mesh.coarse.find({light, grid});
+    if (known != mesh.coarse.end()) return known->second;
+    std::vector<Raster<double>> parts;
+    for (const Index g : grids) {
+      if (g > 1) {
+        parts.push_back(rasterize(mesh.sensor.membrane, coarse_camera(mesh.sensor.camera, g)));
+      }
+    }
+    const auto fields = by_part(baked(mesh, light, parts));
+    for (std::size_t i = 0; i < fields.size(); ++i) mesh.coarse[{light, grids[i]}] = fields[i];
+    return mesh.coarse[{light, grid}];
+  }
+
+  // Of each LED, the light in each part.
+  [[nodiscard]] std::vector<std::vector<Field>> baked(
+      const Mesh& mesh, PlannedLight light, const std::vector<Raster<double>>& parts) const {
+    std::vector<SurfacePoint<double>> points;
+    std::vector<std::size_t> ends;
+    for (const auto& part : parts) {
+      const auto more = pixel_points(part);
+      points.insert(points.end(), more.begin(), more.end());
+      ends.push_back(points.size());
+    }
+    std::vector<std::vector<Field>> result;
+    for (std::size_t k = 0; k < mesh.sensor.leds.size(); ++k) {
+      const CancelHook asked([this](double) {
+        cancelled_.check(done(), what);
+        return false;
+      });
+      const auto field = mesh.lights.field(light, k, points, cancelled_ ? asked : CancelHook());
+      result.emplace_back();
+      std::size_t begin = 0;
+      for (std::size_t i = 0; i < parts.size(); begin = ends[i++]) {
+        result.back().push_back(bake(std::span(field).subspan(begin, ends[i] - begin), parts[i]));
+      }
+    }
+    return result;
+  }
+  static std::vector<std::vector<Field>> by_part(std::vector<std::vector<Field>> by_led) {
+    std::vector<std::vector<Field>> result(by_led[0].size());
+    for (auto& fields : by_led) {
+      for (std::size_t i = 0; i < fields.size(); ++i) result[i].push_back(std::move(fields[i]));
+    }
+    return result;
+  }
+
+  const std::vector<Field>& fields(const SensorChoice& choice, std::size_t contact) {
+    if (choice.grid == 1) return fine_fields(choice.mesh, choice.light, contact);
+    auto& resized = meshes_[choice.mesh]->resized[{choice.light, choice.grid}];
+    if (resized.empty()) {
+      const auto& coarse = coarse_fields(choice.mesh, choice.light, choice.grid);
+      for (const auto& one : contacts_) {
+        resized.emplace_back();
+        for (const Field& field : coarse) {
+          resized.back().push_back(
+              resized_window(field, meshes_[choice.mesh]->sensor.camera, one.window));
+        }
+      }
+    }
+    return resized[contact];
+  }
+
+  template <std::floating_point T>
+  TrialImages images(const SensorChoice& choice, std::size_t contact) {
+    const auto renderer = renderer_of<T>(meshes_[choice.mesh]->sensor, seen(choice.mesh, contact),
+                                         fields(choice, contact), choice);
+    Image<T> depth(contacts_[contact].depth.width(), contacts_[contact].depth.height());
+    for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
+      depth.pixels()[i] = static_cast<T>(contacts_[contact].depth.pixels()[i]);
+    }
+    return {renderer.render(depth), renderer.rest_image()};
+  }
+
+  PlannedLight reference_light_;
+  CancelHook cancelled_;
+  std::vector<std::unique_ptr<Mesh>> meshes_;  // the reference's, then those to choose from
+  double sigma_ = 0;
+  std::vector<TrialContact> contacts_;
+  std::vector<TrialImages> references_;
+  std::map<SensorChoice, TrialErrors> errors_;
+};
+
+}  // namespace detail
+}  // namespace gelight
