@@ -74,7 +74,7 @@ struct RegionResidual {
 struct Calibration {
   /// What a renderer takes.
   CalibratedSensor sensor;
-  double bulge_doubt = 0;         ///< pixels: within it the residual grows by less than its noise
+  double bulge_doubt = 0;  ///< half the interval to which its fit was narrowed, pixels; 0: given
   detail::Smoothness smoothness;  ///< as chosen by cross-validation
   double held_out = 0;            ///< root mean square there, in the contact, grey levels
   /// Standard deviation of each coefficient of a table's or polynomial's touched gel, by leaving a
