@@ -279,13 +279,13 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   enum class Extent : std::uint8_t { everything, not_at_rest, changed };
 
   struct Workspace {
-    typename MembraneRows::Workspace membrane;
     typename ShadedRows::Workspace shading;
     std::vector<T> kept;        // of each pixel of a row: the share of ambient light that is left
     std::vector<T> touched;     // of each pixel of a row: 1 where the object and the surface meet
     std::vector<char> changed;  // of each block of a row
-    detail::ChangedBlocks changes;
     std::vector<detail::Run> runs;
+    detail::ChangedBlocks changes;
+    typename MembraneRows::Workspace membrane;  // last, since some are aligned to a cache line
   };
 
   template <class D>
@@ -365,13 +365,13 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
 
   [[nodiscard]] Workspace make_workspace() const {
     const auto blocks = static_cast<std::size_t>(detail::block_count(camera_.width));
-    Workspace work{membrane_.make_workspace(),
-                   shading_.make_workspace(),
+    Workspace work{shading_.make_workspace(),
+                   {},
                    {},
                    {},
                    {},
                    detail::ChangedBlocks(camera_.width, camera_.height),
-                   {}};
+                   membrane_.make_workspace()};
     work.kept.resize(static_cast<std::size_t>(camera_.width));
     if (reads_touched) work.touched.resize(static_cast<std::size_t>(camera_.width));
     work.changed.resize(blocks);

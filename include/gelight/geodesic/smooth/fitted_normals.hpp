@@ -29,7 +29,7 @@ class FittedNormalsOf {
 
   /// Unit normal of a fan; zero where no face of it has an area.
   [[nodiscard]] Vec3<Real> normal(Index fan) {
-    const Vec3<Real> mean = fans_.mean_normal(fan);
+    Vec3<Real> mean = fans_.mean_normal(fan);
     if (mean.isZero(0)) return mean;
     gather(fan);
     for (int degree = 4; degree >= 2; --degree) {
