@@ -359,7 +359,7 @@ TEST_CASE("flags and distances of one part are the same whenever another part st
     const auto together = solver.solve(sources);
     if (!delaunay) CHECK(together.is_too_coarse);
     for (const double start : {-1e9, -1e6, -30.0, 1e-3, 30.0, 1e6, 1e9}) {
-      for (const std::size_t late : {0, 1}) {
+      for (const std::size_t late : {std::size_t{0}, std::size_t{1}}) {
         CAPTURE(start);
         CAPTURE(late);
         sources[late].distance = start;
