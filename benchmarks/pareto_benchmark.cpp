@@ -46,7 +46,7 @@ struct Dial {
   std::string method, setting;
   double wrong_beyond;
   std::function<Query(const Mesh<double>&)> make;
-  std::function<void(benchmark::State&, const Mesh<double>&)> count = {};
+  std::function<void(benchmark::State&, const Case&)> count = {};
   bool measures_paths = false;
 };
 
@@ -81,19 +81,19 @@ Dial resets(int radius) {
 Dial heat(const std::string& setting, const HeatOptions& options) {
   return {"heat", setting, 0.1,
           [=](const Mesh<double>& mesh) { return query_of(HeatSolver(mesh, options)); },
-          [=](benchmark::State& state, const Mesh<double>& mesh) {
-            const HeatSolver solver(mesh, options);
+          [=](benchmark::State& state, const Case& on) {
+            const HeatSolver solver(on.mesh, options);
             state.counters["fill"] =
                 2.0 * static_cast<double>(solver.system()->dissection()->value_count());
             state.counters["iterations"] = static_cast<double>(options.refinements);
           }};
 }
 
-void count_windows(benchmark::State& state, const Mesh<double>& mesh) {
-  const Surface<double> surface(mesh);
+void count_windows(benchmark::State& state, const Case& on) {
+  const Surface<double> surface(on.mesh);
   const gelight::detail::PlanarFaces faces(surface);
   gelight::detail::WindowPropagation propagation;
-  propagation.run(surface, faces, {{vertex_point<double>(sources[0]), 0}}, {});
+  propagation.run(surface, faces, {{vertex_point<double>(on.sources[0]), 0}}, {});
   state.counters["windows"] = static_cast<double>(propagation.counts.created);
 }
 
@@ -124,14 +124,14 @@ void measure(benchmark::State& state, const Case& on, const Dial& dial) {
   for (int i = 0; i < 5; ++i) {
     query = nullptr;
     setups.push_back(seconds([&] { query = dial.make(on.mesh); }));
-    firsts.push_back(seconds([&] { distances = query(sources[0]); }));
+    firsts.push_back(seconds([&] { distances = query(on.sources[0]); }));
   }
   Errors errors, smooth;
   for (auto _ : state) {
-    const std::size_t which = times.size() % sources.size();
-    times.push_back(seconds([&] { distances = query(sources[which]); }));
+    const std::size_t which = times.size() % on.sources.size();
+    times.push_back(seconds([&] { distances = query(on.sources[which]); }));
     state.SetIterationTime(times.back());
-    if (times.size() > sources.size()) continue;  // the same answers again
+    if (times.size() > on.sources.size()) continue;  // the same answers again
     errors.add(distances, on.exact[which]);
     if (!on.smooth.empty()) smooth.add(distances, on.smooth[which]);
   }
@@ -143,7 +143,7 @@ void measure(benchmark::State& state, const Case& on, const Dial& dial) {
   state.counters["floor"] = on.floor;
   errors.report(state, "");
   smooth.report(state, "smooth_");
-  if (dial.count) dial.count(state, on.mesh);
+  if (dial.count) dial.count(state, on);
   if (on.is_known && !(errors.mean() <= dial.wrong_beyond)) {
     state.SkipWithError("the distances are wrong");
   }
@@ -160,12 +160,12 @@ void certify(benchmark::State& state, const Case& on) {
   Errors gap;
   bool holds = true;
   for (auto _ : state) {
-    const std::size_t which = times.size() % sources.size();
-    const Distances given = solver.distance(sources[which]);
+    const std::size_t which = times.size() % on.sources.size();
+    const Distances given = solver.distance(on.sources[which]);
     DistanceBounds<double> bounds;
-    times.push_back(seconds([&] { bounds = certifier->bounds(sources[which], given); }));
+    times.push_back(seconds([&] { bounds = certifier->bounds(on.sources[which], given); }));
     state.SetIterationTime(times.back());
-    if (times.size() > sources.size()) continue;
+    if (times.size() > on.sources.size()) continue;
     const Distances& exact = on.exact[which];
     Distances ends(exact.size());
     for (std::size_t v = 0; v < exact.size(); ++v) {
@@ -239,7 +239,7 @@ std::vector<Single> singles_on(const Case& on, const std::vector<Dial>& all,
   for (const Dial& dial : all) {
     std::vector<double> times;
     for (int i = 0; i < patience.turns; ++i) {
-      times.push_back(seconds([&] { (void)dial.make(on.mesh)(sources[0]); }));
+      times.push_back(seconds([&] { (void)dial.make(on.mesh)(on.sources[0]); }));
     }
     singles.push_back({&dial, median(times)});
     if (singles.back().is_exact()) exact_seconds = singles.back().seconds;
@@ -276,13 +276,13 @@ void plan(benchmark::State& state, const Case& on, const std::vector<Single>& si
           double tolerance, Assurance assurance) {
   // Answers, and returns the error that the checks find.
   const auto answer_by = [&](const Single& single) {
-    const Distances distances = single.dial->make(on.mesh)(sources[0]);
+    const Distances distances = single.dial->make(on.mesh)(on.sources[0]);
     if (assurance == Assurance::expected) return 0.0;
     if (assurance == Assurance::certified && !single.is_exact()) {
-      return proved_error(on, sources[0], distances);
+      return proved_error(on, on.sources[0], distances);
     }
     const double width = single.is_exact() ? 1e-9 : std::min(0.05, 4 * tolerance);
-    return sampled_error(on, sources[0], distances, width);
+    return sampled_error(on, on.sources[0], distances, width);
   };
   std::vector<const Single*> choices;
   for (const Single& single : singles) {
@@ -297,8 +297,8 @@ void plan(benchmark::State& state, const Case& on, const std::vector<Single>& si
   std::vector<std::vector<double>> theirs(choices.size());
   PlannedDistances<double> answer;
   for (auto _ : state) {
-    ours.push_back(
-        seconds([&] { answer = DistancePlanner<double>(on.mesh, request).distance(sources[0]); }));
+    ours.push_back(seconds(
+        [&] { answer = DistancePlanner<double>(on.mesh, request).distance(on.sources[0]); }));
     state.SetIterationTime(ours.back());
     for (std::size_t i = 0; i < choices.size(); ++i) {
       theirs[i].push_back(seconds([&] { benchmark::DoNotOptimize(answer_by(*choices[i])); }));
@@ -323,9 +323,9 @@ void plan(benchmark::State& state, const Case& on, const std::vector<Single>& si
                  (dial.setting == "default" ? "" : ", " + dial.setting));
   const DistancePlanner<double> planner(on.mesh, request);
   bool is_kept = errors.mean() <= tolerance;
-  for (std::size_t i = 1; i < sources.size(); ++i) {
+  for (std::size_t i = 1; i < on.sources.size(); ++i) {
     Errors of_source;
-    of_source.add(planner.distance(sources[i]).distances, on.exact[i]);
+    of_source.add(planner.distance(on.sources[i]).distances, on.exact[i]);
     is_kept &= of_source.mean() <= tolerance;
   }
   if (!is_kept) state.SkipWithError("the tolerance was not kept");
@@ -356,20 +356,27 @@ Case read_case(const std::string&) { throw std::runtime_error("reading meshes ne
 }  // namespace
 
 int main(int argc, char** argv) {
-  static std::vector<Case> cases = procedural_cases();
-  static const std::vector<Dial> all = dials();
-  static const std::vector<Case> unseen = unseen_cases();
-  static std::map<std::string, std::vector<Single>> singles;
+  std::vector<Case> own;
   Patience patience;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i], mesh = "--mesh=";
     const bool is_mesh = argument.starts_with(mesh);
     if (!is_mesh && argument != "--quick") continue;
-    if (is_mesh) cases.push_back(read_case(argument.substr(mesh.size())));
     if (!is_mesh) patience = little_patience;
+    try {
+      if (is_mesh) own.push_back(read_case(argument.substr(mesh.size())));
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "%s: %s\n", argument.c_str(), error.what());
+      return 2;
+    }
     std::copy(argv + i + 1, argv + argc, argv + i);
     --argc, --i;
   }
+  static std::vector<Case> cases = procedural_cases();
+  cases.insert(cases.end(), own.begin(), own.end());
+  static const std::vector<Dial> all = dials();
+  static const std::vector<Case> unseen = unseen_cases();
+  static std::map<std::string, std::vector<Single>> singles;
   const auto register_plans = [patience](const Case& on, std::vector<Single>& known) {
     for (const double tolerance : {0.1, 0.01, 1e-3, 1e-4, 1e-6}) {
       for (const Promise& promise : promises) {

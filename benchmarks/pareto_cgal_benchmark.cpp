@@ -21,15 +21,15 @@ void measure(benchmark::State& state, const Case& on, double wrong_beyond, bool 
   std::function<Distances(Index)> query;
   const double setup = seconds([&] { query = make(mesh); });
   Distances distances;
-  const double first = seconds([&] { distances = query(sources[0]); });
+  const double first = seconds([&] { distances = query(on.sources[0]); });
   std::vector<double> times;
   Errors errors, smooth;
   for (auto _ : state) {
-    const std::size_t which = times.size() % sources.size();
+    const std::size_t which = times.size() % on.sources.size();
     const bool is_timed = begins_anew && times.empty();
-    times.push_back(is_timed ? first : seconds([&] { distances = query(sources[which]); }));
+    times.push_back(is_timed ? first : seconds([&] { distances = query(on.sources[which]); }));
     state.SetIterationTime(times.back());
-    if (times.size() > sources.size()) continue;
+    if (times.size() > on.sources.size()) continue;
     errors.add(distances, on.exact[which]);
     if (!on.smooth.empty()) smooth.add(distances, on.smooth[which]);
   }

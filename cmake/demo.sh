@@ -2,7 +2,7 @@
 # From a fresh clone to tactile images: installs what is missing, builds the demo, runs it.
 # Options go to the demo; `sh cmake/demo.sh --help` lists them at once, and installs nothing.
 # `sh cmake/demo.sh bullet` lets things fall onto the half-silvered sensor instead, in the Bullet
-# physics engine; `sh cmake/demo.sh calibrate --fit DIR --test DIR --out DIR` fits a sensor of your
+# physics engine; `sh cmake/demo.sh mujoco [FOLDER [WIDTH]]` moves a GelTip by MuJoCo; `sh cmake/demo.sh calibrate --fit DIR --test DIR --out DIR` fits a sensor of your
 # own to photographs of a ball.
 set -eu
 cd "$(dirname "$0")/.."
@@ -12,6 +12,8 @@ for word in "$@"; do
     cat <<'HELP'
 sh cmake/demo.sh [options]         tactile images of a GelTip sensor, in out/
 sh cmake/demo.sh bullet [options]  things fall onto a half-silvered sensor, by the Bullet engine
+sh cmake/demo.sh mujoco [FOLDER [WIDTH]]
+                                   a GelTip presses, rolls and slides, by MuJoCo: an animation
 sh cmake/demo.sh calibrate --fit DIR --test DIR --out DIR
                                    a sensor of your own, fitted to photographs of a ball
 
@@ -24,8 +26,9 @@ Lengths are in metres. Options of the GelTip's:
   --width 640        pixels
   --height 480       pixels
   --mesh FILE        a membrane of your own (STL, OBJ, PLY, OFF)
-  --rest FILE        its depth map without contact (.npy)
-  --contact FILE...  depth maps of what touches it (.npy)
+  --rest FILE        its depth map without contact (.npy of float32 or float64, or grey 16-bit .png)
+  --contact FILE...  depth maps of what touches it (likewise)
+  --scale 0.00001    metres to a step of the values in depth maps in .png
   --background FILE  what the camera sees in ambient light
   --out out          folder for the pictures
 HELP
@@ -38,6 +41,11 @@ more=
 if [ "${1:-}" = bullet ]; then
   demo=bullet
   more=libbullet-dev
+  shift
+fi
+if [ "${1:-}" = mujoco ]; then
+  demo=mujoco
+  more="libwebp-dev libmujoco-dev"
   shift
 fi
 if [ "${1:-}" = calibrate ]; then

@@ -1,5 +1,6 @@
 #!/bin/sh
 # Installs what is missing of the named Debian packages: sh cmake/dependencies.sh PACKAGE...
+# One with a question mark behind its name is left out where apt does not know it.
 # Where there is no apt it says what to install, and goes on: CMake then finds it or names it.
 set -eu
 
@@ -17,6 +18,8 @@ describe() {
     doctest-dev) echo "doctest 2.4" ;;
     libstb-dev) echo "stb (stb_image.h, stb_image_write.h)" ;;
     libbullet-dev) echo "Bullet 3" ;;
+    libmujoco-dev) echo "MuJoCo 2.2" ;;
+    libwebp-dev) echo "libwebp 1.2" ;;
     libbenchmark-dev) echo "Google Benchmark 1.7" ;;
     libcgal-dev) echo "CGAL 5.5" ;;
     libembree-dev) echo "Embree 3" ;;
@@ -31,14 +34,14 @@ describe() {
 
 if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-query >/dev/null 2>&1; then
   echo "This system has no apt-get. Please see that these are installed:"
-  for package in "$@"; do echo "  - $(describe "$package")"; done
+  for package in "$@"; do echo "  - $(describe "${package%\?}")"; done
   echo "Going on with what is there."
   exit 0
 fi
 
 missing=
 for package in "$@"; do
-  status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
+  status=$(dpkg-query -W -f '${db:Status-Status}' "${package%\?}" 2>/dev/null || true)
   [ "$status" = installed ] || missing="$missing $package"
 done
 [ -n "$missing" ] || exit 0
@@ -46,12 +49,22 @@ done
 as_root=
 if [ "$(id -u)" -ne 0 ]; then
   if ! command -v sudo >/dev/null 2>&1; then
-    echo "Not root and no sudo. As root, please run: apt-get install$missing" >&2
+    echo "Not root and no sudo. As root, please run: apt-get install$(echo "$missing" | tr -d '?')" >&2
     exit 1
   fi
   as_root=sudo
 fi
-echo "Installing:$missing"
 $as_root apt-get update -qq
+known=
+for package in $missing; do
+  name=${package%\?}
+  if [ "$name" = "$package" ] || apt-cache show "$name" >/dev/null 2>&1; then
+    known="$known $name"
+  else
+    echo "Left out, for apt does not know it: $name"
+  fi
+done
+[ -n "$known" ] || exit 0
+echo "Installing:$known"
 # shellcheck disable=SC2086 # one word a package
-$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing
+$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $known

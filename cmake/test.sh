@@ -5,7 +5,8 @@ set -eu
 cd "$(dirname "$0")/.."
 jobs=$(getconf _NPROCESSORS_ONLN)
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev libcli11-dev \
-  libcairo2-dev pkg-config fonts-dejavu-core doctest-dev libbullet-dev
+  libcairo2-dev pkg-config fonts-dejavu-core doctest-dev libbullet-dev libwebp-dev \
+  "libmujoco-dev?"
 cmake --preset test
 cmake --build --preset test -j "$jobs"
 exec ctest --preset test -j "$jobs" "$@"

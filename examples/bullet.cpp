@@ -26,8 +26,8 @@
 #include "gelight/io/image.hpp"
 #include "gelight/membrane/springs.hpp"
 #include "gelight/sensor/see_through.hpp"
-#include "support/figure.hpp"
 #include "support/household.hpp"
+#include "support/scene.hpp"
 
 using gelight::Camera;
 using gelight::Equilibrium;
@@ -255,16 +255,11 @@ struct Sensor {
   }
 };
 
-/// The three images of a thing, for the contact sheet.
-struct Views {
-  std::string name;
-  std::vector<Image<Rgb8>> images;
-};
-
 constexpr std::array<const char*, 3> view_names{"tactile", "visual", "visuotactile"};
 
-Views views_of(const std::string& name, const Sensor& sensor, const Image<float>& gel) {
-  Views views{name, {}};
+/// A thing's images in three lights, for the contact sheet.
+Column views_of(const std::string& name, const Sensor& sensor, const Image<float>& gel) {
+  Column views{name, {}};
   for (const LightLevels& levels :
        {LightLevels::tactile(), LightLevels::visual(), LightLevels::visuotactile()}) {
     views.images.push_back(sensor.renderer.render(gel, sensor.visual, levels));
@@ -273,15 +268,15 @@ Views views_of(const std::string& name, const Sensor& sensor, const Image<float>
 }
 
 /// Lets a thing fall, presses it down by a hand and pushes it across the gel.
-Views let_fall(const Thing& thing, Sensor& sensor, const Settings& settings, Times& times,
-               Faults& faults) {
+Column let_fall(const Thing& thing, Sensor& sensor, const Settings& settings, Times& times,
+                Faults& faults) {
   World world(thing);
   const double weight = gravity * thing.mass, press = 0.15 + 3 * weight;
   const int steps = static_cast<int>(settings.seconds / (steps_a_frame * time_step));
   double sunk = 0;  // in the last step: a good guess for the next
   int still = 0, settled_steps = 0;
   Vec2<double> lay = Vec2<double>::Zero();  // before it was pushed
-  Views views;
+  Column views;
   for (int step = 0; step < steps; ++step) {
     const double share = static_cast<double>(step) / steps;
     if (share < 0.75) lay = world.centre_of_mass();
@@ -333,36 +328,17 @@ Views let_fall(const Thing& thing, Sensor& sensor, const Settings& settings, Tim
   return views;
 }
 
-void draw_sheet(const std::string& path, const std::vector<Views>& things) {
-  const double cell = 256, gap = 6, margin = 34;
-  const auto& first = things[0].images[0];
-  const double scale = cell / first.width(), high = scale * first.height();
-  Figure figure(static_cast<int>(margin + static_cast<double>(things.size()) * (cell + gap)),
-                static_cast<int>(margin + 3 * (high + gap)));
-  for (std::size_t column = 0; column < things.size(); ++column) {
-    const double x = margin + static_cast<double>(column) * (cell + gap);
-    figure.pen({0, 0, 0}, 1);
-    figure.text(things[column].name, x + cell / 2, margin / 2, 16);
-    for (std::size_t row = 0; row < 3; ++row) {
-      const double y = margin + static_cast<double>(row) * (high + gap);
-      figure.image(things[column].images[row], x, y, scale);
-      if (column == 0) figure.text(view_names[row], margin / 2, y + high / 2, 16, true);
-    }
-  }
-  figure.save(path);
-}
-
 int run(const Settings& settings) {
   std::filesystem::create_directories(settings.out);
   Sensor sensor(settings);
   Times times;
   Faults faults;
-  std::vector<Views> all;
+  std::vector<Column> all;
   for (const Thing& thing : things_from_a_drawer()) {
     all.push_back(let_fall(thing, sensor, settings, times, faults));
   }
   const std::string sheet = settings.out + "/bullet.png";
-  draw_sheet(sheet, all);
+  save_sheet(sheet, all, view_names);
 
   std::printf("\nSteps a second (%d x %d):\n", settings.width, settings.height);
   for (const auto& [part, seconds] : {std::pair{"Bullet", times.engine},

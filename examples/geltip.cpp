@@ -50,7 +50,7 @@ using gelight::Surface;
 namespace {
 
 struct Settings {
-  double radius = 0.01146, length = 0.0455, edge = 0.001, depth = 0.0025, fov = 90;
+  double radius = 0.01146, length = 0.0455, edge = 0.001, depth = 0.0025, fov = 90, scale = 0;
   Index width = 640, height = 480;
   std::string mesh, rest, background, out = "out";
   std::vector<std::string> contacts;
@@ -69,8 +69,9 @@ void read_options(CLI::App& app, Settings& settings) {
   app.add_option("--width", settings.width, "pixels")->capture_default_str();
   app.add_option("--height", settings.height, "pixels")->capture_default_str();
   app.add_option("--mesh", settings.mesh, "a membrane of your own (STL, OBJ, PLY, OFF)");
-  app.add_option("--rest", settings.rest, "its depth map without contact (.npy)");
-  app.add_option("--contact", settings.contacts, "depth maps of what touches it (.npy)");
+  app.add_option("--rest", settings.rest, "its depth map without contact (.npy, 16-bit .png)");
+  app.add_option("--contact", settings.contacts, "depth maps of what touches it (likewise)");
+  app.add_option("--scale", settings.scale, "metres to a step of the depth maps in .png");
   app.add_option("--background", settings.background, "what the camera sees in ambient light");
   app.add_option("--out", settings.out, "folder for the pictures")->capture_default_str();
 }
@@ -97,8 +98,17 @@ double largest_depth(const Image<double>& depth) {
   return largest;
 }
 
-Image<double> read_depth(const std::string& path) {
-  auto depth = gelight::read_npy<double>(path);
+Image<double> read_depth(const std::string& path, const Settings& settings) {
+  const bool is_png = std::filesystem::path(path).extension() == ".png";
+  if (is_png && !(settings.scale > 0)) {
+    throw gelight::InvalidInput(path + " needs --scale, how many metres a step of its values is");
+  }
+  auto depth =
+      is_png ? gelight::read_depth_png(path, settings.scale) : gelight::read_npy<double>(path);
+  if (depth.width() != settings.width || depth.height() != settings.height) {
+    throw gelight::InvalidInput(path + " has " + std::to_string(depth.width()) + " x " +
+                                std::to_string(depth.height()) + " pixels, not --width x --height");
+  }
   require_metres(largest_depth(depth), "the largest depth in " + path);
   return depth;
 }
@@ -161,6 +171,24 @@ Mesh<double> read_mesh(const std::string& path) {
   return mesh;
 }
 
+struct Contact {
+  std::string name;
+  Image<double> depth;
+};
+
+/// Depth maps from files, read before anything is computed.
+struct DepthMaps {
+  std::optional<Image<double>> rest;
+  std::vector<Contact> contacts;
+
+  explicit DepthMaps(const Settings& settings) {
+    if (!settings.rest.empty()) rest = read_depth(settings.rest, settings);
+    for (const std::string& path : settings.contacts) {
+      contacts.push_back({std::filesystem::path(path).stem().string(), read_depth(path, settings)});
+    }
+  }
+};
+
 /// The sensor: what does not change from frame to frame.
 struct Sensor {
   Mesh<double> mesh;
@@ -172,7 +200,7 @@ struct Sensor {
   std::array<Index, 3> leds;                          // vertices
   Background<double> background;
 
-  explicit Sensor(const Settings& settings)
+  Sensor(const Settings& settings, const std::optional<Image<double>>& measured_rest)
       : mesh(settings.mesh.empty()
                  ? gelight::membrane(settings.radius, settings.length, settings.edge)
                  : read_mesh(settings.mesh)),
@@ -180,7 +208,7 @@ struct Sensor {
         camera(Camera<double>::from_vertical_fov(settings.fov * std::numbers::pi / 180,
                                                  settings.width, settings.height)),
         raster(gelight::rasterize(mesh, camera)),
-        rest(settings.rest.empty() ? raster.depth : read_depth(settings.rest)) {
+        rest(measured_rest.value_or(raster.depth)) {
     for (Index v = 0; v < camera.height; ++v) {
       for (Index u = 0; u < camera.width; ++u) {
         if (!in_lens(u, v)) raster.face(u, v) = -1;
@@ -265,17 +293,8 @@ std::vector<NamedField> light_fields(const Sensor& sensor) {
           })};
 }
 
-struct Contact {
-  std::string name;
-  Image<double> depth;
-};
-
-std::vector<Contact> contacts(const Settings& settings, const Sensor& sensor) {
+std::vector<Contact> pressed_objects(const Settings& settings, const Sensor& sensor) {
   std::vector<Contact> result;
-  for (const std::string& path : settings.contacts) {
-    result.push_back({std::filesystem::path(path).stem().string(), read_depth(path)});
-  }
-  if (!result.empty()) return result;
   const auto presses = objects_to_press();
   for (std::size_t i = 0; i < presses.size(); ++i) {
     const double tilt = 1.1, turn = -0.5 + 1.05 * static_cast<double>(i);
@@ -398,13 +417,17 @@ std::optional<std::string> fault(const Sensor& sensor, const std::vector<NamedFi
 
 int run(const Settings& settings) {
   require_plausible(settings);
+  const DepthMaps maps(settings);
   std::filesystem::create_directories(settings.out);
   const auto file = [&](const std::string& name) { return settings.out + "/" + name + ".png"; };
-  const Sensor sensor = timed("membrane, camera, LEDs", [&] { return Sensor(settings); });
+  const Sensor sensor =
+      timed("membrane, camera, LEDs", [&] { return Sensor(settings, maps.rest); });
   std::printf("  (%d vertices, %d faces, %zu pixels of membrane)\n", sensor.surface.vertex_count(),
               sensor.surface.face_count(), sensor.points.size());
   const auto fields = light_fields(sensor);
-  const auto touches = timed("contacts", [&] { return contacts(settings, sensor); });
+  const auto touches = timed("contacts", [&] {
+    return maps.contacts.empty() ? pressed_objects(settings, sensor) : maps.contacts;
+  });
   std::vector<std::string> pictures;
   pictures.push_back(timed(std::to_string(fields.size() * touches.size()) + " tactile images",
                            [&] { return draw_panel(file("panel"), sensor, fields, touches); }));

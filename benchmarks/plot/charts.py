@@ -4,6 +4,7 @@
 charts.py RESULTS: reads RESULTS/*.json, writes SVG and PNG beside them. Needs matplotlib.
 """
 import glob
+import itertools
 import json
 import os
 import sys
@@ -27,6 +28,7 @@ STYLE = {
     "CGAL heat": ("#CC79A7", "^"),
     "heat, intrinsic Delaunay": ("#D55E00", "X"),
 }
+SPARE = [("#8C564B", "<"), ("#7A4FBF", ">"), ("#17808A", "p"), ("#A0A000", "h"), ("#888888", "d")]
 MESHES = {
     "sphere": "sphere",
     "membrane": "fingertip membrane",
@@ -39,24 +41,46 @@ UNSEEN = ["hourglass", "helicoid", "bumpy", "terrain"]  # no figure of the plann
 EXACT = 1e-8  # where an error of rounding alone is drawn
 
 
+def style(method):
+    """A method's colour and marker: of those that are not named above, spare ones in turn."""
+    if method not in STYLE:
+        STYLE[method] = SPARE[len(STYLE) % len(SPARE)]
+    return STYLE[method]
+
+
 def load(folder):
     """All benchmarks of a folder's JSON files that succeeded, one context, and what failed."""
     rows, context, failed, commits = [], {}, [], {}
     paths = [p for name in ("pareto*", "scene", "stability*", "traced*") for p in glob.glob(
         os.path.join(folder, name + ".json"))]
     for path in sorted(paths):
-        with open(path) as file:
-            data = json.load(file)
-        context = data["context"]
+        try:
+            with open(path) as file:
+                data = json.load(file)
+            rows_of_file, context = data["benchmarks"], data["context"]
+        except (ValueError, KeyError, TypeError) as error:
+            failed.append(f"{path} is not as Google Benchmark writes it: {error!r}")
+            continue
         commits[context.get("commit", "unknown")] = True
-        for row in data["benchmarks"]:
+        for row in rows_of_file:
             row["path"] = row["name"].split("/")
+            if len(row["path"]) < 3 and row["path"][0] in ("distance", "stability"):
+                failed.append("{}: no name of the form {}/MESH/METHOD".format(
+                    row["name"], row["path"][0]))
+                continue
+            row.setdefault("median_s", seconds(row))
             if row.get("error_occurred"):
                 failed.append("{}: {}".format(row["name"], row["error_message"]))
             else:
                 rows.append(row)
     context["commit"] = ", ".join(commits)
     return rows, context, failed
+
+
+def seconds(row):
+    """Of an iteration, as Google Benchmark writes it."""
+    return row.get("real_time", 0) * {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1}[
+        row.get("time_unit", "ns")]
 
 
 def save(figure, folder, name, context):
@@ -88,7 +112,7 @@ def front(points):
 
 
 def marker(axes, method, x, y, size=8):
-    colour, shape = STYLE.get(method, ("0.5", "x"))
+    colour, shape = style(method)
     hollow = method.startswith("CGAL")
     axes.plot(x, y, linestyle="none", marker=shape, markersize=size, markeredgewidth=1.4,
               markerfacecolor="none" if hollow else colour,
@@ -104,7 +128,7 @@ def draw_mesh(axes, rows, error_name, time_of, floor):
             continue
         groups.setdefault(method, []).append((1e3 * time_of(row), max(row[error_name], EXACT)))
     for method, points in groups.items():
-        axes.plot(*zip(*sorted(points)), color=STYLE[method][0], linewidth=0.8, alpha=0.5, zorder=3)
+        axes.plot(*zip(*sorted(points)), color=style(method)[0], linewidth=0.8, alpha=0.5, zorder=3)
         for x, y in points:
             marker(axes, method, x, y)
     ours = [p for method, points in groups.items() if not method.startswith("CGAL")
@@ -141,10 +165,8 @@ def axes_time(groups):
 
 def legend(figure, methods, **options):
     handles = []
-    for method in STYLE:
-        if method not in methods:
-            continue
-        colour, shape = STYLE[method]
+    for method in [m for m in STYLE if m in methods]:
+        colour, shape = style(method)
         hollow = method.startswith("CGAL")
         handles.append(Line2D([], [], linestyle="none", marker=shape, markersize=8, label=method,
                               markerfacecolor="none" if hollow else colour, markeredgewidth=1.4,
@@ -159,7 +181,7 @@ def chart_distances(rows, folder, context):
         return
     meshes = [m for m in dict.fromkeys(r["path"][1] for r in rows)]
     kinds = [("query", "one more source", lambda r: r["median_s"]),
-             ("first", "mesh to first answer", lambda r: r["setup_s"] + r["first_s"])]
+             ("first", "mesh to first answer", lambda r: r.get("setup_s", 0) + r.get("first_s", r["median_s"]))]
     for kind, words, time_of in kinds:
         height = (len(meshes) + 2) // 3
         figure, axes = plt.subplots(height, 3, figsize=(11.5, 3.5 * height + 0.9), squeeze=False,
@@ -170,7 +192,7 @@ def chart_distances(rows, folder, context):
             groups = draw_mesh(place, here, "mean", time_of, here[0].get("floor", 0))
             seen |= set(groups)
             place.set_title("{}, {:,.0f} vertices".format(MESHES.get(mesh, mesh),
-                                                          here[0]["vertices"]), fontsize=10)
+                                                          here[0].get("vertices", 0)), fontsize=10)
         for place in axes.flat[len(meshes):]:
             place.axis("off")
         for place in axes[-1]:
@@ -191,9 +213,9 @@ def chart_sphere(rows, folder, context):
     if not rows:
         return
     figure, axes = plt.subplots(figsize=(8, 5.6))
-    floor = rows[0]["floor"]
+    floor = max(r.get("floor", 0) for r in rows)
     groups = draw_mesh(axes, rows, "smooth_mean", lambda r: r["median_s"], floor)
-    axes.set_ylim(floor / 8, 0.3)
+    axes.set_ylim(max(floor, 1e-4) / 8, 0.3)
     axes.set_yticks([0.1, 0.01, 1e-3, 1e-4])
     axes.set_yticklabels(["10 %", "1 %", "0.1 %", "0.01 %"])
     beside = {"Dijkstra": (9, 6, "left"), "fast marching": (-8, -4, "right"),
@@ -201,10 +223,10 @@ def chart_sphere(rows, folder, context):
               "exact": (9, 6, "left"), "exact with resets": (10, -14, "left"),
               "CGAL heat": (9, -4, "left"), "CGAL exact": (9, 6, "left")}
     for method, points in groups.items():
-        x, y, side = beside[method]
+        x, y, side = beside.get(method, (9, 6, "left"))
         axes.annotate(method, sorted(points)[0], textcoords="offset points", fontsize=10,
                       xytext=(x, y), color="0.15", ha=side)
-    if "CGAL exact" in groups:
+    if "CGAL exact" in groups and "exact" in groups:
         (x, y), (x_peer, _) = groups["exact"][0], groups["CGAL exact"][0]
         axes.annotate("", (x * 1.25, y), (x_peer / 1.25, y), zorder=5,
                       arrowprops={"arrowstyle": "->", "color": "0.15"})
@@ -220,9 +242,9 @@ def chart_sphere(rows, folder, context):
 
 
 def chart_certificate(rows, folder, context):
-    certified = [r for r in rows if r["path"][0] == "certify"]
     exact = {r["path"][1]: r for r in rows
              if r["path"][0] == "distance" and r["path"][2] == "exact"}
+    certified = [r for r in rows if r["path"][0] == "certify" and r["path"][1] in exact]
     if not certified:
         return
     figure, axes = plt.subplots(figsize=(7.5, 4.6))
@@ -259,9 +281,10 @@ def chart_planner(rows, folder, context):
              "certified": "proved everywhere, or exact\nand checked at 4 targets"}
     figure, panels = plt.subplots(1, 3, figsize=(12, 4.9), sharey=True)
     meshes = list(MESHES) + UNSEEN
-    shapes = dict(zip(meshes, "osD^vPosD^"))
-    shades = dict(zip(meshes, ["#000000", "#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9",
-                               "#D55E00", "#8C564B", "#555555", "#7A5195"]))
+    meshes += [m for m in dict.fromkeys(r["path"][1] for r in rows) if m not in meshes]
+    shapes = dict(zip(meshes, itertools.cycle("osD^vPosD^")))
+    shades = dict(zip(meshes, itertools.cycle(["#000000", "#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9",
+                               "#D55E00", "#8C564B", "#555555", "#7A5195"])))
     for axes, kind in zip(panels, kinds):
         axes.axhspan(0.4, 1.5, color="0.93", zorder=0)
         axes.axhline(1, color="0.35", linewidth=1)
@@ -324,7 +347,10 @@ def chart_images(rows, folder, context):
     shapes = "osD^vXp"
     colours = ["#000000", "#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#D55E00"]
     for place, (topic, setting, error, title, label) in zip(axes.flat, panels):
-        here = [r for r in rows if r["path"][0] == topic and setting in r["name"]]
+        here = [r for r in rows if r["path"][0] == topic and setting in r["name"] and error in r]
+        if not here:
+            place.axis("off")
+            continue
         methods = list(dict.fromkeys(r["path"][1] for r in here))
         values = [r[error] for r in here if r[error] > 0]
         least = min(values) / 5 if values else 1e-3
@@ -425,10 +451,12 @@ def chart_stability(rows, folder, context):
     for place, (kind, title, label) in zip(axes.flat, panels):
         here = [r for r in rows if r["path"][1] == kind]
         for method in dict.fromkeys(r["path"][2] for r in here):
-            colour, shape = STYLE[method]
+            colour, shape = style(method)
             hollow = method.startswith("CGAL")
-            points = sorted((r["degree"], r["mean"], r["most"]) for r in here
-                            if r["path"][2] == method and "mean" in r)
+            points = sorted((r["degree"], r["mean"], r.get("most", r["mean"])) for r in here
+                            if r["path"][2] == method and "mean" in r and "degree" in r)
+            if not points:
+                continue
             x, mean, most = ([max(v, 1e-16) for v in column] for column in zip(*points))
             x = [v if v > 1e-16 else 0.3 for v in x]  # no shear, on a logarithmic axis
             place.plot(x, mean, marker=shape, color=colour, markersize=8 if hollow else 7,
@@ -468,11 +496,16 @@ def chart_traced(rows, folder, context):
               "radial": ("#D55E00", "X"), "linear_dimmed": ("#56B4E9", "v"),
               "geodesic_dimmed": ("#000000", "o"), "near": ("#0072B2", "P"),
               "mirrored": ("#7A4FBF", "d"), "gel": ("#8B0000", "h")}
+    for row in rows:  # fields that are not named above
+        for key in row:
+            if key.startswith("angle_") and key[6:] not in models:
+                models[key[6:]] = SPARE[len(models) % len(SPARE)]
     names = list(dict.fromkeys(r["path"][1] for r in rows))
     kinds = [("angle_", "angle to the traced light, degrees\n(weighted by irradiance)"),
              ("given_", "error in grey levels,\ndirection alone"),
              ("levels_", "error in grey levels,\ndirection and strength")]
-    figure, axes = plt.subplots(3, len(names), figsize=(3.1 * len(names), 10.2), sharey="row")
+    figure, axes = plt.subplots(3, len(names), figsize=(3.1 * len(names), 10.2), sharey="row",
+                                squeeze=False)
     for column, name in zip(axes.T, names):
         here = [r for r in rows if r["path"][1] == name]
         labels = [r["path"][3].replace("albedo ", "") for r in here]
@@ -481,10 +514,11 @@ def chart_traced(rows, folder, context):
                 dimmed = model.endswith("_dimmed")
                 if kind != "levels_" and dimmed:
                     continue
-                values = [r[kind + model] / (1 if kind == "angle_" else r["levels_none"] / 100)
-                          for r in here]
+                values = [r.get(kind + model, float("nan")) /
+                          (1 if kind == "angle_" else r["levels_none"] / 100) for r in here]
                 for first in range(0, len(here), 3):
-                    place.plot(range(first, first + 3), values[first:first + 3], marker=shape,
+                    three = values[first:first + 3]
+                    place.plot(range(first, first + len(three)), three, marker=shape,
                                color=colour, linewidth=1, markersize=7, label=None if first else
                                model.replace("_dimmed", ", 1 / distance"),
                                markerfacecolor="none" if dimmed else colour,
@@ -493,7 +527,8 @@ def chart_traced(rows, folder, context):
             place.set_xticks(range(len(here)))
             place.set_xticklabels(labels, fontsize=7)
             for first in range(0, len(here), 3):
-                place.text(first + 1, -0.115, here[first]["path"][2], ha="center", va="top",
+                middle = first + (len(here[first:first + 3]) - 1) / 2
+                place.text(middle, -0.115, here[first]["path"][2], ha="center", va="top",
                            fontsize=8, transform=place.get_xaxis_transform())
                 if first:
                     place.axvline(first - 0.5, color="0.85", linewidth=0.8)
@@ -591,9 +626,12 @@ def main():
     rows, context, failed = load(folder)
     for chart in (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images,
                   chart_scene, chart_stability, chart_traced, words_traced):
-        chart(rows, folder, context)
+        try:
+            chart(rows, folder, context)
+        except (KeyError, IndexError, ValueError) as fault:
+            failed.append(f"{chart.__name__} is left out, for a row lacks something: {fault!r}")
     for line in failed:
-        print("wrong answer:", line, file=sys.stderr)
+        print("not drawn:", line, file=sys.stderr)
     return 1 if failed else 0
 
 

@@ -154,6 +154,24 @@ class Figure {
     text_from(words, x - box.x_advance, y, size);
   }
 
+  /// All that is on the page.
+  [[nodiscard]] gelight::Image<gelight::Rgb8> pixels() const {
+    cairo_surface_flush(surface_.get());
+    const unsigned char* rows = cairo_image_surface_get_data(surface_.get());
+    const auto step = cairo_image_surface_get_stride(surface_.get());
+    gelight::Image<gelight::Rgb8> image(cairo_image_surface_get_width(surface_.get()),
+                                        cairo_image_surface_get_height(surface_.get()));
+    for (int v = 0; v < image.height(); ++v) {
+      const auto* row = reinterpret_cast<const std::uint32_t*>(rows + std::ptrdiff_t{v} * step);
+      for (int u = 0; u < image.width(); ++u) {
+        const std::uint32_t c = row[u];
+        image(u, v) = {static_cast<std::uint8_t>(c >> 16), static_cast<std::uint8_t>(c >> 8),
+                       static_cast<std::uint8_t>(c)};
+      }
+    }
+    return image;
+  }
+
   void save(const std::string& path) const {
     const cairo_status_t status = cairo_surface_write_to_png(surface_.get(), path.c_str());
     if (status != CAIRO_STATUS_SUCCESS) {

@@ -132,19 +132,23 @@ inline Mesh<double> spoon() {
   return centred(gelight::joined<double>(parts), 0.85);
 }
 
-inline Mesh<double> screw() {
+/// A threaded rod from the origin along x, 12,000 triangles.
+inline Mesh<double> threaded_rod() {
   const double core = 0.0030, depth = 0.0008, pitch = 0.0022, length = 0.030;
-  const auto thread = patch(40, 150, [&](double turn, double share) {
+  return patch(40, 150, [&](double turn, double share) {
     const double x = share * length, phase = x / pitch - turn;
     const double crest = std::abs(2 * (phase - std::floor(phase)) - 1);
     const double taper = std::min(1.0, 8 * (1 - share));
     const double radius = taper * (core + depth * crest), angle = 2 * std::numbers::pi * turn;
     return Vec3<double>(x, radius * std::cos(angle), radius * std::sin(angle));
   });
+}
+
+inline Mesh<double> screw() {
   const auto head = laid_down(
       turned({{0, -0.0045}, {0.0055, -0.0045}, {0.0064, -0.0036}, {0.0064, -0.0012}, {0.0030, 0.0}},
              0.0004));
-  const std::array<Mesh<double>, 2> parts{thread, head};
+  const std::array<Mesh<double>, 2> parts{threaded_rod(), head};
   return centred(gelight::joined<double>(parts));
 }
 

@@ -14,6 +14,7 @@
   how template class VirtualSourceSolver<T>;                                                      \
   how template class ExactSolver<T>;                                                              \
   how template class ExactField<T>;                                                               \
+  how template class PathSolver<T>;                                                               \
   how template class HeatSolver<T>;                                                               \
   how template class DistancePlanner<T>;                                                          \
   how template class Certifier<T>;                                                                \
@@ -24,9 +25,15 @@
   how template class detail::DistanceQueries<HeatSolver<T>, T>;                                   \
   how template class TactileRenderer<T>;                                                          \
   how template SensorPreset<T> geltip<T>(Index, Index, T);                                        \
+  how template SensorPreset<T> gelsight_mini<T>(Index, Index, T);                                 \
+  how template SensorPreset<T> digit<T>(Index, Index, T);                                         \
+  how template SensorPreset<T> sts<T>(Index, Index, T);                                           \
+  how template TactileRenderer<T> tactile_renderer<T>(const SensorPreset<T>&);                    \
   how template Mesh<T> membrane<T>(T, T, T);                                                      \
   how template Raster<T> rasterize<T, Mesh<T>>(const Mesh<T>&, const Camera<T>&);                 \
   how template Raster<T> rasterize<T, MeshView<T>>(const MeshView<T>&, const Camera<T>&);         \
+  how template void rasterize_into<T, Mesh<T>>(ImageView<T>, const Mesh<T>&, const Pose&,         \
+                                               const Camera<T>&, RasterWorkspace*);               \
   how template std::vector<SurfacePoint<T>> pixel_points<T>(const Raster<T>&);                    \
   how template Image<Vec3<T>> bake<T>(const LightField<T>&, const Raster<T>&, const CancelHook&); \
   how template LightField<T> geodesic_field<T>(const ExactSolver<T>&, const SurfacePoint<T>&,     \

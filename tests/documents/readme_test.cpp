@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "gelight/io/image.hpp"
 
@@ -34,6 +35,14 @@ std::string block(const std::string& text, const std::string& language, const st
     if (code.find(words) != std::string::npos) return code;
   }
   return {};
+}
+
+// A document without its blocks of code.
+std::string prose(std::string text) {
+  for (std::size_t at = text.find("```"); at != std::string::npos; at = text.find("```", at)) {
+    text.erase(at, text.find("```", at + 3) + 3 - at);
+  }
+  return text;
 }
 
 // Compiles and runs the program of a document by its line, in a folder; what it prints.
@@ -81,6 +90,29 @@ TEST_CASE("the README's program, compiled and run as it says, makes the picture 
   CHECK(coloured > image.pixels().size() / 2);
   CHECK(worst <= 1);
   std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("what the documents link to is there") {
+  std::vector<std::filesystem::path> documents;
+  for (const char* folder : {".", "benchmarks/results", "examples", "include", "tests"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(top / folder)) {
+      if (entry.path().extension() == ".md") documents.push_back(entry.path());
+    }
+  }
+  REQUIRE(documents.size() > 8);
+  int links = 0;
+  for (const auto& document : documents) {
+    const std::string text = prose(text_of(document));
+    for (std::size_t at = text.find("]("); at != std::string::npos; at = text.find("](", at + 1)) {
+      const std::string link = text.substr(at + 2, text.find_first_of(")#", at) - at - 2);
+      if (link.empty() || link.find("://") != std::string::npos) continue;
+      CAPTURE(document.string());
+      CAPTURE(link);
+      CHECK(std::filesystem::exists(document.parent_path() / link));
+      ++links;
+    }
+  }
+  CHECK(links > 50);
 }
 
 TEST_CASE("the simulator's loop, compiled and run as its page says") {

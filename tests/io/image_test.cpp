@@ -2,9 +2,11 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <string>
 
 #include "support/refusal.hpp"
@@ -66,4 +68,63 @@ TEST_CASE("files that are not whole PNG images are refused with their name") {
 TEST_CASE("what cannot be written is refused") {
   CHECK_THROWS_AS(write_png(temporary("empty.png"), Image<Rgb8>()), InvalidInput);
   CHECK_THROWS_AS(write_png("/no/such/folder/x.png", gradient()), InvalidInput);
+}
+
+// 16-bit PNGs as Python's zlib and struct make them: grey, 3 x 2 pixels with the values 0, 1, 256
+// and 4550, 65534, 65535; and one pixel in colour.
+const char grey_bytes[] =
+    "\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x03"
+    "\x00\x00\x00\x02\x10\x00\x00\x00\x00\xe8\x8f\xe5\x85\x00\x00\x00\x16\x49\x44\x41"
+    "\x54\x78\xda\x63\x60\x60\x60\x60\x64\x64\x60\x10\x3c\xf6\xff\xdf\xff\xff\x00\x0e"
+    "\x58\x04\xd5\xf2\xfb\x50\xf1\x00\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82";
+const char colour_bytes[] =
+    "\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x01"
+    "\x00\x00\x00\x01\x10\x02\x00\x00\x00\xc0\xe7\x8f\x9d\x00\x00\x00\x0f\x49\x44\x41"
+    "\x54\x78\xda\x63\x60\x60\x64\x60\x62\x60\x06\x00\x00\x15\x00\x07\x85\x0c\x48\x6f"
+    "\x00\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82";
+
+const char eight_bytes[] =
+    "\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x02"
+    "\x00\x00\x00\x01\x08\x00\x00\x00\x00\xd1\x49\x20\x56\x00\x00\x00\x0b\x49\x44\x41"
+    "\x54\x78\xda\x63\x60\x64\x02\x00\x00\x07\x00\x04\xe5\xed\x94\xcf\x00\x00\x00\x00"
+    "\x49\x45\x4e\x44\xae\x42\x60\x82";
+
+std::string saved(const std::string& name, const std::string& bytes) {
+  const std::string path = temporary(name);
+  std::ofstream(path, std::ios::binary) << bytes;
+  return path;
+}
+
+TEST_CASE("a 16-bit grey PNG is a depth map, each value times a unit") {
+  const std::string path = saved("depth.png", {grey_bytes, sizeof(grey_bytes) - 1});
+  const std::array<double, 6> values{0, 1, 256, 4550, 65534, 65535};
+  for (const double unit : {1e-5, 1e-3, 1.0, 0.3}) {
+    const Image<double> wide = read_depth_png<double>(path, unit);
+    const Image<float> narrow = read_depth_png<float>(path, static_cast<float>(unit));
+    REQUIRE(wide.width() == 3);
+    REQUIRE(wide.height() == 2);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      CHECK(wide.pixels()[i] == values[i] * unit);
+      CHECK(narrow.pixels()[i] == static_cast<float>(values[i]) * static_cast<float>(unit));
+    }
+  }
+}
+
+TEST_CASE("what is no 16-bit grey PNG, or has no unit, is no depth map") {
+  const auto refused = [](const std::string& path, double unit) {
+    return test::refusal([&] { (void)read_depth_png<double>(path, unit); });
+  };
+  const std::string grey = saved("depth.png", {grey_bytes, sizeof(grey_bytes) - 1});
+  const std::string colour = saved("colour.png", {colour_bytes, sizeof(colour_bytes) - 1});
+  const std::string eight = saved("eight.png", {eight_bytes, sizeof(eight_bytes) - 1});
+  CHECK(test::contains(refused(eight, 1e-5), eight + " has 8 bits"));
+  CHECK(test::contains(refused(colour, 1e-5), colour + " has 3 channels"));
+  CHECK(test::contains(refused("/no/such.png", 1e-5), "/no/such.png cannot be opened"));
+  CHECK(test::contains(refused(saved("text.png", "hello"), 1e-5), "is not a PNG image"));
+  const std::string cut = saved("cut.png", std::string(grey_bytes, sizeof(grey_bytes) - 30));
+  CHECK(refused(cut, 1e-5) != "accepted");
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double unit : {0.0, -1e-5, nan, std::numeric_limits<double>::infinity()}) {
+    CHECK(test::contains(refused(grey, unit), "unit"));
+  }
 }

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -21,6 +22,75 @@ using Vec2 = Eigen::Matrix<T, 2, 1>;
 /// Three numbers: a point or vector of space.
 template <class T>
 using Vec3 = Eigen::Matrix<T, 3, 1>;
+
+/// The arithmetic of points and vectors, spelled out: what Eigen's operators compute, but without
+/// their expressions, whose types are a good part of what it costs to compile a program.
+///@{
+template <std::floating_point T>
+[[nodiscard]] Vec2<T> operator+(const Vec2<T>& a, const Vec2<T>& b) {
+  return {a[0] + b[0], a[1] + b[1]};
+}
+template <std::floating_point T>
+[[nodiscard]] Vec2<T> operator-(const Vec2<T>& a, const Vec2<T>& b) {
+  return {a[0] - b[0], a[1] - b[1]};
+}
+template <std::floating_point T>
+[[nodiscard]] Vec2<T> operator-(const Vec2<T>& a) {
+  return {-a[0], -a[1]};
+}
+template <std::floating_point T, class S>
+requires std::same_as<S, T> || std::integral<S>
+[[nodiscard]] Vec2<T> operator*(S s, const Vec2<T>& a) {
+  return {static_cast<T>(s) * a[0], static_cast<T>(s) * a[1]};
+}
+template <std::floating_point T, class S>
+requires std::same_as<S, T> || std::integral<S>
+[[nodiscard]] Vec2<T> operator*(const Vec2<T>& a, S s) {
+  return {a[0] * static_cast<T>(s), a[1] * static_cast<T>(s)};
+}
+template <std::floating_point T, class S>
+requires std::same_as<S, T> || std::integral<S>
+[[nodiscard]] Vec2<T> operator/(const Vec2<T>& a, S s) {
+  return {a[0] / static_cast<T>(s), a[1] / static_cast<T>(s)};
+}
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> operator+(const Vec3<T>& a, const Vec3<T>& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> operator-(const Vec3<T>& a, const Vec3<T>& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> operator-(const Vec3<T>& a) {
+  return {-a[0], -a[1], -a[2]};
+}
+template <std::floating_point T, class S>
+requires std::same_as<S, T> || std::integral<S>
+[[nodiscard]] Vec3<T> operator*(S s, const Vec3<T>& a) {
+  return {static_cast<T>(s) * a[0], static_cast<T>(s) * a[1], static_cast<T>(s) * a[2]};
+}
+template <std::floating_point T, class S>
+requires std::same_as<S, T> || std::integral<S>
+[[nodiscard]] Vec3<T> operator*(const Vec3<T>& a, S s) {
+  return {a[0] * static_cast<T>(s), a[1] * static_cast<T>(s), a[2] * static_cast<T>(s)};
+}
+template <std::floating_point T, class S>
+requires std::same_as<S, T> || std::integral<S>
+[[nodiscard]] Vec3<T> operator/(const Vec3<T>& a, S s) {
+  return {a[0] / static_cast<T>(s), a[1] / static_cast<T>(s), a[2] / static_cast<T>(s)};
+}
+template <std::floating_point T>
+Vec3<T>& operator+=(Vec3<T>& a, const Vec3<T>& b) {
+  for (int i = 0; i < 3; ++i) a[i] += b[i];
+  return a;
+}
+template <std::floating_point T>
+Vec3<T>& operator-=(Vec3<T>& a, const Vec3<T>& b) {
+  for (int i = 0; i < 3; ++i) a[i] -= b[i];
+  return a;
+}
+///@}
 
 /// Cross product. (Eigen's own needs its Geometry module, which doubles the time to compile.)
 template <class T>
@@ -90,7 +160,7 @@ template <class T>
   // Across the axis that the vector is farthest from.
   int axis = 0;
   for (int i = 1; i < 3; ++i) axis = std::abs(v[i]) < std::abs(v[axis]) ? i : axis;
-  return stable_unit(cross<T>(stable_unit(v), Vec3<T>::Unit(axis)));
+  return stable_unit(cross<T>(stable_unit(v), Vec3<T>(axis == 0, axis == 1, axis == 2)));
 }
 
 }  // namespace detail

@@ -34,6 +34,14 @@
 namespace gelight {
 
 template <std::floating_point T>
+class PathSolver;
+
+namespace detail {
+template <std::floating_point T>
+class ArcTracer;
+}  // namespace detail
+
+template <std::floating_point T>
 struct ExactOptions {
   /// Distances beyond this one are not computed; they are reported as +infinity. In the unit of the
   /// positions, counted as the result is: with the sources' start distances.
@@ -146,6 +154,8 @@ class ExactField {
  private:
   template <std::floating_point>
   friend class ExactSolver;
+  template <std::floating_point>
+  friend class detail::ArcTracer;
   using Real = typename detail::WorkingPrecision<T>::Real;
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
@@ -375,6 +385,14 @@ class ExactField {
     propagation.run(surface_, *faces_, back.sources_, limits);
     back.adopt(propagation);
     return back;
+  }
+
+  // Takes what a propagation found, or gives it back.
+  void exchange(Propagation& propagation, detail::WindowStoreOf<Real>& windows) {
+    std::swap(distances_, propagation.distances);
+    std::swap(arrivals_, propagation.arrivals);
+    std::swap(origins_, propagation.origins);
+    std::swap(windows, propagation.kept);
   }
 
   void adopt(Propagation& propagation) {
@@ -855,6 +873,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
 
  private:
   friend class detail::DistanceQueries<ExactSolver<T>, T>;
+  template <std::floating_point>
+  friend class PathSolver;
   using Real = typename detail::WorkingPrecision<T>::Real;
   using Point = SurfacePoint<Real>;
   using PlanarFaces = detail::PlanarFacesOf<Real>;
@@ -910,6 +930,11 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
 
   [[nodiscard]] ExactField<T> solve_checked(Sources sources, const ExactOptions<T>& options,
                                             std::vector<detail::FrontOf<Real>> fronts = {}) const;
+
+  // The shortest path between two points, if it is no longer than `longest`, by windows that can be
+  // part of such a path alone; empty else.
+  [[nodiscard]] std::vector<Point> path_within(const Point& from, const Point& to,
+                                               Real longest) const;
 
   void run(Workspace& workspace, const Sources& sources, const Limits& limits) const {
     workspace.run(surface_, *faces_, sources, limits);
@@ -1027,6 +1052,33 @@ auto ExactSolver<T>::solve_checked(Sources sources, const ExactOptions<T>& optio
   field.bends_anywhere_ = limits.ring < unreachable<Real>;
   field.kept_faces_ = limits.keep_windows ? detail::Array<char>{} : limits.faces_to_keep;
   return field;
+}
+
+template <std::floating_point T>
+auto ExactSolver<T>::path_within(const Point& from, const Point& to, Real longest) const
+    -> std::vector<Point> {
+  ExactField<T> field(surface_);
+  field.faces_ = faces_;
+  field.cancelled_ = options_.cancelled;
+  field.max_memory_ = options_.max_memory;
+  field.sources_ = {{from, 0}};
+  Limits limits;
+  limits.distance = longest;
+  limits.goal = &to;
+  limits.cancelled = options_.cancelled;
+  limits.memory = options_.max_memory;
+  limits.keep_windows = true;
+  add_target(to, limits);
+  const Borrowed workspace(*pool_);
+  run(*workspace, field.sources_, limits);
+  field.bound_ = (*workspace).bound();
+  const auto windows = std::make_shared<detail::WindowStoreOf<Real>>();
+  field.windows_ = windows;
+  field.exchange(*workspace, *windows);
+  std::vector<Point> path = field.trace(field.nearest(to));
+  std::reverse(path.begin(), path.end());
+  field.exchange(*workspace, *windows);
+  return path;
 }
 
 template <TriangleMesh M>

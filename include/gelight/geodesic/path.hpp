@@ -1,11 +1,14 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <vector>
 
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -35,6 +38,27 @@ template <std::floating_point T>
   }
   detail::require(std::isfinite(sum), "the path is ", sum, " long, more than its type can hold");
   return sum;
+}
+
+/// A face that holds each piece of a path: one fewer than it has points. Of several, where a piece
+/// runs along an edge, the least. Throws InvalidInput for a point that is not of the surface, and
+/// two in a row that no face holds.
+template <std::floating_point T>
+[[nodiscard]] std::vector<Index> faces_along(const Surface<T>& surface, const Path<T>& path) {
+  for (const auto& point : path) surface.require_point(point);
+  std::vector<Index> out;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    Index least = surface.face_count();
+    detail::for_each_face_at(surface, path[i - 1], [&](Index f) {
+      detail::for_each_face_at(surface, path[i], [&](Index g) {
+        if (f == g) least = std::min(least, f);
+      });
+    });
+    detail::require(least < surface.face_count(), "no face holds both point ", i - 1,
+                    " of the path and the next");
+    out.push_back(least);
+  }
+  return out;
 }
 
 }  // namespace gelight

@@ -417,9 +417,13 @@ inline void require_vertex(Index face, Index vertex, Index vertices) {
           ", the mesh has ", vertices, " vertices");
 }
 inline void require_in_range(const Vec3<double>& position, Index vertex) {
-  require(position.allFinite(), "vertex ", vertex, " is not finite");
-  require(position.cwiseAbs().maxCoeff() <= most_drawn, "vertex ", vertex, " at (", position.x(),
-          ", ", position.y(), ", ", position.z(), ") is farther off than ", most_drawn);
+  double farthest = 0;
+  for (Index i = 0; i < 3; ++i) {
+    require(std::isfinite(position[i]), "vertex ", vertex, " is not finite");
+    farthest = std::max(farthest, std::abs(position[i]));
+  }
+  require(farthest <= most_drawn, "vertex ", vertex, " at (", position.x(), ", ", position.y(),
+          ", ", position.z(), ") is farther off than ", most_drawn);
 }
 
 /// Draws what the target needs of a mesh whose vertices are at `position(v)`, of which `point(v)`
@@ -463,8 +467,8 @@ template <TriangleMesh M>
 /// Where a rigid body is: a point p of it is seen at rotation p + translation, in the camera's
 /// frame. An `Eigen::Isometry3d` or another of Eigen's transforms converts to it.
 struct Pose {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< or any linear map
-  Vec3<double> translation = Vec3<double>::Zero();         ///< in the unit of the mesh
+  Eigen::Matrix3d rotation{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  ///< or any linear map
+  Vec3<double> translation{0, 0, 0};                          ///< in the unit of the mesh
 
   Pose() = default;
   /// Of the two.
@@ -482,7 +486,11 @@ struct Pose {
 
   /// Where a point of the body is.
   [[nodiscard]] Vec3<double> operator()(const Vec3<double>& p) const {
-    return rotation * p + translation;
+    // Spelled out, with sums in Eigen's order: its product takes long to compile.
+    const Eigen::Matrix3d& r = rotation;
+    return {r(0, 0) * p[0] + r(0, 1) * p[1] + r(0, 2) * p[2] + translation[0],
+            r(1, 0) * p[0] + r(1, 1) * p[1] + r(1, 2) * p[2] + translation[1],
+            r(2, 0) * p[0] + (r(2, 1) * p[1] + r(2, 2) * p[2]) + translation[2]};
   }
 };
 
@@ -508,18 +516,15 @@ void draw_moved(const Target<T>& target, const M& mesh, const Pose& pose, const 
                 RasterWorkspace* work) {
   const ImagePlane plane(camera.template cast<double>());
   const auto position = [&](Index v) { return pose(vertex_position(mesh, v)); };
-  const auto draw = [&](const auto& point) {
-    // All that may be wrong with the mesh, before anything is drawn.
-    draw_mesh(NoTarget<T>{}, mesh, plane, camera.width, camera.height, position, point);
-    draw_mesh(target, mesh, plane, camera.width, camera.height, position, point);
-  };
-  if (work == nullptr) return draw([&](Index v) { return plane.project(position(v)); });
   const auto vertices = static_cast<Index>(MeshTraits<M>::vertex_count(mesh));
-  auto& points = work->points(vertices);
-  for (Index v = 0; v < vertices; ++v) {
-    points[static_cast<std::size_t>(v)] = plane.project(position(v));
-  }
-  draw([&](Index v) { return points[static_cast<std::size_t>(v)]; });
+  ImagePoint* const points = work == nullptr ? nullptr : work->points(vertices).data();
+  for (Index v = 0; points != nullptr && v < vertices; ++v) points[v] = plane.project(position(v));
+  const auto point = [&](Index v) {
+    return points != nullptr ? points[v] : plane.project(position(v));
+  };
+  // All that may be wrong with the mesh, before anything is drawn.
+  draw_mesh(NoTarget<T>{}, mesh, plane, camera.width, camera.height, position, point);
+  draw_mesh(target, mesh, plane, camera.width, camera.height, position, point);
 }
 
 }  // namespace detail

@@ -3,6 +3,8 @@
 // Opt-in: needs the headers stb_image.h and stb_image_write.h (Debian: libstb-dev) on the include
 // path. Their functions are compiled into each translation unit that includes this header.
 
+#include <cmath>
+#include <concepts>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -48,6 +50,30 @@ namespace gelight {
     from += 3;
   }
   return image;
+}
+
+/// Reads a grey 16-bit PNG file as a depth map: each value times `unit`, the depth of one step; 0
+/// stays 0, which is not known. Throws InvalidInput for a unit that is not positive and finite, and
+/// where the file is missing, is not a whole PNG image, or is in colour or in 8 bits.
+template <std::floating_point T>
+[[nodiscard]] static Image<T> read_depth_png(const std::string& path, T unit) {
+  detail::require(unit > 0 && std::isfinite(unit), "a depth map in a unit of ", unit);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                             &std::fclose);
+  detail::require(file != nullptr, path, " cannot be opened");
+  int width = 0, height = 0, channels = 0;
+  detail::require(stbi_info_from_file(file.get(), &width, &height, &channels) != 0, path,
+                  " is not a PNG image that can be read");
+  detail::require(channels == 1, path, " has ", channels, " channels, a depth map has one");
+  detail::require(stbi_is_16_bit_from_file(file.get()) != 0, path,
+                  " has 8 bits a channel, a depth map has 16");
+  const std::unique_ptr<stbi_us, void (*)(void*)> values(
+      stbi_load_from_file_16(file.get(), &width, &height, &channels, 1), &std::free);
+  detail::require(values != nullptr, path, " is not a whole PNG image");
+  Image<T> depth(width, height);
+  const stbi_us* from = values.get();
+  for (T& z : depth.pixels()) z = static_cast<T>(*from++) * unit;
+  return depth;
 }
 
 /// Writes an image as an 8-bit RGB PNG file. Throws InvalidInput for an image without pixels and

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <concepts>
@@ -157,7 +156,7 @@ template <NpyScalar T>
 ///
 /// The elements have the pixel's own type, or are float32 where it is double. Throws InvalidInput
 /// where the file is missing, damaged, shorter or longer than its shape says, and where its
-/// elements are of another type, big-endian, or stored column by column.
+/// elements are of another type or big-endian. Both of NumPy's orders are read.
 template <class P>
 [[nodiscard]] Image<P> read_npy(const std::string& path) {
   using Pixel = detail::NpyPixel<P>;
@@ -169,7 +168,6 @@ template <class P>
   const bool widen = std::same_as<T, double> && header.type == narrow;
   detail::require(header.type == own || widen, path, " has elements of type ", header.type,
                   ", not ", own);
-  detail::require(!header.column_major, path, " is stored column by column");
   const auto& shape = header.shape;
   const bool fits =
       Pixel::count == 0 ? shape.size() == 2 : shape.size() == 3 && shape[2] == Pixel::count;
@@ -179,8 +177,19 @@ template <class P>
   static_assert(sizeof(P) == sizeof(T) * (Pixel::count == 0 ? 1 : Pixel::count));
   const auto image_of = [&](const auto& values) {
     Image<P> image(shape[1], shape[0]);
-    std::transform(values.begin(), values.end(), reinterpret_cast<T*>(image.data()),
-                   [](auto value) { return static_cast<T>(value); });
+    T* const out = reinterpret_cast<T*>(image.data());
+    const auto height = static_cast<std::size_t>(shape[0]);
+    const auto width = static_cast<std::size_t>(shape[1]);
+    const std::size_t channels = Pixel::count == 0 ? 1 : Pixel::count;
+    for (std::size_t y = 0; y < height; ++y) {
+      for (std::size_t x = 0; x < width; ++x) {
+        for (std::size_t c = 0; c < channels; ++c) {
+          const std::size_t to = (y * width + x) * channels + c;
+          const std::size_t by_columns = (c * width + x) * height + y;
+          out[to] = static_cast<T>(values[header.column_major ? by_columns : to]);
+        }
+      }
+    }
     return image;
   };
   if (widen) return image_of(detail::read_npy_values<float>(file, header, path));

@@ -49,7 +49,7 @@ template <std::floating_point T>
 /// Radiance times direction, over the solid angle of a small Lambertian source of unit power.
 [[nodiscard]] inline Vec3<double> lambert(const Vec3<double>& way, const Vec3<double>& axis) {
   const double square = way.squaredNorm();
-  if (square == 0) return Vec3<double>::Zero();
+  if (square == 0) return {0, 0, 0};
   return std::max(0.0, way.dot(axis)) / (std::numbers::pi * square * square) * way;
 }
 

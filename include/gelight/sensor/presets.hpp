@@ -135,9 +135,10 @@ template <std::floating_point T = float>
   return sensor;
 }
 
-/// GelSight Mini: a flat gel of which the camera sees 18.6 x 14.3 mm (the maker's data sheet), with
-/// red, green and blue light from three sides. The camera's distance, 20 mm, the sides and the
-/// falloff are estimates. Throws InvalidInput as `geltip` does.
+/// GelSight Mini: a flat gel of which the camera sees 18.6 x 14.3 mm, with red, green and blue
+/// light from three sides. That size is what users of the sensor quote from the data sheet of its
+/// maker, GelSight Inc.; it was not checked on a sensor. The gel's thickness, the camera's
+/// distance, 20 mm, the sides and the falloff are estimates. Throws InvalidInput as `geltip` does.
 template <std::floating_point T = float>
 [[nodiscard]] SensorPreset<T> gelsight_mini(Index width = 640, Index height = 480,
                                             std::type_identity_t<T> edge_length = T(0.0005)) {

@@ -43,8 +43,8 @@ void multiply_power(T* power, T* base, unsigned digit, std::ptrdiff_t count) {
 /// power[i] = base[i]^exponent by repeated squaring; overwrites `base`.
 template <class T>
 void integer_power_row(T* power, T* base, unsigned exponent, std::ptrdiff_t count) {
-  if (exponent < 4) return multiply_power<true, true>(power, base, exponent, count);
   multiply_power<true, false>(power, base, exponent % 4, count);
+  if (exponent < 4) return;
   for (exponent /= 4; exponent >= 4; exponent /= 4) {
     multiply_power<false, false>(power, base, exponent % 4, count);
   }

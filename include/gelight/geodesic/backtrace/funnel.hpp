@@ -48,7 +48,10 @@ class Funnel {
       const Vec2<Real> from = at(bends_[b - 1]), to = at(bends_[b]);
       for (auto i = bends_[b - 1].portal + 1; i < bends_[b].portal; ++i) {
         const Real left = turn(from, to, left_[i]), right = turn(from, to, right_[i]);
-        shares.push_back(left > right ? std::clamp(left / (left - right), Real(0), Real(1)) : 0);
+        // Between two bends at one place, that is the end of all portals there.
+        const Real at_bend = from == to && !bends_[b].is_left ? 1 : 0;
+        shares.push_back(left > right ? std::clamp(left / (left - right), Real(0), Real(1))
+                                      : at_bend);
       }
       if (b + 1 < std::ssize(bends_)) shares.push_back(bends_[b].is_left ? 0 : 1);
     }

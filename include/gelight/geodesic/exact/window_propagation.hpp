@@ -23,7 +23,9 @@
 #include "gelight/geodesic/exact/window_list.hpp"
 #include "gelight/geodesic/marching/indexed_heap.hpp"
 #include "gelight/geodesic/segment.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
 
 namespace gelight::detail {
 
@@ -81,7 +83,9 @@ struct PropagationLimitsOf {
   std::size_t memory = std::numeric_limits<std::size_t>::max();  // that windows may take, in bytes
   bool keep_windows = false;                                     // of all faces, or
   Array<char> faces_to_keep;                                     // of those marked, where not empty
-  Array<Real> rest;               // of each vertex, where not empty: the least way left from there
+  Array<Real> rest;  // of each vertex, where not empty: the least way left from there
+  // Where there is one, windows serve to reach it alone: the least way left is straight to it.
+  const SurfacePoint<Real>* goal = nullptr;
   Real ring = unreachable<Real>;  // at every multiple of it paths go through a vertex
 };
 
@@ -737,13 +741,13 @@ class WindowPropagationOf {
   }
 
   [[nodiscard]] Real rest_at_vertex(Index vertex) const {
+    if (limits_->goal) return straight_distance(*surface_, *limits_->goal, vertex);
     return limits_->rest.empty() ? 0 : limits_->rest[vertex];
   }
 
   [[nodiscard]] EdgeBounds rest_at(Index h) const {
-    if (limits_->rest.empty()) return {surface_->length(h), 0, 0};
-    return {surface_->length(h), limits_->rest[surface_->origin(h)],
-            limits_->rest[surface_->tip(h)]};
+    return {surface_->length(h), rest_at_vertex(surface_->origin(h)),
+            rest_at_vertex(surface_->tip(h))};
   }
 
   [[nodiscard]] bool keeps(Index face) const {

@@ -159,7 +159,7 @@ class TautMembrane {
   /// none, over the pixels that are touched: those that move nothing there, as tilts about a line
   /// of pixels, would else be lost in what the others are rounded by.
   [[nodiscard]] Eigen::Matrix3d resistance(const std::array<RigidMotion, 3>& motions) {
-    Eigen::Matrix3d result = Eigen::Matrix3d::Identity();
+    Eigen::Matrix3d result{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (Index k = 0; k < 3; ++k) {
       const RigidMotion& moved = motions[static_cast<std::size_t>(k)];
       if (moved.is_none()) continue;
@@ -168,9 +168,14 @@ class TautMembrane {
       for_contact(change, [&](Index x, Index y, double p) {
         for (Index i = 0; i < 3; ++i) load[i] += p * motions[static_cast<std::size_t>(i)].at(x, y);
       });
-      result.col(k) = load;
+      for (Index i = 0; i < 3; ++i) result(i, k) = load[i];
     }
-    return 0.5 * (result + result.transpose());
+    for (Index k = 0; k < 3; ++k) {
+      for (Index i = 0; i < k; ++i) {
+        result(i, k) = result(k, i) = 0.5 * (result(i, k) + result(k, i));
+      }
+    }
+    return result;
   }
 
   /// Writes the displacement and where the object touches.

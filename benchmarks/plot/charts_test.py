@@ -1,0 +1,68 @@
+#!/usr/bin/env python3
+"""charts.py draws methods and meshes that it does not know, and ends with a word, never a stack trace.
+
+Ends with 77 where matplotlib is absent.
+"""
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+CHARTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "charts.py")
+
+
+def draw(files):
+    """Exit code, what it says, and its charts' text by name, for files' contents by name."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name, content in files.items():
+            with open(os.path.join(folder, name), "w") as file:
+                file.write(content if isinstance(content, str) else json.dumps(content))
+        done = subprocess.run([sys.executable, CHARTS, folder], capture_output=True, text=True)
+        charts = {}
+        for name in os.listdir(folder):
+            if name.endswith(".svg"):
+                with open(os.path.join(folder, name)) as file:
+                    charts[name[:-4]] = file.read()
+        return done.returncode, done.stderr, charts
+
+
+def check(holds, what):
+    if not holds:
+        sys.exit(f"charts_test.py: {what}")
+
+
+def main():
+    if importlib.util.find_spec("matplotlib") is None:
+        print("skipped: no matplotlib")
+        sys.exit(77)
+    row = {"real_time": 3.0, "time_unit": "ms", "mean": 0.002}
+    rows = [dict(row, name="distance/tiny.obj/toy method/strong"),
+            dict(row, name="distance/tiny.obj/foreign library/1.0", mean=0.01),
+            dict(row, name="stability/aspect/toy method/10", degree=10),
+            dict(name="plan/tiny.obj/expected/0.1", tolerance=0.1, ratio=1.2)]
+    light = {"name": "traced/finger/1 mm/albedo 0.5", "levels_none": 9, "angle_toy light": 20,
+             "given_toy light": 3, "levels_toy light": 4}
+    code, words, charts = draw({"pareto_toy.json": {"context": {}, "benchmarks": rows},
+                                "traced_toy.json": {"context": {}, "benchmarks": [light]}})
+    check(code == 0 and not words, f"own rows end with {code}: {words}")
+    for chart in ("distance_query", "distance_first"):
+        for name in ("toy method", "foreign library", "tiny.obj"):
+            check(name in charts.get(chart, ""), f"{name} is not in {chart}")
+    check("toy method" in charts.get("stability", ""), "the toy method is not in stability")
+    check("toy light" in charts.get("traced", ""), "the toy light is not in traced")
+    check("tiny.obj" in charts.get("planner", ""), "the mesh is not in planner")
+
+    code, words, charts = draw({
+        "pareto_a.json": "{", "pareto_b.json": [1], "stability_c.json": {
+            "context": {}, "benchmarks": [dict(row, name="distance/tiny.obj"),
+                                          dict(row, name="scene/no/levels")]}})
+    check(code == 1, f"bad files end with {code}")
+    for name in ("pareto_a.json", "pareto_b.json", "distance/tiny.obj", "levels_mean"):
+        check(name in words, f"{name} is not told of: {words}")
+    check("Traceback" not in words, words)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,541 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <numbers>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/progress.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/exact/planar_faces.hpp"
+#include "gelight/geodesic/exact/window_propagation.hpp"
+#include "gelight/geodesic/segment.hpp"
+#include "gelight/mesh/surface.hpp"
+
+namespace gelight {
+
+/// A piece of a circle in the plane of one face, counter-clockwise as seen from the side from which
+/// the face's vertices are.
+template <std::floating_point T>
+struct CircularArc {
+  Index face = -1;          ///< in which it lies
+  Vec3<T> begin{0, 0, 0};   ///< its ends, in space
+  Vec3<T> end{0, 0, 0};     ///< its ends, in space
+  Vec3<T> centre{0, 0, 0};  ///< of the circle, in the face's plane: the source laid flat into it
+  T radius = 0;             ///< of the circle; infinite where the arc is straight, beside a segment
+  T angle = 0;              ///< by which it turns about the centre, in radians, at most 2 pi
+  T length = 0;             ///< how long it is
+};
+
+/// The points at one distance, as arcs that follow one on another.
+template <std::floating_point T>
+struct ExactIsoline {
+  std::vector<CircularArc<T>> arcs;  ///< each begins where the one before ends
+  bool is_closed = false;            ///< whether the first begins where the last ends
+
+  /// How long it is.
+  [[nodiscard]] T length() const {
+    T sum = 0;
+    for (const auto& arc : arcs) sum += arc.length;
+    return sum;
+  }
+};
+
+namespace detail {
+
+/// In each face the points nearer than a level are the union of discs, one about each image of a
+/// source or bend that the face's windows see, as far as they see it; and of half-planes, from
+/// segments. The border's arcs are the isoline's.
+template <std::floating_point T>
+class ArcTracer {
+ public:
+  ArcTracer(const ExactField<T>& field, T level, const CancelHook& cancelled)
+      : field_(field), surface_(field.surface_), level_(level), cancelled_(cancelled) {
+    require(field.windows_ && field.kept_faces_.empty(),
+            "the field has not kept its windows: see ExactOptions::keep_windows");
+    require(std::isfinite(level), "the level ", level, " is not finite");
+    size_ = size_of(surface_);
+    same_ = (field.fronts_.empty() ? shortest : shortest_from_segments) * size_;
+    tangent_ = touching * size_;
+  }
+
+  [[nodiscard]] std::vector<ExactIsoline<T>> lines() {
+    for_each_face([&](Index) { find_arcs(); });
+    return linked();
+  }
+
+  [[nodiscard]] T area() {
+    Real sum = 0;
+    for_each_face([&](Index f) {
+      const auto first = pieces_.size();
+      find_arcs();
+      for (auto i = first; i < pieces_.size(); ++i) sum += area_beside(pieces_[i]);
+      pieces_.resize(first);
+      for (Index h = 3 * f; h < 3 * f + 3; ++h) sum += area_beside_edge(h);
+    });
+    return static_cast<T>(sum);
+  }
+
+ private:
+  using Real = double;
+  using Mesh = Surface<Real>;
+  using Point = SurfacePoint<Real>;
+  static constexpr Real turn = 2 * std::numbers::pi;
+  // As shares of the mesh's size: arcs shorter than this are rounding of where borders cross.
+  // Windows of segments have images far away, which are rounded by more.
+  static constexpr Real shortest = 1e-11, shortest_from_segments = 1e-8;
+  // Borders that go this near to each other touch: whether they cross is rounding of the windows.
+  static constexpr Real touching = 1e-13;
+  // An arc is joined to one that begins within so many of the shortest of its end.
+  static constexpr Real reach_of_joints = 1e3;
+  // Straight borders of one segment differ in direction by less.
+  static constexpr Real same_direction = 1e-6;
+
+  /// The points p of the plane with normal . p >= offset.
+  struct HalfPlane {
+    Vec2<Real> normal;
+    Real offset;
+    [[nodiscard]] Real height(const Vec2<Real>& p) const { return normal.dot(p) - offset; }
+  };
+  /// A disc, seen in part of the face only; or a half-plane, whose border goes through `centre` and
+  /// which lies against `up`. On its border are angles, or lengths.
+  struct Disc {
+    Vec2<Real> centre;
+    Real radius;
+    std::vector<HalfPlane> seen{};
+    bool is_straight = false;
+    Vec2<Real> up{0, 0};
+
+    [[nodiscard]] Vec2<Real> along() const { return {-up.y(), up.x()}; }
+    [[nodiscard]] Vec2<Real> at(Real place) const {
+      if (is_straight) return centre + place * along();
+      return centre + radius * Vec2<Real>(std::cos(place), std::sin(place));
+    }
+    // How far inside a point is.
+    [[nodiscard]] Real depth(const Vec2<Real>& p) const {
+      return is_straight ? up.dot(centre - p) : radius - (p - centre).norm();
+    }
+    [[nodiscard]] bool sees(const Vec2<Real>& p) const {
+      return std::all_of(seen.begin(), seen.end(),
+                         [&](const HalfPlane& half) { return half.height(p) >= 0; });
+    }
+  };
+  struct Piece {
+    Index face;
+    Disc disc;
+    Real from, width;       // where on the disc's border it begins, and how far it goes
+    Vec2<Real> begin, end;  // in the frame of the face's first half-edge
+    Vec3<Real> begin_in_space, end_in_space;
+  };
+
+  // --- the discs of a face -----------------------------------------------------------------------
+
+  void for_each_face(const auto& visit) {
+    for (Index f = 0; f < surface_.face_count(); ++f) {
+      if (f % 1024 == 0) {
+        cancelled_.check(static_cast<double>(f) / surface_.face_count(), "exact isolines");
+      }
+      if (is_thin(surface_, *field_.faces_, 3 * f)) continue;
+      lay_flat(f);
+      find_discs();
+      if (!discs_.empty()) visit(f);
+    }
+  }
+
+  void lay_flat(Index f) {
+    face_ = f;
+    corners_ = {Vec2<Real>(0, 0), Vec2<Real>(surface_.length(3 * f), 0),
+                field_.faces_->apex(3 * f)};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec2<Real> way = stable_unit(corners_[(k + 1) % 3] - corners_[k]);
+      ways_[k] = way;
+      sides_[k].normal = {-way.y(), way.x()};
+      sides_[k].offset = sides_[k].normal.dot(corners_[k]);
+    }
+  }
+
+  // A place of half-edge h's frame in that of the face.
+  [[nodiscard]] Vec2<Real> from_frame(Index h, const Vec2<Real>& p) const {
+    const auto k = static_cast<std::size_t>(h % 3);
+    return corners_[k] + p.x() * ways_[k] + p.y() * sides_[k].normal;
+  }
+
+  void find_discs() {
+    discs_.clear();
+    const Index v = surface_.face(face_)[0];
+    const Real level = Real{level_} - field_.starts_.at(v);
+    require(level <= field_.bound_at(v), "the level ", level_,
+            " is beyond the greatest distance that was solved for");
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Real radius = level - field_.distances_[surface_.face(face_)[k]];
+      if (radius > 0) discs_.push_back({corners_[k], radius});
+    }
+    for (const auto& source : field_.sources_) add_source(source, level);
+    for (const auto& front : field_.fronts_) {
+      if (front.face == face_) add_front(front, level);
+    }
+    for (Index h = 3 * face_; h < 3 * face_ + 3; ++h) add_windows(h, level);
+  }
+
+  void add_source(const Source<Real>& source, Real level) {
+    const Real radius = level - source.distance;
+    if (source.point.kind == Point::Kind::vertex || !(radius > 0)) return;
+    for_each_place(surface_, source.point, [&](Index f, const std::array<Real, 3>& shares) {
+      if (f == face_) discs_.push_back({place(shares), radius});
+    });
+  }
+
+  [[nodiscard]] Vec2<Real> place(const std::array<Real, 3>& shares) const {
+    return shares[0] * corners_[0] + shares[1] * corners_[1] + shares[2] * corners_[2];
+  }
+
+  // Straight from a segment, on both sides.
+  void add_front(const FrontOf<Real>& front, Real level) {
+    const Vec2<Real> a = place(front.begin), b = place(front.end), way = stable_unit(b - a);
+    const Real away = level - front.start;
+    if (way.isZero(0) || !(away > 0)) return;
+    for (const Real sign : {-1.0, 1.0}) {
+      const Vec2<Real> up = sign * Vec2<Real>(-way.y(), way.x());
+      Disc side{a + away * up, away, {}, true, up};
+      side.seen = {{way, way.dot(a)}, {-way, -way.dot(b)}, {up, up.dot(a)}};
+      discs_.push_back(std::move(side));
+    }
+  }
+
+  [[nodiscard]] bool is_from_front(Index origin) const {
+    using Kind = typename OriginOf<Real>::Kind;
+    while (field_.origins_[origin].kind == Kind::crossing) {
+      origin = field_.origins_[origin].previous;
+    }
+    return field_.origins_[origin].kind == Kind::front;
+  }
+
+  void add_windows(Index h, Real level) {
+    field_.windows_->for_each(h, [&](const auto& w, std::ptrdiff_t count) {
+      for (std::ptrdiff_t i = 0; i < count; ++i) {
+        const Real radius = level - field_.origins_[w.origin[i]].start;
+        const Real gap = std::clamp(w.x[i], w.begin[i], w.end[i]) - w.x[i];
+        if (!(radius > 0) || gap * gap + w.y[i] * w.y[i] >= radius * radius) continue;
+        const Vec2<Real> centre = from_frame(h, {w.x[i], w.y[i]});
+        Disc disc{centre, radius};
+        if (is_from_front(w.origin[i])) {
+          disc.is_straight = true;
+          disc.up = stable_unit(from_frame(h, {(w.begin[i] + w.end[i]) / 2, 0}) - centre);
+          disc.centre += radius * disc.up;
+        }
+        disc.seen = {right_of(centre, from_frame(h, {w.begin[i], 0})),
+                     left_of(centre, from_frame(h, {w.end[i], 0}))};
+        discs_.push_back(disc);
+      }
+    });
+  }
+
+  // What lies beside the line from one place by another.
+  static HalfPlane left_of(const Vec2<Real>& from, const Vec2<Real>& by) {
+    const Vec2<Real> way = stable_unit(by - from), normal(-way.y(), way.x());
+    return {normal, normal.dot(by)};
+  }
+  static HalfPlane right_of(const Vec2<Real>& from, const Vec2<Real>& by) {
+    const HalfPlane left = left_of(from, by);
+    return {-left.normal, -left.offset};
+  }
+
+  // --- the arcs of a face ------------------------------------------------------------------------
+
+  void find_arcs() {
+    for (std::size_t i = 0; i < discs_.size(); ++i) find_arcs(i);
+  }
+
+  // Of what one disc's border is cut into by all others, what lies in no other disc.
+  void find_arcs(std::size_t number) {
+    const Disc& disc = discs_[number];
+    const Real begin = disc.is_straight ? -4 * size_ : 0, end = disc.is_straight ? 4 * size_ : turn;
+    cuts_.assign({begin, end});
+    for (const HalfPlane& side : sides_) cut(disc, side.normal, side.offset);
+    for (const Disc& other : discs_) {
+      for (const HalfPlane& half : other.seen) cut(disc, half.normal, half.offset);
+      cut(disc, other);
+    }
+    std::sort(cuts_.begin(), cuts_.end());
+    const Real least = disc.is_straight ? same_ : same_ / disc.radius;  // what is rounding
+    const auto first = pieces_.size();
+    Real from = 0, to = begin - 1;
+    const auto finish = [&] {
+      if (to >= begin) add_piece(disc, from, to - from);
+      to = begin - 1;
+    };
+    for (std::size_t i = 0; i + 1 < cuts_.size(); ++i) {
+      if (cuts_[i + 1] - cuts_[i] <= least) continue;
+      if (!is_border(number, disc.at((cuts_[i] + cuts_[i + 1]) / 2))) {
+        finish();
+        continue;
+      }
+      if (to < begin) from = cuts_[i];
+      to = cuts_[i + 1];
+    }
+    finish();
+    if (!disc.is_straight) join_over_zero(disc, first, least);
+  }
+
+  void cut(const Disc& disc, const Vec2<Real>& normal, Real offset) {
+    const Real height = offset - normal.dot(disc.centre);
+    if (disc.is_straight) {
+      const Real slope = normal.dot(disc.along());
+      if (slope != 0) add_cut(disc, height / slope);
+      return;
+    }
+    const Real cosine = height / disc.radius;
+    if (!(std::fabs(cosine) < 1)) return;
+    const Real middle = std::atan2(normal.y(), normal.x()), half = std::acos(cosine);
+    add_cut(disc, middle - half);
+    add_cut(disc, middle + half);
+  }
+
+  // By another's border, unless it only touches.
+  void cut(const Disc& disc, const Disc& other) {
+    const Vec2<Real> way = other.centre - disc.centre;
+    if (other.is_straight) {
+      const Real height = other.up.dot(way);
+      if (!disc.is_straight && std::fabs(std::fabs(height) - disc.radius) < tangent_) return;
+      return cut(disc, other.up, other.up.dot(other.centre));
+    }
+    if (disc.is_straight) {
+      const Real middle = disc.along().dot(way), height = std::fabs(disc.up.dot(way));
+      if (!(other.radius - height > tangent_)) return;
+      const Real half = std::sqrt((other.radius - height) * (other.radius + height));
+      add_cut(disc, middle - half);
+      add_cut(disc, middle + half);
+      return;
+    }
+    const Real gap = stable_norm(way), a = disc.radius, b = other.radius;
+    const Real least =
+        std::min({std::fabs(gap + a - b), std::fabs(gap + b - a), std::fabs(gap - a - b)});
+    if (gap <= same_ || least < tangent_) return;
+    // Where both circles cross, measured from the middle of this one along the line to the other.
+    const Real along = (gap + (a - b) * (a + b) / gap) / 2;
+    const Vec2<Real> normal = way / gap;
+    cut(disc, normal, along + normal.dot(disc.centre));
+  }
+
+  void add_cut(const Disc& disc, Real place) {
+    if (!disc.is_straight && place < 0) place += turn;
+    if (!disc.is_straight && place >= turn) place -= turn;
+    cuts_.push_back(place);
+  }
+
+  [[nodiscard]] bool is_same(const Disc& a, const Disc& b) const {
+    if (a.is_straight != b.is_straight) return false;
+    if (a.is_straight)
+      return (a.up - b.up).norm() < same_direction && std::fabs(a.depth(b.centre)) <= same_;
+    return (a.centre - b.centre).norm() <= same_ && std::fabs(a.radius - b.radius) <= same_;
+  }
+
+  // Of one border that is there twice the first counts.
+  [[nodiscard]] bool is_border(std::size_t number, const Vec2<Real>& p) const {
+    for (const HalfPlane& side : sides_) {
+      if (side.height(p) < 0) return false;
+    }
+    if (!discs_[number].sees(p)) return false;
+    for (std::size_t i = 0; i < discs_.size(); ++i) {
+      if (i == number || !discs_[i].sees(p)) continue;
+      if (is_same(discs_[i], discs_[number]) ? i < number : discs_[i].depth(p) > 0) return false;
+    }
+    return true;
+  }
+
+  void add_piece(const Disc& disc, Real from, Real width) {
+    const Vec2<Real> begin = disc.at(from), end = disc.at(from + width);
+    pieces_.push_back({face_, disc, from, width, begin, end, in_space(begin), in_space(end)});
+  }
+
+  // What ends at a whole turn goes on where it began.
+  void join_over_zero(const Disc& disc, std::size_t first, Real least) {
+    if (pieces_.size() < first + 2) return;
+    const Piece head = pieces_[first], tail = pieces_.back();
+    if (head.from > least || tail.from + tail.width < turn - least) return;
+    pieces_.pop_back();
+    pieces_.erase(pieces_.begin() + static_cast<std::ptrdiff_t>(first));
+    add_piece(disc, tail.from, turn - tail.from + head.from + head.width);
+  }
+
+  [[nodiscard]] Vec3<Real> in_space(const Vec2<Real>& p) const {
+    const Index h = 3 * face_;
+    const Vec3<Real>& o = surface_.position(surface_.origin(h));
+    const Vec3<Real> x = stable_unit(surface_.position(surface_.tip(h)) - o);
+    const Vec3<Real> to_apex = surface_.position(surface_.apex(h)) - o;
+    const Vec3<Real> y = stable_unit(to_apex - x.dot(to_apex) * x);
+    return o + p.x() * x + p.y() * y;
+  }
+
+  // --- the area within ---------------------------------------------------------------------------
+
+  // Half of what x dy - y dx sums up to along the area's border: along its arcs, and
+  static Real area_beside(const Piece& piece) {
+    const Real chord = cross_of(piece.begin, piece.end), a = piece.width;
+    if (piece.disc.is_straight) return chord / 2;
+    return (chord + piece.disc.radius * piece.disc.radius * (a - std::sin(a))) / 2;
+  }
+
+  // along the parts of the face's sides that are nearer than the level.
+  [[nodiscard]] Real area_beside_edge(Index h) {
+    const auto k = static_cast<std::size_t>(h % 3);
+    spans_.clear();
+    for (const Disc& disc : discs_) {
+      const Vec2<Real> from = corners_[k] - disc.centre;
+      Real begin = 0, end = surface_.length(h);
+      const auto bound = [&](const HalfPlane& half) {
+        const Real slope = half.normal.dot(ways_[k]), at_zero = half.height(corners_[k]);
+        if (slope > 0) begin = std::max(begin, -at_zero / slope);
+        if (slope < 0) end = std::min(end, -at_zero / slope);
+        if (slope == 0 && at_zero < 0) end = begin;
+      };
+      if (disc.is_straight) {
+        bound({-disc.up, -disc.up.dot(disc.centre)});
+      } else {
+        const Real middle = -from.dot(ways_[k]), height = sides_[k].normal.dot(from);
+        const Real square = (disc.radius - height) * (disc.radius + height);
+        if (!(square > 0)) continue;
+        begin = std::max(begin, middle - std::sqrt(square));
+        end = std::min(end, middle + std::sqrt(square));
+      }
+      for (const HalfPlane& half : disc.seen) bound(half);
+      if (end > begin) spans_.emplace_back(begin, end);
+    }
+    std::sort(spans_.begin(), spans_.end());
+    Real covered = 0, length = 0;
+    for (const auto& [begin, end] : spans_) {
+      length += std::max(Real(0), end - std::max(begin, covered));
+      covered = std::max(covered, end);
+    }
+    return cross_of(corners_[k], ways_[k]) * length / 2;
+  }
+
+  static Real cross_of(const Vec2<Real>& a, const Vec2<Real>& b) {
+    return a.x() * b.y() - a.y() * b.x();
+  }
+
+  // --- from arcs to lines ------------------------------------------------------------------------
+
+  [[nodiscard]] std::vector<ExactIsoline<T>> linked() {
+    first_piece_.assign(static_cast<std::size_t>(surface_.face_count()) + 1, 0);
+    for (const Piece& piece : pieces_) ++first_piece_[piece.face + 1];
+    for (Index f = 0; f < surface_.face_count(); ++f) first_piece_[f + 1] += first_piece_[f];
+    const auto count = static_cast<Index>(pieces_.size());
+    Array<Index> next(pieces_.size(), -1);
+    Array<char> has_before(pieces_.size(), 0), is_done(pieces_.size(), 0);
+    for (Index i = 0; i < count; ++i) {
+      next[i] = after(i, has_before);
+      if (next[i] >= 0) has_before[next[i]] = 1;
+    }
+    std::vector<ExactIsoline<T>> out;
+    // Those with ends first, from where they begin; what is left goes round.
+    for (const bool is_closed : {false, true}) {
+      for (Index i = 0; i < count; ++i) {
+        if (is_done[i] || (!is_closed && has_before[i])) continue;
+        ExactIsoline<T> line;
+        line.is_closed = is_closed;
+        for (Index k = i; k >= 0 && !is_done[k]; k = next[k]) {
+          is_done[k] = 1;
+          line.arcs.push_back(arc_of(pieces_[static_cast<std::size_t>(k)]));
+        }
+        out.push_back(std::move(line));
+      }
+    }
+    return out;
+  }
+
+  // The piece that begins nearest to where another ends: in the same face, or across the sides and
+  // corners at which that is; -1 where there is none.
+  [[nodiscard]] Index after(Index number, const Array<char>& is_taken) {
+    const Piece& piece = pieces_[static_cast<std::size_t>(number)];
+    const Real reach = reach_of_joints * same_;
+    lay_flat(piece.face);
+    Index best = -1;
+    Real least = reach;
+    const auto look = [&](Index f) {
+      for (Index i = first_piece_[f]; i < first_piece_[f + 1]; ++i) {
+        const Real gap =
+            (pieces_[static_cast<std::size_t>(i)].begin_in_space - piece.end_in_space).norm();
+        if (is_taken[i] || !(gap < least)) continue;
+        least = gap;
+        best = i;
+      }
+    };
+    look(piece.face);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index h = 3 * piece.face + static_cast<Index>(k);
+      if ((piece.end - corners_[k]).norm() < reach) {
+        for (const Index out : surface_.corners(surface_.origin(h))) look(Mesh::face_of(out));
+      } else if (std::fabs(sides_[k].height(piece.end)) < reach && surface_.is_manifold(h)) {
+        look(Mesh::face_of(surface_.twin(h)));
+      }
+    }
+    return best;
+  }
+
+  [[nodiscard]] CircularArc<T> arc_of(const Piece& piece) {
+    lay_flat(piece.face);
+    const bool is_straight = piece.disc.is_straight;
+    const Real length = is_straight ? piece.width : piece.disc.radius * piece.width;
+    return {piece.face,
+            piece.begin_in_space.template cast<T>(),
+            piece.end_in_space.template cast<T>(),
+            in_space(piece.disc.centre).template cast<T>(),
+            is_straight ? unreachable<T> : static_cast<T>(piece.disc.radius),
+            is_straight ? T(0) : static_cast<T>(piece.width),
+            static_cast<T>(length)};
+  }
+
+  const ExactField<T>& field_;
+  const Mesh& surface_;
+  T level_;
+  const CancelHook& cancelled_;
+  Real size_ = 0;
+  Real same_ = 0, tangent_ = 0;  // how long the shortest arcs are, and how near borders touch
+  // The face at hand, laid flat: its corners; the directions of its sides, and what lies inside.
+  Index face_ = -1;
+  std::array<Vec2<Real>, 3> corners_, ways_;
+  std::array<HalfPlane, 3> sides_;
+  std::vector<Disc> discs_;
+  std::vector<Real> cuts_;
+  std::vector<std::pair<Real, Real>> spans_;
+  std::vector<Piece> pieces_;
+  Array<Index> first_piece_;  // of each face, and one more
+};
+
+}  // namespace detail
+
+/// The points at one distance of an exact field: true circular arcs, joined. Of a solve from
+/// Segments they are the offset of a curve by the distance, and straight beside its pieces.
+///
+/// Nearer points lie to the left, as seen from the side from which the faces' vertices are counter-
+/// clockwise. A line ends at a border, at an edge of three faces or more, where orientation changes
+/// and at faces without area. Arcs shorter than 1e-11 of the mesh's size (1e-8 from segments) are
+/// left out. Throws InvalidInput for a field that has not kept all windows
+/// (ExactOptions::keep_windows; a solve from segments always does), a level that is not finite, and
+/// one beyond the distance that was solved for; Cancelled where the hook says so. Linear in the
+/// windows of faces that the line does not cross, quadratic in those of each that it may.
+template <std::floating_point T>
+[[nodiscard]] std::vector<ExactIsoline<T>> exact_isolines(const ExactField<T>& field,
+                                                          std::type_identity_t<T> level,
+                                                          const CancelHook& cancelled = {}) {
+  return detail::ArcTracer<T>(field, level, cancelled).lines();
+}
+
+/// The area that is nearer than a level, which its exact isolines enclose; faces without area count
+/// as none. Throws as `exact_isolines` does.
+template <std::floating_point T>
+[[nodiscard]] T area_within(const ExactField<T>& field, std::type_identity_t<T> level,
+                            const CancelHook& cancelled = {}) {
+  return detail::ArcTracer<T>(field, level, cancelled).area();
+}
+
+}  // namespace gelight

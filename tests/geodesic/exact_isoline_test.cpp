@@ -1,0 +1,259 @@
+#include "gelight/geodesic/exact_isoline.hpp"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "gelight/core/error.hpp"
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/isoline.hpp"
+#include "gelight/geodesic/segment.hpp"
+#include "gelight/geodesic/trace.hpp"
+#include "gelight/mesh/nearest.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "support/hard_meshes.hpp"
+#include "support/refusal.hpp"
+#include "support/scan_meshes.hpp"
+
+using namespace gelight;
+using test::Random;
+using test::uniform;
+
+namespace {
+
+using Point = SurfacePoint<double>;
+constexpr double pi = std::numbers::pi;
+
+ExactOptions<double> keeping() {
+  ExactOptions<double> options;
+  options.keep_windows = true;
+  return options;
+}
+
+double length_of(const std::vector<ExactIsoline<double>>& lines) {
+  double sum = 0;
+  for (const auto& line : lines) sum += line.length();
+  return sum;
+}
+
+// Arcs follow one on another, lie in their faces and at the level, and are as long as they say.
+void check_arcs(const ExactField<double>& field, const Surface<double>& surface, double level,
+                double rounding) {
+  for (const auto& line : exact_isolines(field, level)) {
+    REQUIRE(!line.arcs.empty());
+    for (std::size_t i = 0; i < line.arcs.size(); ++i) {
+      const auto& arc = line.arcs[i];
+      if (i > 0) CHECK((line.arcs[i - 1].end - arc.begin).norm() <= rounding);
+      CHECK((arc.begin - arc.centre).norm() == doctest::Approx(arc.radius).epsilon(1e-9));
+      // Half way along it.
+      const auto v = surface.face(arc.face);
+      const Vec3<double>&p = surface.position(v[0]), &q = surface.position(v[1]),
+            &r = surface.position(v[2]);
+      const Vec3<double> normal = cross<double>(q - p, r - p).normalized();
+      const Vec3<double> from = arc.begin - arc.centre;
+      const double half = arc.angle / 2;
+      const Vec3<double> middle =
+          arc.centre + std::cos(half) * from + std::sin(half) * cross<double>(normal, from);
+      const double whole = cross<double>(q - p, r - p).norm();
+      std::array<double, 3> shares{cross<double>(q - middle, r - middle).dot(normal) / whole,
+                                   cross<double>(r - middle, p - middle).dot(normal) / whole, 0};
+      shares[2] = 1 - shares[0] - shares[1];
+      for (const double share : shares) CHECK(share >= -1e-7);
+      for (double& share : shares) share = std::max(0.0, share);
+      const double sum = shares[0] + shares[1] + shares[2];
+      for (double& share : shares) share /= sum;
+      CHECK(field.distance(face_point(arc.face, shares)) == doctest::Approx(level).epsilon(1e-7));
+    }
+    if (line.is_closed) {
+      CHECK((line.arcs.back().end - line.arcs.front().begin).norm() <= rounding);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a flat sheet: circles, whole and cut off by the border") {
+  Random random(1);
+  for (const double scale : {1e-6, 1.0, 1e6}) {
+    Mesh<double> mesh = test::jittered_grid(12, 0.2, random);
+    for (auto& p : mesh.positions) {
+      for (double& x : p) x *= scale;
+    }
+    const Surface<double> surface(mesh);
+    const ExactSolver solver(mesh, keeping());
+    for (int i = 0; i < 6; ++i) {
+      const double x = uniform(random, 4, 8), y = uniform(random, 4, 8);
+      const Point source = nearest_point<double>(surface, {x * scale, y * scale, 0});
+      const auto field = solver.solve(source);
+      const double r = uniform(random, 0.01, 4) * scale;
+      const auto lines = exact_isolines(field, r);
+      REQUIRE(lines.size() == 1);
+      CHECK(lines[0].is_closed);
+      CHECK(lines[0].length() == doctest::Approx(2 * pi * r).epsilon(1e-10));
+      CHECK(area_within(field, r) == doctest::Approx(pi * r * r).epsilon(1e-10));
+      check_arcs(field, surface, r, 1e-10 * 12 * scale);
+    }
+    // Half a circle about the middle of the lower side, and what is left of a circle about a
+    // corner.
+    const auto half = solver.solve(Index{6});
+    CHECK(length_of(exact_isolines(half, 3.5 * scale)) ==
+          doctest::Approx(3.5 * pi * scale).epsilon(1e-10));
+    CHECK(area_within(half, 3.5 * scale) ==
+          doctest::Approx(3.5 * 3.5 / 2 * pi * scale * scale).epsilon(1e-10));
+    const auto corner = solver.solve(Index{0});
+    const double r = 13 * scale, beyond = std::acos(12.0 / 13);
+    const auto lines = exact_isolines(corner, r);
+    REQUIRE(lines.size() == 1);
+    CHECK(!lines[0].is_closed);
+    CHECK(lines[0].length() == doctest::Approx(r * (pi / 2 - 2 * beyond)).epsilon(1e-10));
+    CHECK(
+        area_within(corner, r) ==
+        doctest::Approx(12 * 5 * scale * scale + r * r * (pi / 2 - 2 * beyond) / 2).epsilon(1e-10));
+    // Beyond all there is.
+    CHECK(exact_isolines(corner, 18 * scale).empty());
+    CHECK(area_within(corner, 18 * scale) == doctest::Approx(144 * scale * scale).epsilon(1e-12));
+    CHECK(exact_isolines(corner, 0.0).empty());
+    CHECK(area_within(corner, -1.0) == 0);
+  }
+}
+
+TEST_CASE("a cone and a saddle: about the apex, and about a point before it") {
+  for (const double angle : {1.0, 3.0, 5.0, 7.0, 9.0}) {
+    const std::vector<double> radii{0.5, 1, 1.6, 2};
+    const auto mesh = test::cone(angle, 24, radii);
+    const ExactSolver solver(mesh, keeping());
+    // The cone's border is a polygon: inside of it only.
+    const double r = 1.9 * std::cos(angle / 48);
+    const auto about_apex = solver.solve(Index{0});
+    CHECK(length_of(exact_isolines(about_apex, r)) == doctest::Approx(angle * r).epsilon(1e-10));
+    CHECK(area_within(about_apex, r) == doctest::Approx(angle * r * r / 2).epsilon(1e-10));
+    if (angle < 2 * pi) continue;
+    // From distance 0.5 the rest beyond the apex is seen by way of it alone: two sectors of a
+    // circle that end at the lines past the apex, and between them one about the apex.
+    const auto field = solver.solve(Index{1});
+    const double s = 0.5, t = 1.2;
+    // About the apex lies angle - 2 pi; the whole circle about the source lacks nothing else.
+    const double length = 2 * pi * t + (angle - 2 * pi) * (t - s);
+    CHECK(length_of(exact_isolines(field, t)) == doctest::Approx(length).epsilon(1e-10));
+    const double area = pi * t * t + (angle - 2 * pi) * (t - s) * (t - s) / 2;
+    CHECK(area_within(field, t) == doctest::Approx(area).epsilon(1e-10));
+    check_arcs(field, solver.surface(), t, 1e-10);
+  }
+}
+
+TEST_CASE("a box: round an edge circles stay circles, and a corner takes a quarter of the turn") {
+  const auto mesh = box<double>(2, 2, 2);
+  const ExactSolver solver(mesh, keeping());
+  const Surface<double>& surface = solver.surface();
+  const auto top = solver.solve(nearest_point<double>(surface, {0, 0, 1}));
+  for (const double r : {0.5, 1.2, 1.4}) {
+    CHECK(length_of(exact_isolines(top, r)) == doctest::Approx(2 * pi * r).epsilon(1e-10));
+    CHECK(area_within(top, r) == doctest::Approx(pi * r * r).epsilon(1e-10));
+  }
+  const auto corner = solver.solve(Index{0});
+  for (const double r : {0.3, 1.0, 1.9}) {
+    CHECK(length_of(exact_isolines(corner, r)) == doctest::Approx(1.5 * pi * r).epsilon(1e-10));
+    CHECK(area_within(corner, r) == doctest::Approx(0.75 * pi * r * r).epsilon(1e-10));
+    check_arcs(corner, surface, r, 1e-10);
+  }
+}
+
+TEST_CASE("a tube: circles that meet themselves on the far side") {
+  // Six sides of 1, twenty rows of 1.
+  Mesh<double> mesh;
+  const Index sides = 6, rows = 20;
+  for (Index k = 0; k <= rows; ++k) {
+    for (Index j = 0; j < sides; ++j) {
+      mesh.positions.push_back({std::cos(pi / 3 * j), std::sin(pi / 3 * j), double(k)});
+    }
+  }
+  for (Index k = 0; k < rows; ++k) {
+    for (Index j = 0; j < sides; ++j) {
+      const Index a = sides * k + j, b = sides * k + (j + 1) % sides;
+      mesh.faces.push_back({a, b, b + sides});
+      mesh.faces.push_back({a, b + sides, a + sides});
+    }
+  }
+  const ExactSolver solver(mesh, keeping());
+  const auto field = solver.solve(face_point<double>(12 * 10, {0.5, 0.25, 0.25}));
+  const double once = sides;
+  for (const double r : {1.0, 2.9, 3.5, 6.0, 8.5}) {
+    // Where it is wider than the tube what lies beyond half a turn is not its border.
+    const double half = std::asin(std::min(1.0, once / (2 * r)));
+    const double length = 4 * r * half;
+    const double area = r * r * (2 * half + std::sin(2 * half));
+    const auto lines = exact_isolines(field, r);
+    CHECK(lines.size() == (r < 3 ? 1 : 2));
+    for (const auto& line : lines) CHECK(line.is_closed);
+    CHECK(length_of(lines) == doctest::Approx(length).epsilon(1e-10));
+    CHECK(area_within(field, r) == doctest::Approx(area).epsilon(1e-10));
+    check_arcs(field, solver.surface(), r, 1e-10);
+  }
+}
+
+TEST_CASE("the offset of a straight curve: two straight lines and two half circles") {
+  Random random(3);
+  const auto mesh = test::jittered_grid(12, 0.2, random);
+  const Surface<double> surface(mesh);
+  const ExactSolver solver(mesh);
+  for (int i = 0; i < 5; ++i) {
+    const Point from =
+        nearest_point<double>(surface, {uniform(random, 4, 5), uniform(random, 4, 8), 0});
+    const double length = uniform(random, 0.5, 3), r = uniform(random, 0.2, 3.5);
+    const auto curve = segments(trace_geodesic(surface, from, Vec3<double>(1, 0.1, 0), length));
+    const auto field = solver.solve(std::span<const Segment<double>>(curve));
+    const auto lines = exact_isolines(field, r);
+    CHECK(length_of(lines) == doctest::Approx(2 * length + 2 * pi * r).epsilon(1e-7));
+    CHECK(area_within(field, r) == doctest::Approx(2 * length * r + pi * r * r).epsilon(1e-7));
+    CHECK(lines.size() == 1);
+    CHECK(lines[0].is_closed);
+  }
+}
+
+TEST_CASE(
+    "meshes like a scanner's: arcs at the level, lines closed but at borders, and the area "
+    "is the integral of the length") {
+  Random random(4);
+  for (const auto& scan : test::scan_meshes(2)) {
+    INFO(scan.name);
+    const auto& mesh = scan.mesh;
+    const ExactSolver solver(mesh, keeping());
+    const Surface<double>& surface = solver.surface();
+    const auto field = solver.solve(test::random_point(mesh, random));
+    const auto distances = field.distances();
+    double farthest = 0;
+    for (const double d : distances) farthest = std::isfinite(d) ? std::max(farthest, d) : farthest;
+    const double level = uniform(random, 0.2, 0.7) * farthest;
+    check_arcs(field, surface, level, 1e-8 * farthest);
+    // The co-area formula: the distance grows by 1 for each unit of way.
+    const int steps = 64;
+    double sum = 0;
+    for (int i = 0; i < steps; ++i) {
+      sum += length_of(exact_isolines(field, level * (i + 0.5) / steps)) * level / steps;
+    }
+    CHECK(area_within(field, level) == doctest::Approx(sum).epsilon(2e-3));
+    // Polylines through the edges are chords of the arcs, and a little off.
+    CHECK(area_within(field, level) ==
+          doctest::Approx(area_below(surface, distances, level)).epsilon(0.1));
+  }
+}
+
+TEST_CASE("what cannot be answered is refused") {
+  const auto mesh = icosphere<double>(2);
+  const ExactSolver solver(mesh);
+  const auto bare = solver.solve(Index{0});
+  CHECK(test::contains(test::refusal([&] { (void)exact_isolines(bare, 1.0); }), "keep_windows"));
+  ExactOptions<double> options = keeping();
+  const auto whole = solver.solve(Index{0}, options);
+  CHECK(test::contains(test::refusal([&] { (void)area_within(whole, std::nan("")); }), "level"));
+  options.max_distance = 1;
+  const auto near = solver.solve(Index{0}, options);
+  CHECK(test::contains(test::refusal([&] { (void)exact_isolines(near, 1.5); }), "1.5"));
+  CHECK(exact_isolines(near, 0.9).size() == 1);
+  CHECK_THROWS_AS((void)exact_isolines(whole, 1.0, [] { return true; }), Cancelled);
+}
