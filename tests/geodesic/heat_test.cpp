@@ -346,6 +346,40 @@ TEST_CASE("flags: none on good meshes") {
   CHECK_FALSE(result.is_too_far);
 }
 
+TEST_CASE("flags and distances of one part are the same whenever another part starts") {
+  auto needles = disc(15);
+  for (auto& p : needles.positions) p[0] *= 100;
+  const std::vector<Mesh<double>> parts{needles, icosphere<double>(3)};
+  const auto mesh = joined<double>(parts);
+  const auto on_needles = static_cast<Index>(needles.positions.size());
+  for (const bool delaunay : {false, true}) {
+    const HeatSolver solver(mesh, {.exact_radius = 0, .intrinsic_delaunay = delaunay});
+    std::vector<Source<double>> sources{{vertex_point<double>(7), 0},
+                                        {vertex_point<double>(on_needles + 7), 0}};
+    const auto together = solver.solve(sources);
+    if (!delaunay) CHECK(together.is_too_coarse);
+    for (const double start : {-1e9, -1e6, -30.0, 1e-3, 30.0, 1e6, 1e9}) {
+      for (const std::size_t late : {std::size_t{0}, std::size_t{1}}) {
+        CAPTURE(start);
+        CAPTURE(late);
+        sources[late].distance = start;
+        sources[1 - late].distance = 0;
+        const auto apart = solver.solve(sources);
+        CHECK(apart.error == together.error);
+        CHECK(apart.residual == together.residual);
+        CHECK(apart.is_too_coarse == together.is_too_coarse);
+        double off = 0;
+        for (std::size_t v = 0; v < together.distance.size(); ++v) {
+          const bool is_late = (static_cast<Index>(v) >= on_needles) == (late == 1);
+          const double want = together.distance[v] + (is_late ? start : 0);
+          off = std::max(off, std::abs(apart.distance[v] - want));
+        }
+        CHECK(off == 0);
+      }
+    }
+  }
+}
+
 TEST_CASE("flags: a mesh too coarse for heat alone is called so") {
   const Mesh<double> one{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
   const Mesh<double> two{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 3}, {1, 2, 3}}};

@@ -208,3 +208,37 @@ TEST_CASE("pieces of no length are points; bad input") {
   refuse({vertex_point<float>(0), vertex_point<float>(0), std::numeric_limits<float>::infinity()});
   CHECK_THROWS_AS((void)solver.solve(std::span<const Segment<float>>()), InvalidInput);
 }
+
+TEST_CASE(
+    "a segment at a right angle to a side, but for rounding, is no nearer than through space") {
+  Random random(31);
+  const Mesh<double> mesh = grid<double>(5, 5, 5, 5);
+  const Surface<double> surface(mesh);
+  const ExactSolver solver(mesh);
+  for (const double share : {1e-3, 5e-6, 1e-9, 1e-12, 1e-16, 1e-20, 0.0}) {
+    for (int i = 0; i < 60; ++i) {
+      // Along a side of the face but for this share, to a corner or somewhere before it.
+      const auto f = test::uniform_index(random, surface.face_count());
+      const auto k = static_cast<std::size_t>(test::uniform_index(random, 3));
+      const auto end = [&](double t) {
+        const double off = share * test::uniform(random, 0, 1);
+        std::array<double, 3> weights{};
+        weights[k] = (1 - t) * (1 - off);
+        weights[(k + 1) % 3] = t * (1 - off);
+        weights[(k + 2) % 3] = off;
+        return face_point<double>(f, weights);
+      };
+      const double near = share * test::uniform(random, 0, 1);
+      const Segment<double> segment{end(i % 2 == 0 ? near : 0.05), end(1 - near)};
+      const Vec3<double> a = surface.position(segment.begin), b = surface.position(segment.end);
+      const auto distance = solver.distance(std::span<const Segment<double>>(&segment, 1));
+      for (Index v = 0; v < surface.vertex_count(); ++v) {
+        const Vec3<double> p = surface.position(v);
+        const double t = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+        const double straight = (p - a - t * (b - a)).norm();
+        CAPTURE(share);
+        CHECK(distance[static_cast<std::size_t>(v)] >= straight - 1e-8);
+      }
+    }
+  }
+}

@@ -10,6 +10,7 @@
 #include <limits>
 #include <new>
 #include <random>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -180,4 +181,56 @@ TEST_CASE("what cannot be drawn is refused before anything is drawn") {
   CHECK_THROWS_WITH_AS(rasterize_into(turned.view().transposed(), mesh, ahead, camera),
                        "the pixels of the depth image's rows do not lie side by side",
                        InvalidInput);
+}
+
+TEST_CASE_TEMPLATE("a face that is cut is refused before anything is drawn, or seen by rasterize",
+                   T, float, double) {
+  // Before the last face, which reaches far beside the image and perhaps out of the range of
+  // depths, others are drawn.
+  const auto eye = camera.cast<T>();
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> any(-1, 1);
+  int refused = 0, seen = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const auto far = [&] {
+      return std::pow(10.0, std::uniform_real_distribution<double>(
+                                sizeof(T) == 4 ? 20 : 135, sizeof(T) == 4 ? 60 : 158)(random));
+    };
+    Mesh<double> mesh = box<double>(1, 1, 1);
+    for (auto& p : mesh.positions) p[2] += 5;
+    const auto first = static_cast<Index>(mesh.positions.size());
+    for (int k = 0; k < 3; ++k) {
+      const double size = i % 2 == 0 ? far() : 1 / far();
+      mesh.positions.push_back({size * any(random), size * any(random), size * any(random)});
+    }
+    mesh.faces.push_back({first, first + 1, first + 2});
+    Image<T> depth(80, 60, std::numeric_limits<T>::infinity());
+    const Image<T> before = depth;
+    std::string refusal;
+    try {
+      (void)rasterize(mesh, eye);
+    } catch (const InvalidInput& error) {
+      refusal = error.what();
+    }
+    RasterWorkspace work;
+    for (RasterWorkspace* given : {static_cast<RasterWorkspace*>(nullptr), &work}) {
+      depth = before;
+      Raster<T> raster = empty_raster(eye);
+      if (refusal.empty()) {
+        rasterize_into(depth, mesh, Pose(), eye, given);
+        rasterize_into(raster, mesh, Pose(), eye, given);
+        CHECK(depth == rasterize(mesh, eye).depth);
+        CHECK(depth == raster.depth);
+      } else {
+        CHECK_THROWS_WITH_AS(rasterize_into(depth, mesh, Pose(), eye, given), refusal.c_str(),
+                             InvalidInput);
+        CHECK_THROWS_AS(rasterize_into(raster, mesh, Pose(), eye, given), InvalidInput);
+        CHECK(depth == before);
+        CHECK(raster.depth == before);
+      }
+    }
+    (refusal.empty() ? seen : refused) += 1;
+  }
+  CHECK(refused > 50);
+  CHECK(seen > 50);
 }

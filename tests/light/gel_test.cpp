@@ -112,6 +112,36 @@ TEST_CASE("a bent gel: dark between where the gel ends and where light crosses t
   }
 }
 
+TEST_CASE_TEMPLATE("light that just touches the hollow of a bent gel is a number", T, float,
+                   double) {
+  for (const double scale : {1e-6, 1.0, 1e6}) {
+    for (const double lean : {0.0, 1e-20, 1e-16, 1e-12, 1e-8, 1e-7, 1e-4, 0.1, 0.7, 1.5}) {
+      // The chord of a circle, as deep in its middle as the gel is thick, but for rounding.
+      const double d = 2 * scale, cosine = std::cos(lean);
+      const double middle = d / 2 * cosine / (1 + std::sin(lean));
+      for (const double off : {-1e-7, -1e-15, -2e-16, 0.0, 2e-16, 1e-15, 1e-7}) {
+        GelLed<T> led;
+        led.axis = led.normal = Vec3<T>(0, 0, 1);
+        led.place = Vec3<T>(0, 0, 0);
+        led.thickness = static_cast<T>(middle * (1 + off));
+        led.depth = 0;
+        led.power = 1;
+        led.index = T(1.4);
+        const std::vector<Vec3<T>> at{Vec3<T>(0, 0, static_cast<T>(d))};
+        const std::vector<Vec3<T>> normal{
+            Vec3<T>(static_cast<T>(std::sin(lean)), 0, static_cast<T>(cosine))};
+        const double seen = double{gel_field<T>(led, at, normal)[0].norm()} * pi * d * d;
+        CAPTURE(lean);
+        CAPTURE(off);
+        // Straight through the hollow, or beside it; mirrored light adds its part.
+        const double through = std::pow(1 - pane(0, 1.4), 2);
+        CHECK(seen >= (lean == 0 ? through * 0.99 : 0.0));
+        CHECK(seen <= 2);
+      }
+    }
+  }
+}
+
 TEST_CASE("behind the LED, beneath its horizon and at its place nothing is lit") {
   const GelLed<double> led{
       .place = {0, 0, 0}, .axis = {1, 0, 0}, .normal = {0, 0, 1}, .thickness = 1};

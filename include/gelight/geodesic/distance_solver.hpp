@@ -94,6 +94,14 @@ template <std::floating_point Real>
   return 2 * sum;  // a straight line to an edge's end, edges once each, and a straight line
 }
 
+/// The connected part in which a point lies, by the number that Surface::components gives it.
+template <std::floating_point Real>
+[[nodiscard]] Index part_of(const Surface<Real>& surface, const SurfacePoint<Real>& point) {
+  const Index element = point.element[0];
+  const bool is_face = point.kind == SurfacePoint<Real>::Kind::face;
+  return surface.components()[is_face ? surface.face(element)[0] : element];
+}
+
 /// Moves the start distances so that the earliest of each connected part is 0, and returns what
 /// those were. Sources that others have overtaken before they start are dropped.
 template <std::floating_point Real>
@@ -107,20 +115,17 @@ template <std::floating_point Real>
     return {earliest, {}};
   }
   const Array<Index>& components = surface.components();
-  const auto part_of = [&](const SurfacePoint<Real>& point) {
-    const Index element = point.element[0];
-    const bool is_face = point.kind == SurfacePoint<Real>::Kind::face;
-    return components[is_face ? surface.face(element)[0] : element];
-  };
   std::vector<std::pair<Index, Real>> parts;  // each once, by number, with its earliest start
   parts.reserve(sources.size());
-  for (const auto& source : sources) parts.emplace_back(part_of(source.point), source.distance);
+  for (const auto& source : sources) {
+    parts.emplace_back(part_of(surface, source.point), source.distance);
+  }
   std::sort(parts.begin(), parts.end());
   const auto is_same = [](const auto& a, const auto& b) { return a.first == b.first; };
   parts.erase(std::unique(parts.begin(), parts.end(), is_same), parts.end());
 
   for (auto& source : sources) {
-    const std::pair<Index, Real> least(part_of(source.point), -unreachable<Real>);
+    const std::pair<Index, Real> least(part_of(surface, source.point), -unreachable<Real>);
     source.distance -= std::lower_bound(parts.begin(), parts.end(), least)->second;
   }
   const Real overtaken = longest_way(surface);

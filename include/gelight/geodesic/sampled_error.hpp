@@ -40,7 +40,8 @@ namespace gelight::detail {
 }
 
 /// Estimates the mean relative error of distances, some of which are exact, by the lengths of taut
-/// paths that they lead along from at least `samples` vertices.
+/// paths that they lead along from at least `samples` vertices. The distances of each connected
+/// part count from its earliest source.
 ///
 /// By how much a path was pulled shorter is counted as error, too: about so much it is still too
 /// long. Where a path ends before what is exact, half of what the distances say is left counts.
@@ -49,11 +50,9 @@ template <std::floating_point Real>
                                  const Array<char>& is_exact, Real bound, Index samples) {
   Sources known;
   Array<Index> targets;
-  Real start = unreachable<Real>;
   for (Index v = 0; v < surface.vertex_count(); ++v) {
     if (is_exact[v]) {
       known.push_back({vertex_point<Real>(v), distance[v]});
-      start = std::min(start, distance[v]);
     } else if (distance[v] < unreachable<Real>) {
       targets.push_back(v);
     }
@@ -64,12 +63,12 @@ template <std::floating_point Real>
   BacktraceOf<Real> way(surface, std::move(known), distance);
   const auto error_at = [&](Index v) {
     const auto [length, left, has_arrived] = way.walk(v);
-    const Real d = std::max(0.0, distance[v] - start);
+    const Real d = std::max(0.0, distance[v]);
     if (!has_arrived) {
-      const Real off = std::abs(d - (length.walked - start) - left) + left / 2;
+      const Real off = std::abs(d - length.walked - left) + left / 2;
       return d > 0 ? std::min(1.0, off / d) : 1.0;
     }
-    const Real taut = length.taut - start;
+    const Real taut = length.taut;
     if (!(taut > 0)) return 0.0;
     return (std::abs(d - taut) + std::max(0.0, length.walked - length.taut)) / taut;
   };

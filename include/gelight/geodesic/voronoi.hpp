@@ -27,7 +27,10 @@ class GrowingDistances {
  public:
   /// On the surface of a solver, with no source yet.
   explicit GrowingDistances(const ExactSolver<T>& solver)
-      : surface_(solver.surface()), faces_(surface_) {}
+      : surface_(solver.surface()),
+        faces_(surface_),
+        longest_way_(detail::longest_way(surface_)),
+        starts_(static_cast<std::size_t>(surface_.vertex_count()), unreachable<Real>) {}
   /// Not copied: what it works with refers to its own surface.
   ///@{
   GrowingDistances(const GrowingDistances&) = delete;
@@ -45,6 +48,9 @@ class GrowingDistances {
     sources_ = detail::checked_sources(surface_, std::span<const Source<T>>(&source, 1));
     sources_[0].point = detail::simplified(surface_, sources_[0].point);
     limits_.cancelled = cancelled;
+    sources_[0].distance -= start_of_part(sources_[0]);
+    // So late that others have been everywhere.
+    if (sources_[0].distance > longest_way_) return {};
     if (is_first_) {
       propagation_.run(surface_, faces_, sources_, limits_);
     } else {
@@ -64,7 +70,8 @@ class GrowingDistances {
   [[nodiscard]] T distance(Index vertex) const {
     surface_.require_vertex(vertex);
     if (is_first_) return unreachable<T>;
-    return detail::distance_as<T>(propagation_.distances[vertex], "vertex ", vertex);
+    const Real start = starts_[surface_.components()[vertex]];
+    return detail::distance_as<T>(start + propagation_.distances[vertex], "vertex ", vertex);
   }
 
   /// The surface.
@@ -73,8 +80,26 @@ class GrowingDistances {
  private:
   using Real = typename detail::WorkingPrecision<T>::Real;
 
+  // What the distances of a source's part count from: its earliest source, this one with it. So
+  // none is negative, and numbers are no larger than the part.
+  [[nodiscard]] Real start_of_part(const Source<Real>& source) {
+    const Index part = detail::part_of(surface_, source.point);
+    Real& start = starts_[part];
+    if (!(source.distance < start)) return start;
+    const bool is_first_there = start == unreachable<Real>;
+    const Real later = start - source.distance;
+    start = source.distance;
+    if (is_first_there) return start;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (surface_.components()[v] == part) propagation_.distances[v] += later;
+    }
+    return start;
+  }
+
   Surface<Real> surface_;
   detail::PlanarFacesOf<Real> faces_;
+  Real longest_way_;
+  detail::Array<Real> starts_;  // of each part, at its number
   detail::WindowPropagationOf<Real> propagation_;
   detail::PropagationLimitsOf<Real> limits_;
   std::vector<Source<Real>> sources_;

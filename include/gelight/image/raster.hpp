@@ -201,35 +201,6 @@ class ImagePlane {
 }
 ///@}
 
-/// What triangles are drawn into: depths, and the faces that are seen there if those are wanted.
-template <class T>
-struct DepthTarget {
-  ImageView<T> depth;
-
-  struct Row {
-    T* depth;
-    void show(Index, Index, const auto&) const {}
-  };
-  [[nodiscard]] Row row(Index y) const { return {depth.row(y)}; }
-};
-template <class T>
-struct FaceTarget {
-  Raster<T>& raster;
-
-  struct Row {
-    T* depth;
-    Index* face;
-    std::array<T, 3>* barycentric;
-    void show(Index x, Index f, const auto& shares) const {
-      face[x] = f;
-      barycentric[x] = shares();
-    }
-  };
-  [[nodiscard]] Row row(Index y) const {
-    return {raster.depth.row(y), raster.face.row(y), raster.barycentric.row(y)};
-  }
-};
-
 /// Whether T holds a depth, and double what is computed with it.
 template <class T>
 [[nodiscard]] bool is_drawn(double z) {
@@ -242,6 +213,55 @@ void require_drawn(double z, Index face) {
   require(is_drawn<T>(z), "face ", face, " is seen at depth ", z,
           ", which is out of the range of depths");
 }
+
+/// What triangles are drawn into: depths, and the faces that are seen there if those are wanted; or
+/// nothing, to see whether all can be drawn.
+template <class T>
+struct DepthTarget {
+  ImageView<T> depth;
+
+  struct Row {
+    T* depth;
+    [[nodiscard]] bool is_nearer(Index x, T z) const {
+      if (!(z < depth[x])) return false;
+      depth[x] = z;
+      return true;
+    }
+    void show(Index, Index, const auto&) const {}
+  };
+  [[nodiscard]] Row row(Index y) const { return {depth.row(y)}; }
+  [[nodiscard]] static bool needs(const std::array<ImagePoint, 3>&) { return true; }
+};
+template <class T>
+struct FaceTarget {
+  Raster<T>& raster;
+
+  struct Row : DepthTarget<T>::Row {
+    Index* face;
+    std::array<T, 3>* barycentric;
+    void show(Index x, Index f, const auto& shares) const {
+      face[x] = f;
+      barycentric[x] = shares();
+    }
+  };
+  [[nodiscard]] Row row(Index y) const {
+    return {{raster.depth.row(y)}, raster.face.row(y), raster.barycentric.row(y)};
+  }
+  [[nodiscard]] static bool needs(const std::array<ImagePoint, 3>&) { return true; }
+};
+template <class T>
+struct NoTarget {
+  struct Row {
+    [[nodiscard]] bool is_nearer(Index, T) const { return false; }
+    void show(Index, Index, const auto&) const {}
+  };
+  [[nodiscard]] Row row(Index) const { return {}; }
+  /// All depths of a face lie between those of its corners.
+  [[nodiscard]] static bool needs(const std::array<ImagePoint, 3>& corners) {
+    const auto& [a, b, c] = corners;
+    return !(is_drawn<T>(a.z) && is_drawn<T>(b.z) && is_drawn<T>(c.z));
+  }
+};
 
 /// Draws a triangle of the image: a face, or a part of one. Which pixel centres lie in it or on its
 /// sides is told without rounding, so that triangles that share corners leave none between them;
@@ -334,7 +354,6 @@ class ImageTriangle {
   void draw_row(const Target<T>& target, Index face, const Shares* shares, Index v, Index first,
                 Index last) const {
     const auto row = target.row(v);
-    T* const depths = row.depth;
     const auto area = [&](const Side& s) { return s.dx * (v - s.y) - s.dy * (first - s.x); };
     const Three start{area(sides_[0]), area(sides_[1]), area(sides_[2])};
     const Three step{-sides_[0].dy, -sides_[1].dy, -sides_[2].dy};
@@ -356,9 +375,7 @@ class ImageTriangle {
       const double depth = (areas[0] + areas[1] + areas[2]) / sum;
       const double exact = std::min(std::max(depth, least), most);
       if (may_leave_range) require_drawn<T>(exact, face);
-      const auto z = static_cast<T>(exact);
-      if (!(z < depths[u])) continue;
-      depths[u] = z;
+      if (!row.is_nearer(u, static_cast<T>(exact))) continue;
       row.show(u, face, [&]() -> std::array<T, 3> {
         if (shares) parts = in_whole(*shares, parts);
         return {static_cast<T>(parts[0] / sum), static_cast<T>(parts[1] / sum),
@@ -409,7 +426,8 @@ inline void require_in_range(const Vec3<double>& position, Index vertex) {
           ", ", position.z(), ") is farther off than ", most_drawn);
 }
 
-/// Draws a mesh whose vertices are at `position(v)`, of which `point(v)` is the image.
+/// Draws what the target needs of a mesh whose vertices are at `position(v)`, of which `point(v)`
+/// is the image.
 template <TriangleMesh M, class Position, class Point, class Target>
 void draw_mesh(const Target& target, const M& mesh, const ImagePlane& plane, Index width,
                Index height, const Position& position, const Point& point) {
@@ -421,7 +439,7 @@ void draw_mesh(const Target& target, const M& mesh, const ImagePlane& plane, Ind
     for (const Index v : face) require_vertex(f, v, vertices);
     const std::array<ImagePoint, 3> corners{point(face[0]), point(face[1]), point(face[2])};
     if (corners[0].inverse_z > 0 && corners[1].inverse_z > 0 && corners[2].inverse_z > 0) {
-      ImageTriangle(corners).draw(target, width, height, f);
+      if (target.needs(corners)) ImageTriangle(corners).draw(target, width, height, f);
       continue;
     }
     const std::array<Vec3<double>, 3> positions{position(face[0]), position(face[1]),
@@ -433,7 +451,7 @@ void draw_mesh(const Target& target, const M& mesh, const ImagePlane& plane, Ind
       const auto &a = polygon.data()[0], &b = polygon.data()[k - 1], &c = polygon.data()[k];
       const ImageTriangle::Shares shares{a.shares, b.shares, c.shares};
       const std::array seen{a.seen, b.seen, c.seen};
-      ImageTriangle(seen).draw(target, width, height, f, &shares);
+      if (target.needs(seen)) ImageTriangle(seen).draw(target, width, height, f, &shares);
     }
   }
 }
@@ -505,17 +523,7 @@ void draw_moved(const Target<T>& target, const M& mesh, const Pose& pose, const 
     return points != nullptr ? points[v] : plane.project(position(v));
   };
   // All that may be wrong with the mesh, before anything is drawn.
-  for (Index f = 0; f < static_cast<Index>(MeshTraits<M>::face_count(mesh)); ++f) {
-    for (const Index v : MeshTraits<M>::face(mesh, f)) {
-      require_vertex(f, v, vertices);
-      const ImagePoint seen = point(v);
-      if (seen.inverse_z > 0) {
-        require_drawn<T>(seen.z, f);
-      } else {
-        require_in_range(position(v), v);
-      }
-    }
-  }
+  draw_mesh(NoTarget<T>{}, mesh, plane, camera.width, camera.height, position, point);
   draw_mesh(target, mesh, plane, camera.width, camera.height, position, point);
 }
 

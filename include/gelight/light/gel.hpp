@@ -38,7 +38,9 @@ template <std::floating_point T>
   const double depth = d / 2 * cosine / (1 + sine);  // of the chord's middle beneath the circle
   if (depth < led.thickness) return 1;
   const double radius = d / (2 * cosine);
-  const double inner = sine * radius / (radius - led.thickness);
+  // The hollow is no smaller than where the chord just touches it, but for rounding.
+  const double hollow = std::max(radius - led.thickness, sine * radius);
+  const double inner = hollow > 0 ? sine * radius / hollow : 0;
   if (inner * led.index >= 1) return 0;
   const double passes = 1 - fresnel(std::sqrt(1 - inner * inner), double{led.index}).reflected;
   return passes * passes;

@@ -34,6 +34,7 @@
 #include "gelight/sensor/rows/model_shading.hpp"
 #include "gelight/sensor/rows/row_runs.hpp"
 #include "gelight/sensor/rows/shaded_rows.hpp"
+#include "gelight/sensor/rows/surface_range.hpp"
 #include "gelight/shading/phong.hpp"
 #include "gelight/views/image_view.hpp"
 
@@ -147,7 +148,9 @@ struct TactileFrame {
 /// not known, the pixel shows ambient light alone, and the protrusion around it is averaged over
 /// the known pixels only, so that it does not spread; the membrane's neighbouring normals take it
 /// to be where the average puts it. Where the rest depth is none, the pixel lies outside the
-/// membrane: it and the normals beside it are without light. A frame that equals the rest depth (or
+/// membrane: it and the normals beside it are without light. The membrane comes no nearer to the
+/// camera than a 128th of its rest depth, and what lies beyond the range of depths that it takes
+/// for a rest depth does not pull it. A frame that equals the rest depth (or
 /// has nothing nearer) gives `rest_image()` bit for bit.
 ///
 /// That is the membrane and the reflectance that it has by default. Others plug in: a membrane
@@ -166,8 +169,9 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   /// Throws InvalidInput for a camera that is not valid, an image that has another size than the
   /// camera's, a light or background with a number that is not finite, a light beyond full light or
   /// with a direction longer than 1 (unless `rectify` makes it so), options out of range, an
-  /// unclamped specular term with a shininess that is not an integer, and a rest depth whose fourth
-  /// power leaves the range of T: in float from 1e-8 to 1e8.
+  /// unclamped specular term with a shininess that is not an integer, and a rest depth of which the
+  /// fourth power, times squares of focal lengths, leaves the range of T: in float and with focal
+  /// lengths up to 1000 pixels it is to be from 1e-8 to 5e6.
   template <ImageOf<T> D>
   requires(is_gaussian&& is_phong)
       TactileRenderer(const Camera<T>& camera, const D& rest_depth,
@@ -301,17 +305,15 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
     return options;
   }
 
-  // Normals are made of squares of products of two depths.
   template <class D>
   static void require_depth_range(const D& rest_depth, const Camera<T>& camera) {
-    constexpr double least = sizeof(T) == 4 ? 1e-8 : detail::shortest_length;
-    constexpr double most = sizeof(T) == 4 ? 1e8 : detail::largest_coordinate;
+    const detail::DepthRange<T> range(camera);
     for (Index y = 0; y < camera.height; ++y) {
       for (Index x = 0; x < camera.width; ++x) {
         const T z = static_cast<T>(ImageTraits<D>::pixel(rest_depth, x, y));
-        const bool is_in_range = double{z} >= least && double{z} <= most;
+        const bool is_in_range = z >= range.least && z <= range.most;
         detail::require(!detail::is_depth(z) || is_in_range, "the rest depth ", z, " at pixel (", x,
-                        ", ", y, ") is not between ", least, " and ", most);
+                        ", ", y, ") is not between ", range.least, " and ", range.most);
       }
     }
   }
@@ -319,12 +321,13 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   template <class D>
   [[nodiscard]] static MembraneRows membrane_rows(Membrane membrane, const D& rest_depth,
                                                   const Camera<T>& camera) {
+    const T deepest = detail::DepthRange<T>(camera).most;
     if constexpr (is_gaussian) {
       return {rest_depth, camera.width, camera.height, membrane.weights(),
-              membrane.clips_to_rest()};
+              membrane.clips_to_rest() ? T(0) : deepest};
     } else {
       if constexpr (requires { membrane.require_fits(camera); }) membrane.require_fits(camera);
-      return {std::move(membrane), rest_depth, camera.width, camera.height};
+      return {std::move(membrane), rest_depth, camera.width, camera.height, deepest};
     }
   }
 

@@ -309,6 +309,8 @@ class WindowPropagationOf {
         const Vec2<Real> from = a + way * (static_cast<Real>(i) / pieces);
         const Vec2<Real> to = a + way * (static_cast<Real>(i + 1) / pieces);
         const Vec2<Real> centre = (from + to) / 2 - away * across;
+        // So nearly along the side that no more than rays from the piece's ends reach it.
+        if (!(centre.y() > std::max(from.y(), to.y()))) continue;
         const Real length = surface_->length(h);
         const Real first = std::clamp(crossing_from(from, centre), Real(0), length);
         const Real last = std::clamp(crossing_from(to, centre), Real(0), length);

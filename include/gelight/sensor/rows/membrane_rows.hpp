@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstring>
 #include <iterator>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -20,6 +19,7 @@
 #include "gelight/sensor/rows/lines.hpp"
 #include "gelight/sensor/rows/padded_rows.hpp"
 #include "gelight/sensor/rows/row_runs.hpp"
+#include "gelight/sensor/rows/surface_range.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight::detail {
@@ -39,7 +39,9 @@ void protrusion_row(T* __restrict protrusion, const T* depth, const T* rest, T a
 template <class T>
 void contact_row(T* __restrict out, const T* depth, const T* rest, T allowed,
                  std::ptrdiff_t count) {
-  for (std::ptrdiff_t i = 0; i < count; ++i) out[i] = contact_depth(depth[i], rest[i], allowed);
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    out[i] = not_too_near(contact_depth(depth[i], rest[i], allowed), rest[i]);
+  }
 }
 
 /// out[i] = the smaller of the contact's depth and rest[i] - spread[i].
@@ -49,12 +51,12 @@ void bulge_row(T* __restrict out, const T* depth, const T* rest, const T* spread
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     const T contact = contact_depth(depth[i], rest[i], allowed);
     const T bulged = rest[i] - spread[i];
-    out[i] = contact < bulged ? contact : bulged;
+    out[i] = not_too_near(contact < bulged ? contact : bulged, rest[i]);
   }
 }
 
 /// Whether a row is known and its protrusion 0, as most rows of a small contact are. `allowed` is
-/// 0 where what lies deeper than the membrane does not touch it, and otherwise the largest number.
+/// 0 where what lies deeper than the membrane does not touch it, and otherwise the largest depth.
 /// A loop for each question, without branches: so compilers vectorise it.
 template <class T>
 [[nodiscard]] bool row_is_at_rest(const T* depth, const T* rest, T allowed, std::ptrdiff_t count) {
@@ -183,12 +185,14 @@ class MembraneRows {
     bool everything = false, any_holes = false;
   };
 
+  /// `allowed` is 0 where what lies deeper than the membrane does not touch it, and otherwise the
+  /// largest depth that pulls it.
   template <ImageOf<T> D>
-  MembraneRows(const D& rest, Index width, Index height, std::vector<T> weights, bool clip)
+  MembraneRows(const D& rest, Index width, Index height, std::vector<T> weights, T allowed)
       : width_(width),
         height_(height),
         radius_(static_cast<Index>(weights.size()) - 1),
-        allowed_(clip ? T(0) : std::numeric_limits<T>::max()),
+        allowed_(allowed),
         weights_(std::move(weights)),
         zeros_(static_cast<std::size_t>(width)),
         rest_(width, height),

@@ -16,6 +16,7 @@
 #include "gelight/sensor/rows/membrane_rows.hpp"
 #include "gelight/sensor/rows/padded_rows.hpp"
 #include "gelight/sensor/rows/row_runs.hpp"
+#include "gelight/sensor/rows/surface_range.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight::detail {
@@ -37,11 +38,13 @@ class ModelRows {
     bool everything = false;
   };
 
+  /// `deepest` is the largest depth of a surface.
   template <ImageOf<T> D>
-  ModelRows(M model, const D& rest, Index width, Index height)
+  ModelRows(M model, const D& rest, Index width, Index height, T deepest)
       : model_(std::move(model)),
         width_(width),
         height_(height),
+        deepest_(deepest),
         reach_(std::clamp(static_cast<Index>(model_.reach()), Index{0}, std::max(width, height))),
         rest_(width, height),
         masked_(static_cast<std::size_t>(height)) {
@@ -87,6 +90,7 @@ class ModelRows {
       work.moved = {};
     } else {
       model_.press_into(work.surface.view(), {depth, rest_.view(), work.moved}, work.model);
+      keep_in_range(work);
     }
     extend(work.surface, work.moved);
   }
@@ -153,6 +157,20 @@ class ModelRows {
     return touched.is_empty() ? Window{} : touched;
   }
 
+  void keep_in_range(Workspace& work) const {
+    const Window& moved = work.moved;
+    for (Index y = moved.top; y < moved.bottom; ++y) {
+      T* const surface = work.surface.row(y);
+      const T* const r = rest(y);
+      vectorised([&] {
+        for (Index x = moved.left; x < moved.right; ++x) {
+          const T z = not_too_near(surface[x], r[x]);
+          surface[x] = z > deepest_ ? deepest_ : z;
+        }
+      });
+    }
+  }
+
   // Makes what is beside an image of which a window has changed.
   void extend(PaddedRows<T>& rows, const Window& changed) const {
     for (Index y = changed.top; y < changed.bottom; ++y) extrapolate_ends(rows.row(y), width_);
@@ -162,7 +180,9 @@ class ModelRows {
   }
 
   M model_;
-  Index width_, height_, reach_;
+  Index width_, height_;
+  T deepest_;
+  Index reach_;
   PaddedRows<T> rest_;  // NaN outside the membrane
   std::vector<char> masked_;
 };
