@@ -2,8 +2,8 @@
 """Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene, stability*, traced*,
 of the program membranes and of examples/calibration_chart.
 
-charts.py RESULTS: reads RESULTS/*.json, rewrites each with no more than the charts need, one line a
-case, and draws PNG beside them. Needs matplotlib.
+charts.py RESULTS [KIND]: reads RESULTS/*.json, rewrites each with no more than the charts need, one
+line a case, and draws beside them, as PNG or what KIND names (svg, pdf). Needs matplotlib.
 """
 import glob
 import itertools
@@ -42,6 +42,7 @@ MESHES = {
     "graded": "edges 1 : 1000",
 }
 UNSEEN = ["hourglass", "helicoid", "bumpy", "terrain"]  # no figure of the planner is from these
+KIND = sys.argv[2] if len(sys.argv) > 2 else "png"
 EXACT = 1e-8  # where an error of rounding alone is drawn
 
 
@@ -55,6 +56,7 @@ def shrunk(data):
     kept = ("date", "commit", "compiler", "flags", "cpu")
     rows = []
     for row in data["benchmarks"]:
+        row = dict(row, median_s=row.get("median_s", seconds(row)))
         row = {k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in row.items()
                if k not in BOOKKEEPING}
         row["name"] = re.sub("/(iterations:|manual_time|real_time|repeats:).*", "", row["name"])
@@ -100,7 +102,7 @@ def load(folder):
                 failed.append("{}: no name of the form {}/MESH/METHOD".format(
                     row["name"], row["path"][0]))
                 continue
-            row.setdefault("median_s", seconds(row))
+            row.setdefault("median_s", 0.0)
             if row.get("error_occurred"):
                 failed.append("{}: {}".format(row["name"], row["error_message"]))
             else:
@@ -120,7 +122,7 @@ def save(figure, folder, name, context):
                      (("", "cpu"), ("commit ", "commit"), ("", "compiler")) if key in context)
     made += " " + context.get("flags", "")
     figure.text(0.995, 0.003, made, ha="right", va="bottom", fontsize=6, color="0.4")
-    figure.savefig(os.path.join(folder, f"{name}.png"), dpi=110, facecolor="white")
+    figure.savefig(os.path.join(folder, f"{name}.{KIND}"), dpi=110, facecolor="white")
     plt.close(figure)
 
 
@@ -584,7 +586,7 @@ def chart_traced(rows, folder, context):
 def words_traced(rows, folder, context):
     """What the chart of traced light says, into README.md between its marks."""
     rows = [r for r in rows if r["path"][0] == "traced"]
-    if not rows:
+    if not rows or not os.path.exists(os.path.join(folder, "README.md")):
         return
 
     def span(values, digits=0):
@@ -877,8 +879,7 @@ def chart_scaling(folder):
     axes.grid(alpha=0.3)
     axes.legend(loc="upper left", frameon=False)
     figure.tight_layout()
-    for kind in ("svg", "png"):
-        figure.savefig(os.path.join(folder, f"scaling.{kind}"), dpi=110, facecolor="white")
+    figure.savefig(os.path.join(folder, f"scaling.{KIND}"), dpi=110, facecolor="white")
     plt.close(figure)
 
 

@@ -19,7 +19,7 @@ def draw(files):
         for name, content in files.items():
             with open(os.path.join(folder, name), "w") as file:
                 file.write(content if isinstance(content, str) else json.dumps(content))
-        done = subprocess.run([sys.executable, CHARTS, folder], capture_output=True, text=True)
+        done = subprocess.run([sys.executable, CHARTS, folder, "svg"], capture_output=True, text=True)
         charts = {}
         for name in os.listdir(folder):
             if name.endswith(".svg"):
