@@ -88,7 +88,7 @@ def load(folder):
         try:
             with open(path) as file:
                 data = json.load(file)
-            if any(BOOKKEEPING & set(row) for row in data["benchmarks"]):
+            if any("run_name" in row for row in data["benchmarks"]):
                 data = shrunk(data)
                 write(path, data)
             rows_of_file, context = data["benchmarks"], data["context"]
@@ -102,7 +102,7 @@ def load(folder):
                 failed.append("{}: no name of the form {}/MESH/METHOD".format(
                     row["name"], row["path"][0]))
                 continue
-            row.setdefault("median_s", 0.0)
+            row.setdefault("median_s", seconds(row))
             if row.get("error_occurred"):
                 failed.append("{}: {}".format(row["name"], row["error_message"]))
             else:
