@@ -207,6 +207,13 @@ TEST_CASE("pieces of no length are points; bad input") {
   refuse({vertex_point<float>(0), vertex_point<float>(999)});
   refuse({vertex_point<float>(0), vertex_point<float>(0), std::numeric_limits<float>::infinity()});
   CHECK_THROWS_AS((void)solver.solve(std::span<const Segment<float>>()), InvalidInput);
+  const std::vector<Segment<float>> side{
+      {vertex_point<float>(mesh.faces[0][0]), vertex_point<float>(mesh.faces[0][1])}};
+  for (const float spacing : {0.0F, 1e-9F, std::numeric_limits<float>::quiet_NaN()}) {
+    CHECK_THROWS_AS(
+        (void)sources_along(Surface<float>(mesh), std::span<const Segment<float>>(side), spacing),
+        InvalidInput);
+  }
 }
 
 TEST_CASE(
@@ -238,6 +245,46 @@ TEST_CASE(
         const double straight = (p - a - t * (b - a)).norm();
         CAPTURE(share);
         CHECK(distance[static_cast<std::size_t>(v)] >= straight - 1e-8);
+      }
+    }
+  }
+}
+
+TEST_CASE("ends a rounding from an edge or a corner hide nothing that is seen from them alone") {
+  Random random(32);
+  // Shares of a face's corners, one of them or two next to nothing.
+  const auto place = [&] {
+    const double tiny[] = {5e-21, 1e-16, 5e-15, 1e-12, 1e-10, 1e-9, 1e-8, 1e-6, 1e-3, 0};
+    const auto k = static_cast<std::size_t>(test::uniform_index(random, 3));
+    const auto share = [&] { return tiny[test::uniform_index(random, 10)]; };
+    const double off = share();
+    const double t = test::uniform_index(random, 3) == 0 ? share() : test::uniform(random, 0, 1);
+    std::array<double, 3> weights{};
+    weights[k] = off;
+    weights[(k + 1) % 3] = t * (1 - off);
+    weights[(k + 2) % 3] = std::max(0.0, 1 - off - weights[(k + 1) % 3]);
+    return weights;
+  };
+  std::vector<Mesh<double>> meshes{grid<double>(5, 5, 5, 5), grid<double>(5, 5, 5e6, 5e6)};
+  for (auto& scan : test::scan_meshes(2)) meshes.push_back(std::move(scan.mesh));
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const Surface<double> surface(meshes[m]);
+    const ExactSolver solver(meshes[m]);
+    const double size = detail::size_of(surface);
+    for (int i = 0; i < (m < 2 ? 500 : 10); ++i) {
+      const auto f = test::uniform_index(random, surface.face_count());
+      const Segment<double> segment{face_point<double>(f, place()), face_point<double>(f, place())};
+      const auto distance = solver.distance(std::span<const Segment<double>>(&segment, 1));
+      const Source<double> ends[]{{segment.begin}, {segment.end}};
+      const auto from_ends = solver.distance(std::span<const Source<double>>(ends));
+      const Vec3<double> a = surface.position(segment.begin), b = surface.position(segment.end);
+      for (Index v = 0; v < surface.vertex_count(); ++v) {
+        CAPTURE(m);
+        CAPTURE(i);
+        CAPTURE(v);
+        const double d = distance[static_cast<std::size_t>(v)];
+        CHECK(d <= from_ends[static_cast<std::size_t>(v)] + 4e-9 * size);
+        if (m < 2) CHECK(std::abs(d - to_piece(surface.position(v), a, b)) <= 4e-9 * size);
       }
     }
   }

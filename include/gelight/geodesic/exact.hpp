@@ -849,7 +849,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   ///@}
 
   /// Distances from the nearest points of segments: of curves, as chains of them. They are those of
-  /// straight lines at a right angle to a segment, but for 1e-9 of the mesh's size. Paths and
+  /// straight lines at a right angle to a segment, but for 4e-9 of the mesh's size. Paths and
   /// directions begin at the nearest point. Throws InvalidInput as above, for no segment and for
   /// one whose ends no face holds both.
   ///@{

@@ -106,7 +106,8 @@ template <std::floating_point Real, std::floating_point T>
 
 /// Points on segments no more than `spacing` apart, as sources of solvers that know no segments:
 /// distances are too long by less than spacing^2 / (8 distance), and their own error. Throws
-/// InvalidInput for a segment that leaves its face and a spacing that is not positive.
+/// InvalidInput for a segment that leaves its face and a spacing that is not positive or less than
+/// a millionth of a segment.
 template <std::floating_point T>
 [[nodiscard]] std::vector<Source<T>> sources_along(const Surface<T>& surface,
                                                    std::span<const Segment<T>> segments,
@@ -116,7 +117,9 @@ template <std::floating_point T>
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const auto front = detail::fronts_of(surface, segments[i], i)[0];
     const T length = detail::stable_norm(surface.difference(segments[i].begin, segments[i].end));
-    const auto pieces = static_cast<Index>(std::min(T(1e6), std::ceil(length / spacing)));
+    detail::require(length <= T(1e6) * spacing, "the spacing is ", spacing,
+                    ", less than a millionth of segment ", i);
+    const auto pieces = static_cast<Index>(std::ceil(length / spacing));
     for (Index k = 0; k <= pieces; ++k) {
       const T t = pieces > 0 ? static_cast<T>(k) / static_cast<T>(pieces) : T(0);
       out.push_back(

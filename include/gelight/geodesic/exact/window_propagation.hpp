@@ -291,12 +291,15 @@ class WindowPropagationOf {
   }
 
   // A wave that leaves a segment at a right angle, as circles about centres so far away that they
-  // are straight but for 2^-32 of the mesh's size, a few side by side where the segment is long.
-  // Its corners and ends are reached from points of the segment, which are sources.
+  // are straight but for 2^-31 of the mesh's size, a few side by side where the segment is long.
+  // Its corners and ends are reached from points of the segment, which are sources. The wave starts
+  // late by what rounding can take off so large a radius: else it would seem to be before its own
+  // ends, and their windows, which hold the ways beside the wave, would be dropped.
   void add_front(const FrontOf<Real>& front, Index number) {
-    constexpr Real far = 1 << 20, widest = 0.04;
+    constexpr Real far = 1 << 19, widest = 0.04, late = 4 * std::numeric_limits<Real>::epsilon();
     const Real away = far * limits_->size;
-    const Index origin = add_origin({front.start - away, Origin::Kind::front, number, -1});
+    const Index origin =
+        add_origin({front.start - away * (1 - late), Origin::Kind::front, number, -1});
     for (Index h = 3 * front.face; h < 3 * front.face + 3; ++h) {
       const Vec2<Real> a = in_frame(h, front.begin), b = in_frame(h, front.end);
       const Vec2<Real> way = b - a;
