@@ -24,8 +24,8 @@ using namespace gelight;
 namespace {
 
 // A GelTip's, and of the world: metres, kilograms, seconds.
-constexpr double radius = 0.01146, tip_length = 0.0455, mass = 0.03, gravity = 9.81, lifted = 0.03;
-constexpr double frame_time = 0.04, circle = 2 * std::numbers::pi;
+constexpr double tip_radius = 0.01146, tip_length = 0.0455, mass = 0.03, gravity = 9.81;
+constexpr double lifted = 0.03, frame_time = 0.04, circle = 2 * std::numbers::pi;
 
 struct Touched {
   std::string name;
@@ -54,7 +54,7 @@ void write_model(const std::string& path, const std::vector<Touched>& touched) {
   xml << "<body><joint name='along' type='slide' axis='1 0 0' damping='2'/>"
          "<joint name='up' type='slide' axis='0 0 1' damping='8'/>"
          "<joint name='roll' type='hinge' axis='0 1 0' damping='0.004' armature='1e-5'/>"
-      << "<geom size='" << radius << "' mass='" << mass << "'/></body></worldbody><actuator>"
+      << "<geom size='" << tip_radius << "' mass='" << mass << "'/></body></worldbody><actuator>"
       << "<position joint='along' kp='300'/><motor joint='up'/><position joint='roll' kp='0.5'/>"
       << "</actuator></mujoco>";
 }
@@ -68,7 +68,7 @@ Wish wish(double t) {
   const auto swing = [&](double from) { return std::sin(circle * (t - from) / 0.4); };
   if (t < 0.4 || t > 2.1) return {"lifted"};
   if (t < 1.3) return {"presses", 1 + std::floor((t - 0.4) / 0.3)};
-  if (t < 1.7) return {"rolls", 3, radius * 0.5 * swing(1.3), 0.5 * swing(1.3)};
+  if (t < 1.7) return {"rolls", 3, tip_radius * 0.5 * swing(1.3), 0.5 * swing(1.3)};
   return {"slides", 2, 0.005 * swing(1.7)};
 }
 
@@ -99,7 +99,7 @@ int main(int count, char** arguments) {
 
   // The camera is behind the tip and looks at it; x is to the right in both frames.
   const Pose camera_in_finger(Eigen::Vector3d(1, -1, -1).asDiagonal().toDenseMatrix(),
-                              {0, 0, tip_length - radius});
+                              {0, 0, tip_length - tip_radius});
   auto preset = geltip(width, width * 3 / 4);
   preset.camera = Camera<float>::from_vertical_fov(0.7f, width, width * 3 / 4);
   const auto sensor = tactile_renderer(preset);

@@ -20,7 +20,7 @@
 
 using gelight::Vec3;
 using Mesh = gelight::Mesh<double>;
-constexpr double radius = 0.012;  // of the base, in metres like all lengths
+constexpr double base_radius = 0.012;  // of the base, in metres like all lengths
 
 // --- the shapes: how far the membrane is from the camera, (x, y) from the middle of the base -----
 
@@ -40,8 +40,8 @@ double flat(double, double) { return 0.022; }
 
 Mesh membrane(double (*shape)(double, double)) {
   std::vector<gelight::ProfilePoint<double>> rings;
-  for (int i = 30; i >= 0; --i) rings.push_back({radius * i / 30, 0});
-  Mesh mesh = gelight::revolve<double>(rings, radius / 30);
+  for (int i = 30; i >= 0; --i) rings.push_back({base_radius * i / 30, 0});
+  Mesh mesh = gelight::revolve<double>(rings, base_radius / 30);
   for (auto& [x, y, z] : mesh.positions) z = shape(x, y);
   return mesh;
 }

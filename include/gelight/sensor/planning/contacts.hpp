@@ -14,6 +14,7 @@
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/raster.hpp"
+#include "gelight/light/field.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/views/image_view.hpp"
