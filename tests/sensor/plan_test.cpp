@@ -91,8 +91,8 @@ Seen seen_by(const SensorAt& sensor_at, const SensorPlanRequest& request, const 
       object = placed<double>(icosphere<double>(4, radius), Eigen::Matrix3d::Identity(), centre);
     } else {
       // A box whose axis is up to some 0.1 radians off.
-      const Vec3<double> lean(between(random, -0.1, 0.1), between(random, -0.1, 0.1),
-                              between(random, -0.1, 0.1));
+      const Vec3<double> lean{between(random, -0.1, 0.1), between(random, -0.1, 0.1),
+                              between(random, -0.1, 0.1)};  // in braces: drawn in this order
       const Vec3<double> z = detail::direction_of<double>(out + lean);
       const Vec3<double> u = detail::unit_orthogonal(z), v = cross(z, u);
       Eigen::Matrix3d frame;
@@ -157,8 +157,9 @@ TEST_CASE("the promised share holds for contacts that the planner has not seen")
   CAPTURE(kept);
   CAPTURE(planned);
   CHECK(planned >= sensors / 2);
-  CHECK(kept >= 0.8 * planned);  // two and a half standard errors of eight contacts are not all
-  CHECK(worst > 0.5);            // no more than twice the pixels that may be off are
+  // Two and a half standard errors of a few contacts are not all: 56 of 59 sensors kept the share.
+  CHECK(planned - kept <= 1 + planned / 10);
+  CHECK(worst > 0.5);  // no more than twice the pixels that may be off are
 }
 
 TEST_CASE("no dearer than half as much again as the cheapest in hindsight") {
