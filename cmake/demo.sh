@@ -2,8 +2,9 @@
 # From a fresh clone to tactile images: installs what is missing, builds the demo, runs it.
 # Options go to the demo; `sh cmake/demo.sh --help` lists them at once, and installs nothing.
 # `sh cmake/demo.sh bullet` lets things fall onto the half-silvered sensor instead, in the Bullet
-# physics engine; `sh cmake/demo.sh mujoco [FOLDER [WIDTH]]` moves a GelTip by MuJoCo; `sh cmake/demo.sh calibrate --fit DIR --test DIR --out DIR` fits a sensor of your
-# own to photographs of a ball.
+# physics engine; `sh cmake/demo.sh mujoco [FOLDER [WIDTH]]` moves a GelTip by MuJoCo;
+# `sh cmake/demo.sh calibrate --fit DIR --test DIR --out DIR` fits a sensor of your own to
+# photographs of a ball.
 set -eu
 cd "$(dirname "$0")/.."
 for word in "$@"; do
