@@ -91,8 +91,8 @@ Dial heat(const std::string& setting, const HeatOptions& options) {
 
 void count_windows(benchmark::State& state, const Case& on) {
   const Surface<double> surface(on.mesh);
-  const gelight::detail::PlanarFaces faces(surface);
-  gelight::detail::WindowPropagation propagation;
+  const gelight::detail::PlanarFaces<double> faces(surface);
+  gelight::detail::WindowPropagation<double> propagation;
   propagation.run(surface, faces, {{vertex_point<double>(on.sources[0]), 0}}, {});
   state.counters["windows"] = static_cast<double>(propagation.counts.created);
 }
@@ -204,7 +204,7 @@ constexpr Patience little_patience{1, 4};
 
 double sampled_error(const Case& on, Index source, const Distances& distances, double width) {
   const Surface<double> surface(on.mesh);
-  const gelight::detail::PlanarFaces faces(surface);
+  const gelight::detail::PlanarFaces<double> faces(surface);
   const gelight::detail::TargetSearch<double> search(
       surface, faces, {{vertex_point<double>(source), 0}}, distances);
   double sum = 0;

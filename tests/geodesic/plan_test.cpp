@@ -433,7 +433,7 @@ TEST_CASE("paths tell how far fast marching is off") {
       }
       const double error = sum / static_cast<double>(targets.size());
       CAPTURE(error);
-      detail::PathErrorOf<double> traced(surface, sources, given, targets);
+      detail::PathError<double> traced(surface, sources, given, targets);
       traced.trace(256);
       CHECK(traced.at_most(0) < 2 * error + 1e-12);
       CHECK(traced.at_most(2.5) > 0.95 * error - 1e-12);
@@ -458,7 +458,7 @@ TEST_CASE("a path back is as long as a straight line where the mesh is flat") {
         const Vec3<double> p = at(vertex_point<double>(v));
         distances.push_back((p - at(source)).norm() * (1 + distortion * std::sin(p.x() / 5)));
       }
-      detail::BacktraceOf<double> way(surface, {{source, 0}}, distances);
+      detail::Backtrace<double> way(surface, {{source, 0}}, distances);
       for (Index v = 0; v < surface.vertex_count(); v += 7) {
         const double d = (at(vertex_point<double>(v)) - at(source)).norm();
         if (d < 3) continue;

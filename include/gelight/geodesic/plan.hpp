@@ -155,8 +155,8 @@ class PlannedSolvers {
     return SmoothDistanceSolver<Real>(surface_, {.cancelled = cancelled}).solve(from);
   }
 
-  [[nodiscard]] const PlanarFacesOf<Real>& faces() const {
-    return faces_.get([&] { return PlanarFacesOf<Real>(surface_); });
+  [[nodiscard]] const PlanarFaces<Real>& faces() const {
+    return faces_.get([&] { return PlanarFaces<Real>(surface_); });
   }
 
  private:
@@ -176,7 +176,7 @@ class PlannedSolvers {
   Lazy<FastMarchingSolver<Real>> fast_marching_;
   Lazy<ExactSolver<Real>> exact_;
   Lazy<SmoothDistanceSolver<Real>> smooth_;
-  Lazy<PlanarFacesOf<Real>> faces_;
+  Lazy<PlanarFaces<Real>> faces_;
 };
 
 }  // namespace detail
@@ -488,14 +488,14 @@ class DistancePlanner {
   /// Sources whose start distances count from the earliest of them, and what that is.
   struct Query {
     detail::Sources sources;
-    detail::Starts starts;
+    detail::Starts<double> starts;
   };
   /// What a method says: ways from the earliest start distance, and the distances that are
   /// returned.
   struct Answer {
     std::vector<double> ways;
     std::vector<T> distances;
-    const detail::Starts& starts;
+    const detail::Starts<double>& starts;
 
     // As the distances have it, which were rounded.
     [[nodiscard]] double way(Index v) const {
@@ -636,7 +636,7 @@ class DistancePlanner {
   [[nodiscard]] double error_between(const detail::Array<double>& lower,
                                      const detail::Array<double>& upper,
                                      const Answer& answer) const {
-    const auto bounds = detail::moved<Real>(lower, upper, detail::StartsOf<Real>{});
+    const auto bounds = detail::moved<Real>(lower, upper, detail::Starts<Real>{});
     DistanceBounds<Real> at_targets;
     std::vector<double> there;
     for_each_target([&](Index target) {
@@ -716,7 +716,7 @@ class DistancePlanner {
   // allowed these are.
   [[nodiscard]] Finding trace(const Query& query, const Answer& answer,
                               const std::vector<Index>& targets, const CancelHook& hook) const {
-    detail::PathErrorOf<Real> traced(surface_, query.sources, answer.ways, targets);
+    detail::PathError<Real> traced(surface_, query.sources, answer.ways, targets);
     const double share = share_of_method();
     double error = unreachable<double>;
     // Where waves of several sources meet, few vertices have most of the error.
@@ -767,7 +767,7 @@ class DistancePlanner {
 
   Surface<double> surface_;
   PlanRequest request_;
-  detail::MeshStatisticsOf<Real> statistics_;
+  detail::MeshStatistics<Real> statistics_;
   Method chosen_ = Method::exact;
   DistancePlan plan_;
   std::shared_ptr<const Solvers> solvers_;
@@ -792,7 +792,7 @@ auto DistancePlanner<T>::distance(std::span<const Source<T>> sources) const -> P
 
 template <std::floating_point T>
 auto DistancePlanner<T>::run(detail::Sources sources) const -> PlannedDistances<T> {
-  detail::Starts starts = detail::move_to_zero(surface_, sources);
+  detail::Starts<double> starts = detail::move_to_zero(surface_, sources);
   const Query query{std::move(sources), std::move(starts)};
   if (is_lifted()) return lifted(query);
   const bool is_last = !may_escalate();

@@ -44,15 +44,14 @@ inline constexpr MethodCost paths_cost{"paths", 0, 50, -0.5, 10};
 inline constexpr double sample_share = 0.1;
 
 /// Errors of the methods as experience has them: an error that 98 in 100 fields from one source
-/// keep on meshes that are familiar, and a guess on others. (A template only so that it costs
-/// nothing to include.)
+/// keep on meshes that are familiar, and a guess on others.
 ///
 /// Fast marching, over 2,326 fields on random familiar meshes of 16 kinds, 100 to 2,600 vertices:
 /// the mean was beyond what is told in 0.8 %, never fourfold, the largest in 0.04 %.
 template <std::floating_point Real>
 class MethodErrors {
  public:
-  explicit MethodErrors(const MeshStatisticsOf<Real>& mesh) : mesh_(mesh) {}
+  explicit MethodErrors(const MeshStatistics<Real>& mesh) : mesh_(mesh) {}
 
   /// Against the mesh, from the worst of its vertices.
   [[nodiscard]] RelativeError of(Method method) const {
@@ -124,7 +123,7 @@ class MethodErrors {
   // the origin too: 8e-15 and 1e-12 at most, 4e-13 where stretched less than a thousand times.
   [[nodiscard]] RelativeError of_exact() const { return {1e-14, 5e-13 + 1e-17 * mesh_.aspect}; }
 
-  const MeshStatisticsOf<Real>& mesh_;
+  const MeshStatistics<Real>& mesh_;
 };
 
 }  // namespace gelight::detail
