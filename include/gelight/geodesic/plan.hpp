@@ -103,10 +103,10 @@ struct DistancePlan {
 /// Distances with what is known about them.
 template <std::floating_point T>
 struct PlannedDistances {
-  std::vector<T> distances;  ///< Of each vertex, +infinity where no path leads.
-  std::string method;        ///< The one whose distances these are, after any escalation.
+  std::vector<T> distance;  ///< Of each vertex, +infinity where no path leads.
+  std::string method;       ///< The one whose distances these are, after any escalation.
   Assurance achieved = Assurance::expected;  ///< How the error is known.
-  /// Of `distances` as they are, rounding included. Certified: a bound, in the norm asked for.
+  /// Of `distance` as it is, rounding included. Certified: a bound, in the norm asked for.
   /// Sampled: the largest of the targets that were checked, which may be beyond a tolerance of the
   /// mean where their mean is not. Else what is expected, in that norm.
   double error = 0;
@@ -224,7 +224,7 @@ class PlannedSolvers {
 /// Construction is linear in the mesh; solvers are made when first needed. Queries are const
 /// and safe from several threads.
 template <std::floating_point T>
-class DistancePlanner {
+class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
  public:
   /// Throws InvalidInput as Surface does, for a tolerance that is not positive, fewer than one
   /// source or sample, a limit or slowness that is not positive, a target out of range.
@@ -237,17 +237,22 @@ class DistancePlanner {
   /// What was chosen for the request, and why.
   [[nodiscard]] const DistancePlan& plan() const { return plan_; }
 
-  /// Distances of all vertices from a vertex, several, or points with start distances. Throws
-  /// InvalidInput as a solver does, Cancelled where the request's hook says so.
+  /// Distances of all vertices from a vertex, several, or points with start distances, and how
+  /// far they are to be trusted (`distance` gives the distances alone). Throws InvalidInput as a
+  /// solver does, Cancelled where the request's hook says so.
   ///@{
-  [[nodiscard]] PlannedDistances<T> distance(Index vertex) const {
-    return distance(std::span<const Index>(&vertex, 1));
+  [[nodiscard]] PlannedDistances<T> solve(Index vertex) const {
+    return solve(std::span<const Index>(&vertex, 1));
   }
-  [[nodiscard]] PlannedDistances<T> distance(std::span<const Index> vertices) const;
-  [[nodiscard]] PlannedDistances<T> distance(std::span<const Source<T>> sources) const;
+  [[nodiscard]] PlannedDistances<T> solve(std::span<const Index> vertices) const;
+  [[nodiscard]] PlannedDistances<T> solve(std::span<const Source<T>> sources) const;
   ///@}
 
+  /// The mesh's surface.
+  [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+
  private:
+  friend class detail::DistanceQueries<DistancePlanner<T>, T>;
   using Method = detail::Method;
   using Real = std::common_type_t<T, double>;  // double; by T, so that nothing is compiled unused
   using Solvers = detail::PlannedSolvers<Real>;
@@ -515,6 +520,9 @@ class DistancePlanner {
   void set_up();
 
   [[nodiscard]] PlannedDistances<T> run(detail::Sources sources) const;
+  [[nodiscard]] std::vector<T> solve_vertices(detail::Sources sources) const {
+    return run(std::move(sources)).distance;
+  }
   [[nodiscard]] bool may_escalate() const {
     return chosen_ != Method::exact && plan_.expected_to_satisfy && within_limits(Method::exact);
   }
@@ -523,11 +531,11 @@ class DistancePlanner {
     const SmoothDistances<Real> found = solvers_->smooth(query.sources, request_.cancelled);
     PlannedDistances<T> result;
     result.method = plan_.method;
-    result.distances.reserve(found.distance.size());
+    result.distance.reserve(found.distance.size());
     double not_smooth = 0;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const auto i = static_cast<std::size_t>(v);
-      result.distances.push_back(
+      result.distance.push_back(
           detail::distance_as<T>(query.starts.at(v) + found.distance[i], "vertex ", v));
       not_smooth += found.trust[i] == SmoothTrust::rough;
     }
@@ -552,7 +560,7 @@ class DistancePlanner {
     const Finding found = find_error(method, query, answer, hook.part(solving, 1));
     PlannedDistances<T> result;
     result.method = detail::cost_of(method).name;
-    result.distances = std::move(answer.distances);
+    result.distance = std::move(answer.distances);
     result.achieved =
         request_.truth == DistanceTruth::smooth ? Assurance::expected : found.achieved;
     result.error = found.checked > 0 ? found.worst_checked : found.error + floor();
@@ -781,12 +789,12 @@ void DistancePlanner<T>::set_up() {
 }
 
 template <std::floating_point T>
-auto DistancePlanner<T>::distance(std::span<const Index> vertices) const -> PlannedDistances<T> {
+auto DistancePlanner<T>::solve(std::span<const Index> vertices) const -> PlannedDistances<T> {
   return run(detail::checked_sources(surface_, vertices));
 }
 
 template <std::floating_point T>
-auto DistancePlanner<T>::distance(std::span<const Source<T>> sources) const -> PlannedDistances<T> {
+auto DistancePlanner<T>::solve(std::span<const Source<T>> sources) const -> PlannedDistances<T> {
   return run(detail::checked_sources(surface_, sources));
 }
 
