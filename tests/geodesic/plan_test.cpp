@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "gelight/geodesic/measured_plan_costs.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
 #include "support/hard_meshes.hpp"
@@ -643,4 +644,105 @@ TEST_CASE("sources of parts that do not touch are on their own, however far apar
       if (std::abs(start) > 1e15) CHECK_FALSE(answer.satisfies);
     }
   }
+}
+
+TEST_CASE("a method of the caller's own is chosen where it is cheapest, and checked like ours") {
+  const auto mesh = rough_sphere(3, 0.1);
+  const auto exact = ExactSolver(mesh).distance(130);
+  int made = 0, asked = 0;
+  // Exact distances, all too long by a share.
+  const auto own = [&](double share, double told) {
+    return PlanMethod{
+        "mine", {1, 1, 0, 1}, {told, told}, [&, share](const Surface<double>& surface) {
+          ++made;
+          return [&, share,
+                  solver = ExactSolver<double>(surface)](std::span<const Source<double>> sources) {
+            ++asked;
+            auto distances = solver.distance(sources);
+            for (double& d : distances) d *= 1 + share;
+            return distances;
+          };
+        }};
+  };
+  for (const auto assurance : {Assurance::expected, Assurance::sampled, Assurance::certified}) {
+    const DistancePlanner planner(
+        mesh, {.tolerance = 0.1, .assurance = assurance, .methods = {own(0.001, 0.002)}});
+    CHECK(planner.plan().method == "mine");
+    for (int i = 0; i < 3; ++i) {
+      const auto answer = planner.solve(130);
+      CAPTURE(answer.reason);
+      CHECK(answer.method == "mine");
+      CHECK(answer.satisfies);
+      CHECK(answer.achieved >= assurance);
+      CHECK(error_of(answer.distance, exact).mean == doctest::Approx(0.001).epsilon(1e-6));
+      CHECK(answer.error >= 0.999e-3);
+    }
+  }
+  CHECK(made == 3);  // once a planner
+  CHECK(asked == 9);
+
+  // What it is off is told wrong: where anything is checked, exact distances follow.
+  for (const auto assurance : {Assurance::sampled, Assurance::certified}) {
+    const DistancePlanner planner(
+        mesh, {.tolerance = 0.05, .assurance = assurance, .methods = {own(0.2, 0.002)}});
+    CHECK(planner.plan().method == "mine");
+    const auto answer = planner.solve(130);
+    CAPTURE(answer.reason);
+    CHECK(answer.method == "exact");
+    CHECK(answer.satisfies);
+    CHECK(answer.distance == exact);
+  }
+}
+
+TEST_CASE("a method of the caller's own that cannot be one is refused") {
+  const auto mesh = icosphere<double>(2);
+  const auto named = [](std::size_t count, double value) {
+    return PlanMethod{"mine", {1, 1, 0, 1}, {0, 0}, [=](const Surface<double>&) {
+                        return [=](std::span<const Source<double>>) {
+                          return std::vector<double>(count, value);
+                        };
+                      }};
+  };
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto planned = [&](PlanMethod method) {
+    return DistancePlanner(
+        mesh, {.tolerance = 0.5, .assurance = Assurance::expected, .methods = {std::move(method)}});
+  };
+  CHECK_NOTHROW((void)planned(named(162, 0)).solve(0));
+  CHECK_THROWS_AS((void)planned(named(161, 0)).solve(0), InvalidInput);
+  CHECK_THROWS_AS((void)planned(named(162, nan)).solve(0), InvalidInput);
+  CHECK_THROWS_AS((void)planned(named(162, -1)).solve(0), InvalidInput);
+  PlanMethod none = named(162, 0);
+  none.make = nullptr;
+  CHECK_THROWS_AS((void)planned(none), InvalidInput);
+  PlanMethod better = named(162, 0);
+  better.error = {0.2, 0.1};
+  CHECK_THROWS_AS((void)planned(better), InvalidInput);
+  PlanMethod unknown = named(162, 0);
+  unknown.cost.query_ns = nan;
+  CHECK_THROWS_AS((void)planned(unknown), InvalidInput);
+  PlanRequest request;
+  request.costs.paths.growth = nan;
+  CHECK_THROWS_AS((void)DistancePlanner(mesh, request), InvalidInput);
+}
+
+TEST_CASE("what methods cost decides, and can be measured where the program runs") {
+  const auto mesh = icosphere<double>(3);
+  PlanRequest request{.tolerance = 0.05, .assurance = Assurance::expected};
+  CHECK(DistancePlanner(mesh, request).plan().method != "exact");
+  request.costs.exact = {1e-3, 1e-3, 0, 1};
+  CHECK(DistancePlanner(mesh, request).plan().method == "exact");
+
+  const PlanCosts costs = measured_plan_costs();
+  for (const MethodCost& cost : {costs.dijkstra, costs.virtual_source, costs.fast_marching,
+                                 costs.exact, costs.certificate, costs.paths}) {
+    CHECK(cost.query_ns > 0);
+    CHECK(std::isfinite(cost.growth));
+    CHECK(cost.bytes > 0);
+  }
+  CHECK(costs.dijkstra.query_ns < costs.exact.query_ns);
+  CHECK(costs.sample_share > 0);
+  CHECK_THROWS_AS((void)measured_plan_costs(CancelHook([] { return true; })), Cancelled);
+  request.costs = costs;
+  CHECK(DistancePlanner(mesh, request).solve(0).satisfies);
 }

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -23,6 +25,8 @@
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
+#include "gelight/geodesic/plan_costs.hpp"
+#include "gelight/geodesic/planning/measured_costs.hpp"
 #include "gelight/geodesic/planning/mesh_statistics.hpp"
 #include "gelight/geodesic/planning/method_models.hpp"
 #include "gelight/geodesic/planning/path_error.hpp"
@@ -61,6 +65,18 @@ enum class Assurance {
   certified
 };
 
+/// A method of the caller's own for DistancePlanner to choose from.
+struct PlanMethod {
+  /// Distance of every vertex from the nearest of points with start distances.
+  using Query = std::function<std::vector<double>(std::span<const Source<double>>)>;
+
+  std::string name;
+  MethodCost cost;      ///< As measured on the machine of the request's costs.
+  RelativeError error;  ///< What it is off at most from one source, on meshes as the planned one.
+  /// Sets the method up. What it returns is const and safe from several threads.
+  std::function<Query(const Surface<double>&)> make;
+};
+
 /// What a caller wants of distances, and what they may cost.
 struct PlanRequest {
   double tolerance = 0.01;           ///< Largest relative error allowed, in the norm below.
@@ -75,6 +91,9 @@ struct PlanRequest {
   double memory_limit = unreachable<double>;  ///< Bytes beyond the mesh, as estimated.
   /// By how much the machine is slower than the one of the estimates (benchmarks/results).
   double slowness = 1;
+  /// What the methods cost; measured_plan_costs() measures the machine that runs it.
+  PlanCosts costs = detail::measured_costs;
+  std::vector<PlanMethod> methods{};  ///< Others to choose from.
   /// Asked now and then during a query, by its thread; where it answers true, that ends with
   /// Cancelled.
   CancelHook cancelled{};
@@ -82,7 +101,8 @@ struct PlanRequest {
 
 /// What was chosen, and why.
 struct DistancePlan {
-  std::string method;  ///< The solver: dijkstra, fast_marching, virtual_source, exact or smooth.
+  std::string method;  ///< The solver: dijkstra, fast_marching, virtual_source, exact, smooth
+                       ///< or one of the caller's own.
   bool expected_to_satisfy = true;  ///< Whether tolerance, assurance and limits can all be met.
   /// In the norm and against the truth asked for, from one source; with what rounding to the
   /// caller's type takes. Where it is more than the tolerance though that is expected to be
@@ -123,9 +143,25 @@ namespace detail {
 template <std::floating_point Real>
 class PlannedSolvers {
  public:
-  PlannedSolvers(const Surface<Real>& surface, const std::vector<Index>& targets)
-      : surface_(surface) {
+  PlannedSolvers(const Surface<Real>& surface, const std::vector<Index>& targets,
+                 const std::vector<PlanMethod>& own)
+      : surface_(surface), own_(own.size()) {
     for (const Index v : targets) options_.targets.push_back(vertex_point<Real>(v));
+  }
+
+  [[nodiscard]] std::vector<Real> distance(const PlanMethod& method, std::size_t number,
+                                           const Sources& sources,
+                                           const CancelHook& cancelled) const {
+    cancelled.check(0, "the planned query");
+    auto distances = own_[number].get([&] { return method.make(surface_); })(sources);
+    require(distances.size() == static_cast<std::size_t>(surface_.vertex_count()), "the method ",
+            method.name, " gave ", distances.size(), " distances of ", surface_.vertex_count(),
+            " vertices");
+    for (std::size_t v = 0; v < distances.size(); ++v) {
+      require(distances[v] >= 0, "the method ", method.name, " gave ", distances[v], " at vertex ",
+              v);
+    }
+    return distances;
   }
 
   [[nodiscard]] std::vector<Real> distance(Method method, const Sources& sources,
@@ -177,6 +213,7 @@ class PlannedSolvers {
   Lazy<ExactSolver<Real>> exact_;
   Lazy<SmoothDistanceSolver<Real>> smooth_;
   Lazy<PlanarFaces<Real>> faces_;
+  std::vector<Lazy<PlanMethod::Query>> own_;
 };
 
 }  // namespace detail
@@ -227,7 +264,8 @@ template <std::floating_point T>
 class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
  public:
   /// Throws InvalidInput as Surface does, for a tolerance that is not positive, fewer than one
-  /// source or sample, a limit or slowness that is not positive, a target out of range.
+  /// source or sample, a limit or slowness that is not positive, a target out of range, a cost or
+  /// error that is negative or NaN, a method that nothing makes.
   template <TriangleMesh M>
   explicit DistancePlanner(const M& mesh, PlanRequest request = {})
       : surface_(mesh), request_(std::move(request)), statistics_(surface_) {
@@ -276,6 +314,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   static constexpr double mean_gain = 25, max_gain = 8, lifted_cost = 7;
   // What comparing numbers takes.
   static constexpr double arithmetic = 8 * std::numeric_limits<double>::epsilon();
+  static constexpr std::size_t own = static_cast<std::size_t>(Method::own);  // how many are ours
   // The shares of a query after which a method and all of its checks are done, where exact
   // distances may have to follow; and of one method that the solver takes.
   static constexpr double first_method = 0.3, solving = 0.6;
@@ -289,6 +328,29 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
                     r.time_limit, " s, ", r.memory_limit, " bytes and the slowness ", r.slowness,
                     " are not all positive");
     for (const Index v : r.targets) surface_.require_vertex(v);
+    for (const PlanMethod& method : r.methods) {
+      const auto& [mean, max] = method.error;
+      detail::require(mean >= 0 && max >= mean, "the method ", method.name, " has a mean error of ",
+                      mean, " and a largest one of ", max);
+      detail::require(method.make != nullptr, "the method ", method.name,
+                      " has nothing to make it");
+      require_cost(method.name, method.cost);
+    }
+    const PlanCosts& c = r.costs;
+    for (std::size_t i = 0; i < own; ++i) {
+      const auto method = static_cast<Method>(i);
+      require_cost(detail::name_of(method), detail::cost_of(method, c));
+    }
+    require_cost("certificate", c.certificate);
+    require_cost("paths", c.paths);
+    detail::require(c.sample_share >= 0 && std::isfinite(c.sample_share),
+                    "the share of a sample is ", c.sample_share);
+  }
+  static void require_cost(std::string_view name, const MethodCost& cost) {
+    for (const double number : {cost.setup_ns, cost.query_ns, cost.bytes}) {
+      detail::require(number >= 0 && std::isfinite(number), "a cost of ", name, " is ", number);
+    }
+    detail::require(std::isfinite(cost.growth), "the growth of ", name, " is ", cost.growth);
   }
 
   // --- choosing ----------------------------------------------------------------------------------
@@ -316,13 +378,29 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     return request_.truth == DistanceTruth::smooth ? Assurance::expected : request_.assurance;
   }
 
+  // The caller's own that a method is, if it is one.
+  [[nodiscard]] const PlanMethod* own_method(Method method) const {
+    return method < Method::own ? nullptr : &request_.methods[number_of(method)];
+  }
+  static std::size_t number_of(Method method) { return static_cast<std::size_t>(method) - own; }
+  [[nodiscard]] std::string name_of(Method method) const {
+    return method < Method::own ? detail::name_of(method) : own_method(method)->name;
+  }
+  [[nodiscard]] const MethodCost& cost_of(Method method) const {
+    return method < Method::own ? detail::cost_of(method, request_.costs)
+                                : own_method(method)->cost;
+  }
+  [[nodiscard]] RelativeError error_of(Method method) const {
+    return method < Method::own ? Models(statistics_).of(method) : own_method(method)->error;
+  }
+
   // Of the method, and of what T cannot hold.
   [[nodiscard]] double expected_error(Method method) const {
     constexpr double rounding = std::numeric_limits<T>::epsilon() / 2;
-    return in_norm(Models(statistics_).of(method)) + in_norm({rounding / 2, rounding});
+    return in_norm(error_of(method)) + in_norm({rounding / 2, rounding});
   }
   [[nodiscard]] double provable(Method method) const {
-    return in_norm(Models(statistics_).provable(method));
+    return in_norm(Models(statistics_).provable(error_of(method)));
   }
   [[nodiscard]] bool is_familiar() const { return *Models(statistics_).unfamiliar() == 0; }
 
@@ -368,29 +446,28 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     return check == Check::samples || check == Check::paths_and_samples;
   }
 
-  [[nodiscard]] double seconds(const detail::MethodCost& cost) const {
+  [[nodiscard]] double seconds(const MethodCost& cost) const {
     return request_.slowness * cost.seconds(surface_.vertex_count(), request_.sources);
   }
   // With what it costs on average that the exact solver has to be called where paths tell so.
   [[nodiscard]] double seconds_with_checks(Method method) const {
     const Check check = check_of(method, 1);
-    double sum = seconds(detail::cost_of(method));
-    if (check == Check::certificate) sum += seconds(detail::certificate_cost);
+    double sum = seconds(cost_of(method));
+    if (check == Check::certificate) sum += seconds(request_.costs.certificate);
     if (has_paths(check)) {
       const double share = expected_error(method) / share_of_method();
-      sum += seconds(detail::paths_cost);
-      sum += std::min(1.0, (is_familiar() ? failing : 1) * share) *
-             seconds(detail::cost_of(Method::exact));
+      sum += seconds(request_.costs.paths);
+      sum += std::min(1.0, (is_familiar() ? failing : 1) * share) * seconds(cost_of(Method::exact));
     }
     if (has_samples(check)) {
-      sum += request_.samples * detail::sample_share * seconds(detail::cost_of(Method::exact));
+      sum += request_.samples * request_.costs.sample_share * seconds(cost_of(Method::exact));
     }
     return sum;
   }
   [[nodiscard]] double bytes(Method method) const {
     const bool is_proved = check_of(method, 1) == Check::certificate;
-    const double checks = is_proved ? detail::certificate_cost.bytes : 0;
-    return surface_.vertex_count() * std::max(detail::cost_of(method).bytes, checks);
+    const double checks = is_proved ? request_.costs.certificate.bytes : 0;
+    return surface_.vertex_count() * std::max(cost_of(method).bytes, checks);
   }
 
   [[nodiscard]] bool satisfies(Method method) const {
@@ -410,7 +487,8 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   void choose() {
     std::optional<Method> cheapest, best;
     Method smallest = Method::dijkstra;
-    for (const Method method : detail::all_methods) {
+    for (std::size_t i = 0; i < own + request_.methods.size(); ++i) {
+      const auto method = static_cast<Method>(i);
       if (bytes(method) < bytes(smallest)) smallest = method;
       if (!within_limits(method)) continue;
       if (satisfies(method) &&
@@ -420,7 +498,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
       if (!best || expected_error(method) < expected_error(*best)) best = method;
     }
     chosen_ = cheapest ? *cheapest : best ? *best : smallest;
-    plan_.method = detail::cost_of(chosen_).name;
+    plan_.method = name_of(chosen_);
     plan_.expected_to_satisfy = cheapest.has_value() && floor() < request_.tolerance;
     plan_.expected_error = expected_error(chosen_) + floor();
     plan_.unfamiliar = Models(statistics_).unfamiliar();
@@ -433,7 +511,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
 
   // The mesh itself is too coarse.
   void lift() {
-    const double exact = seconds(detail::cost_of(Method::exact));
+    const double exact = seconds(cost_of(Method::exact));
     plan_.method = "smooth";
     plan_.expected_error = lifted_error();
     plan_.seconds = lifted_cost * exact;
@@ -550,8 +628,12 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
 
   [[nodiscard]] PlannedDistances<T> attempt(Method method, const Query& query,
                                             const CancelHook& hook) const {
-    Answer answer{
-        solvers_->distance(method, query.sources, hook.part(0, solving)), {}, query.starts};
+    const CancelHook part = hook.part(0, solving);
+    Answer answer{method < Method::own ? solvers_->distance(method, query.sources, part)
+                                       : solvers_->distance(*own_method(method), number_of(method),
+                                                            query.sources, part),
+                  {},
+                  query.starts};
     answer.distances.reserve(answer.ways.size());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const double way = answer.ways[static_cast<std::size_t>(v)];
@@ -559,7 +641,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     }
     const Finding found = find_error(method, query, answer, hook.part(solving, 1));
     PlannedDistances<T> result;
-    result.method = detail::cost_of(method).name;
+    result.method = name_of(method);
     result.distance = std::move(answer.distances);
     result.achieved =
         request_.truth == DistanceTruth::smooth ? Assurance::expected : found.achieved;
@@ -784,7 +866,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
 template <std::floating_point T>
 void DistancePlanner<T>::set_up() {
   require_request();
-  solvers_ = std::make_shared<const Solvers>(surface_, request_.targets);
+  solvers_ = std::make_shared<const Solvers>(surface_, request_.targets, request_.methods);
   choose();
 }
 
