@@ -115,7 +115,7 @@ class CostMeasurement {
     cost.query_ns = 1e9 * small * std::pow(1e4 / small_.vertex_count(), cost.growth);
   }
 
-  double sample_seconds() const {
+  [[nodiscard]] double sample_seconds() const {
     const PlanarFaces<Real> faces(small_);
     const Answer answer = marched(small_);
     const TargetSearch<Real> search(small_, faces, answer.from, answer.ways);
