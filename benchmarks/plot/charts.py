@@ -840,7 +840,7 @@ def chart_light_fields(rows, folder):
     axes.text(0.985, 0.03, f"marks: mean of {len(none)} cases of\nsensor, gel and coating\n"
               "bars: the middle half of them", fontsize=8.5, color="0.3", ha="right", transform=axes.transAxes)
     figure.tight_layout(rect=(0, 0.02, 1, 1))
-    save(figure, folder, "light_fields", [r for r in rows if r["path"][0] == "traced"])
+    save(figure, folder, "field_errors", [r for r in rows if r["path"][0] == "traced"])
 
 
 def words_light_fields(rows, folder):

@@ -81,7 +81,7 @@ def main():
         for name in ("toy method", "foreign library", "tiny.obj"):
             check(name in charts.get(chart, ""), f"{name} is not in {chart}")
     check("toy method" in charts.get("stability", ""), "the toy method is not in stability")
-    for chart in ("traced", "light_fields"):
+    for chart in ("traced", "field_errors"):
         check("toy light" in charts.get(chart, ""), f"the toy light is not in {chart}")
     check("tiny.obj" in charts.get("planner", ""), "the mesh is not in planner")
 
