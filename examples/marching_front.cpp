@@ -78,9 +78,10 @@ int main(int count, char** arguments) {
     Figure figure(760, 330);
     double x = 10;
     for (const auto& [name, distance] : {std::pair(left, by_left), std::pair(right, by_right)}) {
+      const Distances& reached = distance;  // clang 14 lets no lambda have it by its other name
       const View view(floor, {x, 50, 365, 244});
       view.paint(figure, [&](const View::Point& p) -> Colour {
-        const double d = view.interpolated(distance, p);
+        const double d = view.interpolated(reached, p);
         if (d > time) return {0.93, 0.93, 0.93};
         if (d > time - 0.03) return red;
         return band_colour(1 - std::floor(d / 0.3) * 0.3 / 3);
