@@ -2,6 +2,7 @@
 
 #include "gelight/geodesic/plan.hpp"
 
+#include "distances.hpp"
 #include "gelight/geodesic/certify.hpp"
 #include "hook.hpp"
 #include "points.hpp"
@@ -84,9 +85,9 @@ void bind_results(py::module_& m) {
       .def_readonly("reason", &Plan::reason, "The choice in words.");
   py::class_<Planned>(m, "PlannedDistances", "Distances with what is known about them.")
       .def_property_readonly(
-          "distances",
+          "distance",
           [](const py::object& self) {
-            return numbers_of(self.cast<const Planned&>().distances, self);
+            return numbers_of(self.cast<const Planned&>().distance, self);
           },
           "Of each vertex, float64 (n,); +inf where no path leads.")
       .def_readonly("method", &Planned::method, "The one whose distances these are.")
@@ -120,9 +121,12 @@ gelight::PlanRequest request_of(double tolerance, ErrorNorm norm, DistanceTruth 
 }
 
 void bind_planner(py::module_& m) {
-  py::class_<Planner>(m, "DistancePlanner",
-                      "Distances to a given error rather than by a given method: chooses the "
-                      "cheapest one, runs it, checks it, and escalates to the exact solver.")
+  auto planner =
+      py::class_<Planner>(m, "DistancePlanner",
+                          "Distances to a given error rather than by a given method: chooses the "
+                          "cheapest one, runs it, checks it, and escalates to the exact solver.");
+  bind_distances(planner);
+  planner
       .def(py::init([](const Surface& surface, double tolerance, ErrorNorm norm,
                        DistanceTruth truth, Assurance assurance, Index sources, Index samples,
                        py::handle targets, double time_limit, double memory_limit, double slowness,
@@ -145,12 +149,12 @@ void bind_planner(py::module_& m) {
           "plan", [](const Planner& self) { return self.plan(); },
           "What was chosen for the request, and why.")
       .def(
-          "distance",
+          "solve",
           [](const Planner& self, py::handle sources) {
             const auto from = sources_in(sources);
-            return without_gil([&] { return self.distance(FromSources(from)); });
+            return without_gil([&] { return self.solve(FromSources(from)); });
           },
-          "sources"_a, "Distances of all vertices, and how far they are off.");
+          "sources"_a, "The same distances as `distance`, and how far they are off.");
 }
 
 }  // namespace

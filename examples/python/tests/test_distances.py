@@ -211,9 +211,10 @@ def test_certificates_and_plans():
     assert off.max() <= bounds.error_of(marched).max
     planner = gelight.DistancePlanner(surface, tolerance=0.02)
     assert planner.plan.method in ("dijkstra", "fast_marching", "virtual_source", "exact")
-    found = planner.distance(0)
+    found = planner.solve(0)
+    assert np.array_equal(found.distance, planner.distance(0))
     assert found.satisfies and found.achieved == gelight.Assurance.certified
-    off = np.abs(found.distances[1:] / exact[1:] - 1)
+    off = np.abs(found.distance[1:] / exact[1:] - 1)
     assert off.mean() <= found.error <= 0.02
     with pytest.raises(ValueError, match="tolerance"):
         gelight.DistancePlanner(surface, tolerance=-1)
