@@ -33,6 +33,10 @@ describe() {
     doxygen) echo "Doxygen 1.9" ;;
     pngquant) echo "pngquant 2" ;;
     python3-matplotlib) echo "Python 3 with matplotlib 3.6" ;;
+    pybind11-dev) echo "pybind11 2.10" ;;
+    python3-dev) echo "Python 3.9 or later, with its headers" ;;
+    python3-numpy) echo "Python 3 with NumPy 1.24" ;;
+    python3-pytest) echo "Python 3 with pytest 7" ;;
     *) echo "$1" ;;
   esac
 }
