@@ -5,7 +5,6 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -251,12 +250,8 @@ class Surface {
     for (Index f = 0; f < count; ++f, to += 3) {
       const std::array<Index, 3> face = MeshTraits<M>::face(mesh, f);
       const auto [a, b, c] = face;
-      // Joined by `&` for one branch; a number below zero is a large one without a sign.
-      const auto is_vertex = [end = static_cast<std::uint32_t>(vertices)](Index v) {
-        return static_cast<std::uint32_t>(v) < end;
-      };
       const bool is_sound =
-          is_vertex(a) & is_vertex(b) & is_vertex(c) & (a != b) & (b != c) & (c != a);
+          std::min({a, b, c}) >= 0 && std::max({a, b, c}) < vertices && a != b && b != c && c != a;
       if (!is_sound) [[unlikely]] {
         refuse_face(f, face, vertices);
       }
