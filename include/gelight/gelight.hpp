@@ -22,6 +22,7 @@
 #include "gelight/geodesic/backtrace.hpp"
 #include "gelight/geodesic/certify.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
+#include "gelight/geodesic/distance_rows.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/exact_isoline.hpp"

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <complex>
+#include <cstddef>
 #include <memory>
 #include <random>
 #include <type_traits>
@@ -113,6 +114,14 @@ TEST_CASE_TEMPLATE("solves what dense elimination solves", Scalar, double, std::
     CHECK((found - expected).norm() < 1e-13 * expected.norm());
     const auto back = matrix * x;
     for (Index i = 0; i < pattern->size(); ++i) CHECK(std::abs(back[i] - b[i]) < 1e-12);
+    // A load at one place, of which most nodes know nothing.
+    for (int k = 0; k < 20; ++k) {
+      detail::Array<Scalar> one(b.size(), Scalar(0));
+      const auto at = static_cast<std::ptrdiff_t>(engine() % b.size());
+      one[at] = b[at];
+      const auto reached = matrix * factor.solve(one);
+      for (Index i = 0; i < pattern->size(); ++i) CHECK(std::abs(reached[i] - one[i]) < 1e-12);
+    }
   }
 }
 
