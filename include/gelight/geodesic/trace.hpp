@@ -202,9 +202,10 @@ class StraightWalk {
         faces.push_back(Mesh::face_of(h));
         if (!(length(h) > 0)) continue;
         const Frame face = frame(h);
-        const double x = way.dot(face.x), y = way.dot(face.y), rounding = in_plane_of(h);
+        const double x = way.dot(face.x), y = way.dot(face.y), tolerance = in_plane_of(h);
         const double angle = std::atan2(y, x), opening = std::atan2(face.apex.y(), face.apex.x());
-        if (off_plane(face, way) <= rounding && angle >= -rounding && angle <= opening + rounding) {
+        if (off_plane(face, way) <= tolerance && angle >= -tolerance &&
+            angle <= opening + tolerance) {
           return leave_corner(h, std::clamp(angle, 0.0, opening), opening);
         }
       }
