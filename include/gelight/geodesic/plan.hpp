@@ -70,7 +70,7 @@ struct PlanMethod {
   /// Distance of every vertex from the nearest of points with start distances.
   using Query = std::function<std::vector<double>(std::span<const Source<double>>)>;
 
-  std::string name;
+  std::string name;     ///< What plans and answers call it.
   MethodCost cost;      ///< As measured on the machine of the request's costs.
   RelativeError error;  ///< What it is off at most from one source, on meshes as the planned one.
   /// Sets the method up. What it returns is const and safe from several threads.

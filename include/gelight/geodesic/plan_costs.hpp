@@ -6,11 +6,12 @@
 
 namespace gelight {
 
-/// What a method, or a check, costs on a machine: nanoseconds a vertex of set-up and of a query at
-/// 10,000 vertices, the power of the number of vertices (beyond linear) by which a query grows, and
-/// bytes a vertex beyond the mesh.
+/// What a method, or a check, costs on a machine.
 struct MethodCost {
-  double setup_ns = 0, query_ns = 0, growth = 0, bytes = 0;
+  double setup_ns = 0;  ///< Nanoseconds a vertex of set-up.
+  double query_ns = 0;  ///< Nanoseconds a vertex of a query on a mesh of 10,000 vertices.
+  double growth = 0;    ///< Power of the number of vertices by which that grows.
+  double bytes = 0;     ///< A vertex, beyond the mesh.
 
   /// Of so many queries that share their set-up, in seconds.
   [[nodiscard]] double seconds(Index vertices, Index queries) const {
@@ -21,10 +22,13 @@ struct MethodCost {
 
 /// What the methods that DistancePlanner chooses from cost, and its checks.
 struct PlanCosts {
-  MethodCost dijkstra, virtual_source, fast_marching, exact;
-  MethodCost certificate;   ///< Bounds of an approximate answer.
-  MethodCost paths;         ///< Following some back through an approximate answer.
-  double sample_share = 0;  ///< Of checking one target exactly, as a share of an exact query.
+  MethodCost dijkstra;        ///< DijkstraSolver.
+  MethodCost virtual_source;  ///< VirtualSourceSolver.
+  MethodCost fast_marching;   ///< FastMarchingSolver.
+  MethodCost exact;           ///< ExactSolver.
+  MethodCost certificate;     ///< Bounds of an approximate answer.
+  MethodCost paths;           ///< Following some back through an approximate answer.
+  double sample_share = 0;    ///< Of checking one target exactly, as a share of an exact query.
 };
 
 }  // namespace gelight
