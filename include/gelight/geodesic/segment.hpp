@@ -107,13 +107,14 @@ template <std::floating_point Real, std::floating_point T>
 
 /// Points on segments no more than `spacing` apart, as sources of solvers that know no segments:
 /// distances are too long by less than spacing^2 / (8 distance), and their own error. Throws
-/// InvalidInput for a segment that leaves its face and a spacing that is not positive or less than
-/// a millionth of a segment.
+/// InvalidInput for a segment that leaves its face and a spacing that is not positive, not finite
+/// or less than a millionth of a segment.
 template <std::floating_point T>
 [[nodiscard]] std::vector<Source<T>> sources_along(const Surface<T>& surface,
                                                    std::span<const Segment<T>> segments,
                                                    T spacing) {
-  detail::require(spacing > 0, "the spacing is ", spacing, ", not positive");
+  detail::require(spacing > 0 && std::isfinite(spacing), "the spacing is ", spacing,
+                  ", not a positive number");
   std::vector<Source<T>> out;
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const auto front = detail::fronts_of(surface, segments[i], i)[0];

@@ -63,7 +63,8 @@ struct SmoothDistances {
   ExactField<double> mesh;         ///< The distances on the mesh that they are made of.
 };
 
-/// A path on the smooth surface.
+/// A path on the smooth surface; where trust is rough, on the mesh. Its length and the source's
+/// start distance sum to the distance.
 template <std::floating_point T>
 struct SmoothPath {
   std::vector<Vec3<T>> positions;  ///< Where it runs, beginning at the source.
@@ -166,9 +167,15 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     Lift lift(*faces_);
     const Lifted found = lift.measure(on_mesh);
     out.trust = trust(found);
-    out.length = detail::distance_as<T>(found.shortest(), "a point");
+    const bool is_rough = out.trust == SmoothTrust::rough;
+    out.length = detail::distance_as<T>(is_rough ? lift.on_mesh() : found.shortest(), "a point");
     out.direction = found.direction.template cast<T>();
-    for (const auto& p : lift.places()) out.positions.push_back(p.template cast<T>());
+    if (is_rough) {
+      for (const auto& p : on_mesh)
+        out.positions.push_back(surface().position(p).template cast<T>());
+    } else {
+      for (const auto& p : lift.places()) out.positions.push_back(p.template cast<T>());
+    }
     return out;
   }
   ///@}
