@@ -198,6 +198,21 @@ TEST_CASE("a sensor without a colour for each LED is refused") {
                        InvalidInput);
 }
 
+TEST_CASE(
+    "a sensor whose camera sees nothing of its membrane is refused, and an LED that it has not") {
+  for (const float away : {-0.1f, 5.0f}) {
+    auto sensor = gelsight_mini(32, 24, 0.002f);
+    for (auto& p : sensor.membrane.positions) p[away < 0 ? 2 : 0] += away;
+    CHECK(test::refusal([&] { (void)tactile_renderer(sensor, LinearLight(sensor.membrane)); }) ==
+          "the camera sees nothing of the membrane");
+  }
+  const auto sensor = gelsight_mini(32, 24, 0.002f);
+  const Surface<float> surface(sensor.membrane);
+  const LinearLight light(sensor.membrane);
+  CHECK(test::refusal([&] { (void)led_field(sensor, surface, 3, light, {}); }) ==
+        "LED 3 of a sensor with 3");
+}
+
 TEST_CASE("a sensor that cannot be is refused") {
   CHECK(test::refusal([] { (void)geltip<double>(0, 480); }) != "accepted");
   CHECK(test::refusal([] { (void)geltip<double>(640, 480, 0.02); }) != "accepted");
