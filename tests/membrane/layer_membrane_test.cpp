@@ -115,4 +115,8 @@ TEST_CASE("a renderer's Gaussian for a gel that it is told") {
   CHECK(options.smoothing_radius < 4 * options.smoothing_sigma + 1);
   CHECK_THROWS_AS((void)TactileOptions::for_gel(gel, 2e-3, 0), InvalidInput);
   CHECK_THROWS_AS((void)TactileOptions::for_gel(gel, -1, pitch), InvalidInput);
+  // A Gaussian too wide for an image, or for an integer.
+  for (const double tiny : {1e-9, 1e-13, 1e-300}) {
+    CHECK_THROWS_AS((void)TactileOptions::for_gel(gel, 2e-3, tiny), InvalidInput);
+  }
 }

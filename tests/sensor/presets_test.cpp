@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "gelight/image/raster.hpp"
@@ -211,6 +212,16 @@ TEST_CASE(
   const LinearLight light(sensor.membrane);
   CHECK(test::refusal([&] { (void)led_field(sensor, surface, 3, light, {}); }) ==
         "LED 3 of a sensor with 3");
+  // A light model of one's own that forgets a point.
+  struct Forgetful {
+    std::vector<Vec3<float>> field(const Led<float>&, std::span<const SurfacePoint<float>> points,
+                                   const CancelHook& = {}) const {
+      return std::vector<Vec3<float>>(points.size() - 1, Vec3<float>(0, 0, 1));
+    }
+  };
+  const std::vector points(4, vertex_point<float>(0));
+  CHECK(test::refusal([&] { (void)led_field(sensor, surface, 0, Forgetful{}, points); }) ==
+        "the light model gives 3 directions for 4 points");
 }
 
 TEST_CASE("a sensor that cannot be is refused") {

@@ -366,8 +366,8 @@ template <std::floating_point T>
 
 /// The light of a sensor's LED at some points of its membrane, by any light model: of each of the
 /// LED's parts, their mean. Where the parts' light comes from different sides, as at the cut locus,
-/// directions are shorter than 1. Throws InvalidInput for an LED that the sensor has not, and as
-/// the model does.
+/// directions are shorter than 1. Throws InvalidInput for an LED that the sensor has not, for a
+/// model that gives another number of directions, and as the model does.
 template <std::floating_point T, LightModel<T> Model>
 [[nodiscard]] LightField<T> led_field(const SensorPreset<T>& sensor, const Surface<T>& membrane,
                                       std::size_t led, const Model& model,
@@ -392,6 +392,8 @@ template <std::floating_point T, LightModel<T> Model>
       part.emission = detail::inwards(membrane, parts[k]);
     }
     const auto one = model.field(part, points, cancelled.part(done / count, (done + 1) / count));
+    detail::require(one.size() == sum.size(), "the light model gives ", one.size(),
+                    " directions for ", sum.size(), " points");
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += one[i] / static_cast<T>(count);
   }
   return sum;
