@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "gelight/image/raster.hpp"
@@ -263,6 +264,31 @@ TEST_CASE("a sensor without a colour for each LED is refused") {
   sensor.colours.pop_back();
   CHECK_THROWS_WITH_AS((void)tactile_renderer(sensor), "there are 3 LEDs and 2 colours",
                        InvalidInput);
+}
+
+TEST_CASE(
+    "a sensor whose camera sees nothing of its membrane is refused, and an LED that it has not") {
+  for (const float away : {-0.1f, 5.0f}) {
+    auto sensor = gelsight_mini(32, 24, 0.002f);
+    for (auto& p : sensor.membrane.positions) p[away < 0 ? 2 : 0] += away;
+    CHECK(test::refusal([&] { (void)tactile_renderer(sensor, LinearLight(sensor.membrane)); }) ==
+          "the camera sees nothing of the membrane");
+  }
+  const auto sensor = gelsight_mini(32, 24, 0.002f);
+  const Surface<float> surface(sensor.membrane);
+  const LinearLight light(sensor.membrane);
+  CHECK(test::refusal([&] { (void)led_field(sensor, surface, 3, light, {}); }) ==
+        "LED 3 of a sensor with 3");
+  // A light model of one's own that forgets a point.
+  struct Forgetful {
+    std::vector<Vec3<float>> field(const Led<float>&, std::span<const SurfacePoint<float>> points,
+                                   const CancelHook& = {}) const {
+      return std::vector<Vec3<float>>(points.size() - 1, Vec3<float>(0, 0, 1));
+    }
+  };
+  const std::vector points(4, vertex_point<float>(0));
+  CHECK(test::refusal([&] { (void)led_field(sensor, surface, 0, Forgetful{}, points); }) ==
+        "the light model gives 3 directions for 4 points");
 }
 
 TEST_CASE("a sensor that cannot be is refused") {

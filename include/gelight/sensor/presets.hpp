@@ -374,6 +374,13 @@ template <std::floating_point T>
 
 namespace detail {
 
+template <std::floating_point T>
+void require_seen(const Raster<T>& rest) {
+  const auto& faces = rest.face.pixels();
+  const bool is_seen = std::any_of(faces.begin(), faces.end(), [](Index f) { return f >= 0; });
+  require(is_seen, "the camera sees nothing of the membrane");
+}
+
 /// Where an LED on the border of a membrane shines: into it, along it.
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> inwards(const Surface<T>& surface, const SurfacePoint<T>& led) {
@@ -392,12 +399,14 @@ template <std::floating_point T>
 
 /// The light of a sensor's LED at some points of its membrane, by any light model: of each of the
 /// LED's parts, their mean. Where the parts' light comes from different sides, as at the cut locus,
-/// directions are shorter than 1. Throws InvalidInput as the model does.
+/// directions are shorter than 1. Throws InvalidInput for an LED that the sensor has not, for a
+/// model that gives another number of directions, and as the model does.
 template <std::floating_point T, LightModel<T> Model>
 [[nodiscard]] LightField<T> led_field(const SensorPreset<T>& sensor, const Surface<T>& membrane,
                                       std::size_t led, const Model& model,
                                       std::type_identity_t<std::span<const SurfacePoint<T>>> points,
                                       const CancelHook& cancelled = {}) {
+  detail::require(led < sensor.leds.size(), "LED ", led, " of a sensor with ", sensor.leds.size());
   std::vector<SurfacePoint<T>> parts{sensor.leds[led]};
   if (sensor.led_width > 0) {
     parts = points_along_border(membrane, sensor.leds[led], sensor.led_width, sensor.led_parts);
@@ -416,6 +425,8 @@ template <std::floating_point T, LightModel<T> Model>
       part.emission = detail::inwards(membrane, parts[k]);
     }
     const auto one = model.field(part, points, cancelled.part(done / count, (done + 1) / count));
+    detail::require(one.size() == sum.size(), "the light model gives ", one.size(),
+                    " directions for ", sum.size(), " points");
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += one[i] / static_cast<T>(count);
   }
   return sum;
@@ -423,12 +434,14 @@ template <std::floating_point T, LightModel<T> Model>
 
 /// The renderer of a sensor, its light by any light model: the GelTip's by default, along the
 /// shortest paths on the membrane. Takes as long as the model's fields. Throws InvalidInput unless
-/// there is a colour for each LED, and as the parts do.
+/// there is a colour for each LED, where the camera sees nothing of the membrane, and as the parts
+/// do.
 ///@{
 template <std::floating_point T, LightModel<T> Model>
 [[nodiscard]] TactileRenderer<T> tactile_renderer(const SensorPreset<T>& sensor,
                                                   const Model& model) {
   const Raster<T> rest = rasterize(sensor.membrane, sensor.camera);
+  detail::require_seen(rest);
   const Background<T> background = coating_light(sensor, rest);
   const auto points = pixel_points(rest);
   const Surface<T> surface(sensor.membrane);
