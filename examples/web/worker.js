@@ -1,0 +1,95 @@
+// Beside the page: measures the solvers, and renders what other choices would have made.
+
+import { edge_length, switches } from "./choices.js";
+import { Engine, grey_levels } from "./engine.js";
+
+let module;
+let newest = 0; // number of the newest comparison asked for
+const engines = new Map(); // of a sensor and an edge
+
+async function engine_of(state) {
+  const key = `${state.sensor} ${state.edge}`;
+  if (!engines.has(key)) {
+    if (![...engines.keys()].some((known) => known.startsWith(`${state.sensor} `))) engines.clear();
+    const engine = await Engine.from(module);
+    engine.sensor(state.sensor, edge_length(state));
+    engines.set(key, engine);
+  }
+  return engines.get(key);
+}
+
+// Milliseconds of the fastest of some runs.
+function time_of(work, patience = 60) {
+  let fastest = Infinity;
+  const begin = performance.now();
+  for (let run = 0; run < 3 || performance.now() - begin < patience; ++run) {
+    const start = performance.now();
+    work();
+    fastest = Math.min(fastest, performance.now() - start);
+    if (performance.now() - begin > 10 * patience) break;
+  }
+  return fastest;
+}
+
+function mean_error(distances, exact) {
+  let sum = 0;
+  let count = 0;
+  exact.forEach((d, v) => {
+    if (!(d > 0) || !Number.isFinite(d)) return;
+    sum += Math.abs(distances[v] - d) / d;
+    count += 1;
+  });
+  return sum / count;
+}
+
+async function measure(state) {
+  const engine = await engine_of(state);
+  const exact = engine.call("distances", 0, state.led);
+  const count = switches.find(({ key }) => key === "solver").options.length;
+  for (let solver = 0; solver < count; ++solver) {
+    const setup = time_of(() => engine.call("set_solver", solver), 20);
+    let distances;
+    const query = time_of(() => {
+      distances = engine.call("distances", solver, state.led);
+    });
+    const error = mean_error(distances, exact);
+    const row = { solver, setup, query, error, vertices: exact.length };
+    postMessage({ task: "measure", row, is_last: solver === count - 1 });
+  }
+}
+
+async function image_of(state) {
+  const engine = await engine_of(state);
+  engine.object(state.object);
+  engine.renderer(state);
+  if (state.is_pressed) engine.press(state);
+  return engine.image();
+}
+
+async function compare(state, number) {
+  const chosen = await image_of(state);
+  const levels = {};
+  for (const { key, options } of switches) {
+    levels[key] = [];
+    for (let option = 0; option < options.length; ++option) {
+      // Only light along shortest paths asks a solver.
+      const other = await image_of({ ...state, [key]: option });
+      levels[key].push(grey_levels(chosen, other));
+      await new Promise((resolve) => setTimeout(resolve)); // lets a newer question in
+      if (number !== newest) return;
+    }
+    postMessage({ task: "compare", levels, is_last: key === switches.at(-1).key });
+  }
+}
+
+let queue = Promise.resolve();
+onmessage = ({ data }) => {
+  if (data.task === "begin") module = data.module;
+  if (data.task === "compare") newest += 1;
+  const number = newest;
+  const tasks = { measure: () => measure(data.state), compare: () => compare(data.state, number) };
+  const task = tasks[data.task];
+  if (!task) return;
+  queue = queue.then(() => (data.task === "compare" && number !== newest ? undefined : task()));
+  queue = queue.catch((error) => postMessage({ task: data.task, error: error.message }));
+};
