@@ -67,8 +67,8 @@ function share_off(a, b) {
 }
 
 await page.goto(`http://127.0.0.1:${server.address().port}/`);
-await page.waitForFunction(() => document.body.dataset.ready, null, { timeout: 60000 });
-console.log(`       first picture after ${await page.evaluate(() => document.body.dataset.ready)} ms`);
+await page.waitForFunction(() => document.body.dataset.picture, null, { timeout: 60000 });
+console.log(`       first picture after ${await page.evaluate(() => document.body.dataset.picture)} ms`);
 
 // A drag presses.
 await page.keyboard.press("Tab");

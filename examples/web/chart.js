@@ -3,8 +3,8 @@
 import { solvers } from "./choices.js";
 
 const width = 420;
-const height = 330;
-const box = { left: 56, right: 402, top: 14, bottom: 272 };
+const height = 310;
+const box = { left: 56, right: 392, top: 14, bottom: 256 };
 const least_error = 1e-5; // below, a dot stands on the axis: exact
 const most_error = 0.3;
 const colours = ["#1d2430", "#2a7f62", "#1b62c4", "#b4431f", "#8a5fb0", "#a07a12"];
@@ -20,24 +20,41 @@ function add(parent, name, attributes, text) {
 }
 
 function time_name(ms) {
-  return ms < 1 ? `${(1000 * ms).toPrecision(2)} µs` : `${ms.toPrecision(2)} ms`;
+  const digits = (x) => (x < 10 ? x.toFixed(1) : String(Math.round(x)));
+  return ms < 1 ? `${digits(1000 * ms)} µs` : `${digits(ms)} ms`;
 }
 
 function error_name(error) {
-  return error < 1e-6 ? "exact" : `${(100 * error).toPrecision(2)} % off`;
+  return error < 1e-6 ? "exact" : `${(100 * error).toPrecision(2)} %`;
 }
 
-/** Places of labels, moved apart where they would lie on each other. */
+/** Heights of labels, moved apart where they would lie on each other. */
 function labels_apart(dots) {
-  const sorted = [...dots].sort((a, b) => a.y - b.y);
-  for (let i = 1; i < sorted.length; ++i) {
-    sorted[i].label = Math.max(sorted[i].y, sorted[i - 1].label + 27);
+  const sorted = [...dots].sort((a, b) => b.y - a.y); // from below
+  let lowest = box.bottom - 2;
+  for (const dot of sorted) {
+    dot.label = Math.min(dot.y + 4, lowest);
+    lowest = dot.label - 15;
   }
-  const over = Math.max(0, (sorted.at(-1)?.label ?? 0) - box.bottom + 4);
-  for (let i = sorted.length - 1, lowest = Infinity; over > 0 && i >= 0; --i) {
-    sorted[i].label = Math.min(sorted[i].label, lowest, box.bottom - 4);
-    lowest = sorted[i].label - 27;
+}
+
+function table_of(rows, chosen) {
+  const table = document.createElement("table");
+  const line = (names, tag) => {
+    const row = table.insertRow();
+    names.forEach((name, column) => {
+      const cell = document.createElement(column === 0 ? "th" : tag);
+      cell.textContent = name;
+      row.append(cell);
+    });
+    return row;
+  };
+  if (rows.length) line(["Solver", "set-up", "query", "error"], "th");
+  for (const { solver, setup, query, error } of rows) {
+    const row = line([solvers[solver], time_name(setup), time_name(query), error_name(error)], "td");
+    if (solver === chosen) row.className = "chosen";
   }
+  return table;
 }
 
 export function draw_chart(target, rows, chosen) {
@@ -64,7 +81,7 @@ export function draw_chart(target, rows, chosen) {
     add(svg, "line", { x1: box.left, x2: box.right, y1: y(error), y2: y(error), stroke: "#e6e8ec" });
     add(svg, "text", { x: box.left - 8, y: y(error) + 4, "text-anchor": "end", fill: "#596273" }, name);
   }
-  add(svg, "text", { x: (box.left + box.right) / 2, y: height - 14, "text-anchor": "middle", fill: "#1d2430" },
+  add(svg, "text", { x: (box.left + box.right) / 2, y: height - 10, "text-anchor": "middle", fill: "#1d2430" },
     rows.length ? `time of a query, ${rows[0].vertices} vertices` : "measuring …");
   const dots = rows.map((row) => ({ row, x: x(Math.max(row.query, 0.01)), y: y(row.error), label: y(row.error) }));
   labels_apart(dots);
@@ -77,8 +94,7 @@ export function draw_chart(target, rows, chosen) {
     const is_left = at > (box.left + box.right) / 2;
     const beside = is_left ? at - 15 : at + 15;
     const anchor = is_left ? "end" : "start";
-    add(svg, "text", { x: beside, y: label - 2, "text-anchor": anchor, fill: colour, "font-weight": 600 }, solvers[row.solver]);
-    add(svg, "text", { x: beside, y: label + 11, "text-anchor": anchor, fill: "#596273", "font-size": 11 }, `${time_name(row.query)}, ${error_name(row.error)}`);
+    add(svg, "text", { x: beside, y: label, "text-anchor": anchor, fill: colour, "font-weight": 600 }, solvers[row.solver]);
   }
-  target.replaceChildren(svg);
+  target.replaceChildren(svg, table_of(rows, chosen));
 }

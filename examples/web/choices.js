@@ -15,7 +15,7 @@ export const solvers = [
   "Virtual sources",
   "Fast marching",
   "Heat method",
-  "Dijkstra, 3 points an edge",
+  "Dijkstra, 3 points",
   "Dijkstra",
 ];
 
@@ -45,7 +45,7 @@ export const start = {
   led: 0,
   u: 160,
   v: 120,
-  depth: 0.0012,
+  depth: 0.0018,
   turn: 0.3,
   is_pressed: true,
 };

@@ -26,6 +26,18 @@ function set_lines(target, numbers) {
   target.geometry.setAttribute("position", new three.BufferAttribute(numbers, 3));
 }
 
+function tube(pieces, thickness) {
+  const points = [];
+  for (let i = 0; i < pieces.length; i += 6) {
+    if (i === 0) points.push(new three.Vector3(...pieces.slice(0, 3)));
+    points.push(new three.Vector3(...pieces.slice(i + 3, i + 6)));
+  }
+  if (points.length < 2) return new three.BufferGeometry();
+  const path = new three.CurvePath();
+  for (let i = 1; i < points.length; ++i) path.add(new three.LineCurve3(points[i - 1], points[i]));
+  return new three.TubeGeometry(path, 80, thickness, 6);
+}
+
 export class FingerView {
   /** Calls `on_press(x, y, z)` where the finger is dragged upon, `on_led(k)` where an LED is. */
   constructor(canvas, { on_press, on_led, on_release }) {
@@ -46,8 +58,8 @@ export class FingerView {
     this.body.add(this.isolines, this.fan);
     this.paths = [];
     this.leds = [];
-    this.yaw = 0.55;
-    this.pitch = 2.35;
+    this.yaw = 0.5;
+    this.pitch = -0.95;
     this.#listen(on_press, on_led, on_release);
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
@@ -70,11 +82,14 @@ export class FingerView {
         vertexColors: true,
         side: three.DoubleSide,
         roughness: 0.75,
+        transparent: true,
+        opacity: 0.85,
         polygonOffset: true,
         polygonOffsetFactor: 2,
         polygonOffsetUnits: 2,
       }),
     );
+    this.skin.renderOrder = 1; // over the lines behind it
     this.body.add(this.skin);
     this.skin.geometry.computeBoundingSphere();
     const { center, radius } = this.skin.geometry.boundingSphere;
@@ -95,8 +110,8 @@ export class FingerView {
       return ball;
     });
     this.paths = leds.map(({ colour }) => {
-      const path = lines(new three.Color(...colour.map((c) => 0.1 + 0.75 * c)));
-      path.renderOrder = 2;
+      const material = new three.MeshBasicMaterial({ color: new three.Color(...colour) });
+      const path = new three.Mesh(new three.BufferGeometry(), material);
       this.body.add(path);
       return path;
     });
@@ -113,6 +128,7 @@ export class FingerView {
     });
     this.object = new three.Mesh(geometry_of(mesh), material);
     this.object.matrixAutoUpdate = false;
+    this.object.renderOrder = 2;
     this.body.add(this.object);
   }
 
@@ -140,8 +156,13 @@ export class FingerView {
     });
   }
 
+  /** Thick lines from the LEDs, each as pieces of two points. */
   set_paths(paths) {
-    this.paths.forEach((path, k) => set_lines(path, paths[k] ?? new Float32Array()));
+    this.paths.forEach((path, k) => {
+      path.geometry.dispose();
+      path.geometry = tube(paths[k] ?? [], 0.0002);
+    });
+    this.draw();
   }
 
   draw() {

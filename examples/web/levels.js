@@ -2,7 +2,8 @@
 
 import { switches } from "./choices.js";
 
-const most = 16; // grey levels of a whole bar
+const least = 0.01; // grey levels of no bar
+const most = 100; // of a whole one; between them bars are logarithmic
 
 export function show_levels(target, levels, state) {
   target.replaceChildren(...switches.filter(({ key }) => levels[key]).map(({ key, label, options }) => {
@@ -22,7 +23,8 @@ function bar(name, level, is_chosen) {
   label.textContent = name;
   const track = document.createElement("i");
   const filled = document.createElement("i");
-  filled.style.width = `${Math.min(100, (100 * level) / most)}%`;
+  const share = Math.log(Math.max(level, least) / least) / Math.log(most / least);
+  filled.style.width = `${100 * Math.min(1, share)}%`;
   track.append(filled);
   const value = document.createElement("b");
   value.textContent = is_chosen ? "now" : level.toFixed(level < 10 ? 2 : 1);

@@ -17,6 +17,7 @@ let view;
 let worker;
 let rates = [];
 let is_waiting = false;
+let following;
 
 /** Runs what may fail on a choice, and tells why it did. */
 function attempt(work) {
@@ -41,8 +42,12 @@ function set_sensor() {
     show_leds();
     set_object();
     set_renderer();
-    set_distances();
-    measure();
+    // After the picture is shown.
+    clearTimeout(following);
+    following = setTimeout(() => {
+      set_distances();
+      measure();
+    }, 20);
   });
 }
 
@@ -81,12 +86,20 @@ function press() {
     const pixels = engine.image();
     rates.push(performance.now() - begin);
     pen.putImageData(new ImageData(pixels, image_width, image_height), 0, 0);
+    document.body.dataset.picture ??= String(Math.round(performance.now()));
     view.set_pose(pose ?? null);
-    const paths = engine.leds().map((_, k) => (pose ? engine.call("path", k, state.u, state.v) : []));
-    view.set_paths(paths.map((path) => Float32Array.from(path)));
     view.draw();
     show_numbers();
+    trace_soon();
   });
+}
+
+let tracing;
+function trace_soon() {
+  clearTimeout(tracing);
+  const count = element("leds").childElementCount;
+  const path = (_, k) => (state.is_pressed ? engine.call("path", k, state.u, state.v) : []);
+  tracing = setTimeout(() => attempt(() => view.set_paths(Array.from({ length: count }, path))), 15);
 }
 
 /** At most one press for each picture of the screen. */
@@ -112,7 +125,7 @@ let measured = [];
 
 function measure() {
   measured = [];
-  draw_chart(element("chart"), measured);
+  draw_chart(element("chart"), measured, state.solver);
   worker.postMessage({ task: "measure", state: { ...state } });
   compare();
 }
@@ -140,7 +153,7 @@ function heard({ data }) {
 function show_numbers() {
   rates = rates.slice(-30);
   const middle = [...rates].sort((a, b) => a - b)[Math.floor(rates.length / 2)];
-  if (rates.length > 3) element("rate").textContent = Math.round(1000 / middle);
+  element("rate").textContent = Math.round(1000 / middle);
   element("depth").value = 1000 * state.depth;
   element("depth-value").textContent = `${(1000 * state.depth).toFixed(2)} mm`;
   const degrees = Math.round((state.turn * 180) / Math.PI);
@@ -288,7 +301,6 @@ async function begin() {
     on_release: compare,
   });
   set_sensor();
-  document.body.dataset.ready = String(Math.round(performance.now()));
 }
 
 begin().catch((error) => attempt(() => {

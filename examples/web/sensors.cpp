@@ -12,7 +12,7 @@ using gelight::ProfilePoint;
 namespace {
 
 constexpr float base_radius = 0.012f;
-constexpr float view = 0.95f;  // from top to bottom, in radians: close to the tip
+constexpr float view = 0.95f;  // from top to bottom, in radians
 
 float dome(float x, float y) { return 0.012f + std::sqrt(0.014f * 0.014f - x * x - y * y); }
 
@@ -103,7 +103,7 @@ Sensor make_sensor(SensorKind kind, Index width, Index height, float edge) {
   gelight::detail::require(kind == SensorKind::geltip, "there is no sensor ",
                            static_cast<int>(kind));
   Sensor sensor = gelight::geltip<float>(width, height, edge);
-  sensor.camera = gelight::Camera<float>::from_vertical_fov(view, width, height);
+  sensor.camera = gelight::Camera<float>::from_vertical_fov(0.64f, width, height);
   return sensor;
 }
 

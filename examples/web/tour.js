@@ -5,7 +5,7 @@ const steps = [
     title: "A finger that sees",
     words:
       "A camera inside looks at its own soft skin, which three LEDs light in three colours. Whatever presses in tilts the skin, and tilted skin catches other light: shape becomes colour.",
-    changes: { sensor: 0, object: 4, light: 2, smoothing: 1, edge: 1, solver: 0, u: 160, v: 120, depth: 0.0012, is_pressed: true },
+    changes: { sensor: 0, object: 4, light: 2, smoothing: 1, edge: 1, solver: 0, u: 160, v: 120, depth: 0.0018, is_pressed: true },
   },
   {
     title: "Distance over the surface",
