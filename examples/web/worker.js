@@ -4,7 +4,7 @@ import { edge_length, switches } from "./choices.js";
 import { Engine, grey_levels } from "./engine.js";
 
 let module;
-let newest = 0; // number of the newest comparison asked for
+const newest = { measure: 0, compare: 0 }; // number of the newest of each task
 const engines = new Map(); // of a sensor and an edge
 
 async function engine_of(state) {
@@ -44,11 +44,12 @@ function mean_error(distances, exact) {
   return sum / count;
 }
 
-async function measure(state) {
+async function measure(state, number) {
   const engine = await engine_of(state);
   const exact = engine.call("distances", 0, state.led);
   const count = switches.find(({ key }) => key === "solver").options.length;
   for (let solver = 0; solver < count; ++solver) {
+    if (number !== newest.measure) return;
     const setup = time_of(() => engine.call("set_solver", solver), 20);
     let distances;
     const query = time_of(() => {
@@ -57,6 +58,7 @@ async function measure(state) {
     const error = mean_error(distances, exact);
     const row = { solver, setup, query, error, vertices: exact.length };
     postMessage({ task: "measure", row, is_last: solver === count - 1 });
+    await new Promise((resolve) => setTimeout(resolve)); // lets a newer question in
   }
 }
 
@@ -78,20 +80,20 @@ async function compare(state, number) {
       const other = await image_of({ ...state, [key]: option });
       levels[key].push(grey_levels(chosen, other));
       await new Promise((resolve) => setTimeout(resolve)); // lets a newer question in
-      if (number !== newest) return;
+      if (number !== newest.compare) return;
     }
     postMessage({ task: "compare", levels, is_last: key === switches.at(-1).key });
   }
 }
 
+const tasks = { measure, compare };
 let queue = Promise.resolve();
-onmessage = ({ data }) => {
-  if (data.task === "begin") module = data.module;
-  if (data.task === "compare") newest += 1;
-  const number = newest;
-  const tasks = { measure: () => measure(data.state), compare: () => compare(data.state, number) };
-  const task = tasks[data.task];
-  if (!task) return;
-  queue = queue.then(() => (data.task === "compare" && number !== newest ? undefined : task()));
-  queue = queue.catch((error) => postMessage({ task: data.task, error: error.message }));
+onmessage = ({ data: { task, state, module: compiled } }) => {
+  if (task === "begin") {
+    module = compiled;
+    return;
+  }
+  const number = ++newest[task];
+  queue = queue.then(() => (number === newest[task] ? tasks[task](state, number) : undefined));
+  queue = queue.catch((error) => postMessage({ task, error: error.message }));
 };
