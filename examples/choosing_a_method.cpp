@@ -66,8 +66,8 @@ int main(int count, char** arguments) {
   for (double tolerance = 2e-4; tolerance < 0.5; tolerance *= std::pow(10, 0.25)) {
     const DistancePlanner planner(membrane,
                                   {.tolerance = tolerance, .assurance = Assurance::expected});
-    const auto answer = planner.distance(0);
-    const double error = mean_error(answer.distances, exact);
+    const auto answer = planner.solve(0);
+    const double error = mean_error(answer.distance, exact);
     all_within = all_within && error <= tolerance;
     const auto& [name, colour] = methods.at(answer.method);
     const Vec2<double> at(100 * tolerance, std::max(100 * error, least_drawn));
@@ -81,9 +81,9 @@ int main(int count, char** arguments) {
   lesson.expect(all_within, "at every tolerance the answer is within it");
 
   const DistancePlanner careful(membrane, {.tolerance = 0.02, .assurance = Assurance::certified});
-  const auto proved = careful.distance(0);
+  const auto proved = careful.solve(0);
   lesson.expect(proved.achieved == Assurance::certified &&
-                    proved.error >= mean_error(proved.distances, exact) && proved.satisfies,
+                    proved.error >= mean_error(proved.distance, exact) && proved.satisfies,
                 proved.reason + ", and it is");
 
   const auto coarse = gelight::icosphere<double>(3), fine = gelight::icosphere<double>(4);
@@ -91,8 +91,8 @@ int main(int count, char** arguments) {
   const DistancePlanner for_coarse(coarse, smooth), for_fine(fine, smooth);
   const double coarse_error =
       mean_error(gelight::ExactSolver(coarse).distance(0), great_circles(coarse));
-  const double fine_error = mean_error(for_fine.distance(0).distances, great_circles(fine));
-  const double lifted_error = mean_error(for_coarse.distance(0).distances, great_circles(coarse));
+  const double fine_error = mean_error(for_fine.solve(0).distance, great_circles(fine));
+  const double lifted_error = mean_error(for_coarse.solve(0).distance, great_circles(coarse));
   lesson.expect(coarse_error > 0.001 && lifted_error < 0.001,
                 "on a coarse sphere even exact distances are off: the plan is method " +
                     for_coarse.plan().method);

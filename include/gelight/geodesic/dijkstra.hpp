@@ -56,7 +56,7 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
  private:
   friend class detail::DistanceQueries<DijkstraSolver<T>, T>;
   using Real = typename detail::WorkingPrecision<T>::Real;
-  using Queue = detail::BucketQueueOf<Real>;
+  using Queue = detail::BucketQueue<Real>;
 
   void set_up(const DijkstraOptions& options);
 
@@ -123,7 +123,7 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   detail::Array<Index> begin_;  // of each vertex, and one more: where its edges begin
   detail::Array<Edge> edges_;
   std::shared_ptr<detail::Pool<Queue>> queues_ = std::make_shared<detail::Pool<Queue>>();
-  std::shared_ptr<const detail::SteinerGraphOf<Real>> graph_;  // where there are Steiner points
+  std::shared_ptr<const detail::SteinerGraph<Real>> graph_;  // where there are Steiner points
 };
 
 template <std::floating_point T>
@@ -131,7 +131,7 @@ void DijkstraSolver<T>::set_up(const DijkstraOptions& options) {
   detail::require(options.steiner_points >= 0, "the number of Steiner points is ",
                   options.steiner_points, ", less than 0");
   if (options.steiner_points > 0) {
-    graph_ = std::make_shared<const detail::SteinerGraphOf<Real>>(surface_, options.steiner_points);
+    graph_ = std::make_shared<const detail::SteinerGraph<Real>>(surface_, options.steiner_points);
   } else {
     link();
   }

@@ -135,7 +135,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   struct Front : detail::Waves<Node> {
     using detail::Waves<Node>::nodes;
     detail::Array<double> starts;  // of each wave
-    detail::BucketQueue queue;
+    detail::BucketQueue<double> queue;
 
     void reset(Index vertices, double step) {
       detail::Waves<Node>::reset(vertices);

@@ -176,10 +176,10 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
  private:
   friend class detail::DistanceQueries<SmoothDistanceSolver<T>, T>;
   using Real = typename detail::WorkingPrecision<T>::Real;
-  using Fans = detail::FansOf<Real>;
-  using Faces = detail::CurvedFacesOf<Real>;
-  using Lift = detail::LiftedPathOf<Real>;
-  using Lifted = detail::LiftedLengthOf<Real>;
+  using Fans = detail::Fans<Real>;
+  using Faces = detail::CurvedFaces<Real>;
+  using Lift = detail::LiftedPath<Real>;
+  using Lifted = detail::LiftedLength<Real>;
 
   SmoothDistanceSolver(const Surface<Real>& surface, std::span<const std::array<T, 3>> normals,
                        bool has_normals, SmoothOptions<T> options)
@@ -192,7 +192,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     if (has_normals) require_normals(fans, normals);
     detail::Array<Vec3<Real>> of_fans;
     of_fans.reserve(static_cast<std::size_t>(fans.count()));
-    detail::FittedNormalsOf<Real> fitted(fans);
+    detail::FittedNormals<Real> fitted(fans);
     for (Index fan = 0; fan < fans.count(); ++fan) {
       const Index v = fans.vertex(fan);
       const bool is_given = has_normals && fans.corners(fan).size() == surface.corners(v).size();

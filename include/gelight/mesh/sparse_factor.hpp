@@ -29,7 +29,7 @@ namespace gelight::detail {
 template <class Scalar>
 class SparseFactor : public LinearFactor<Scalar> {
  public:
-  using Dissection = DissectionOf<typename Eigen::NumTraits<Scalar>::Real>;
+  using Dissection = detail::Dissection<typename Eigen::NumTraits<Scalar>::Real>;
 
   SparseFactor(std::shared_ptr<const Dissection> dissection, const SymmetricMatrix<Scalar>& matrix,
                const CancelHook& cancelled = {})

@@ -43,11 +43,11 @@ namespace gelight {
 namespace detail {
 
 template <std::floating_point T, class Membrane>
-struct RowsOf {
+struct ChosenRows {
   using Type = ModelRows<T, Membrane>;
 };
 template <std::floating_point T>
-struct RowsOf<T, GaussianMembrane<T>> {
+struct ChosenRows<T, GaussianMembrane<T>> {
   using Type = MembraneRows<T>;
 };
 
@@ -59,11 +59,11 @@ template <class Shine>
 }
 
 template <std::floating_point T, class Shine>
-struct ShadingOf {
+struct ChosenShading {
   using Type = ModelShading<T, Shine>;
 };
 template <std::floating_point T>
-struct ShadingOf<T, PhongLights<T>> {
+struct ChosenShading<T, PhongLights<T>> {
   using Type = ShadedRows<T>;
 };
 
@@ -273,8 +273,8 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   }
 
   // What comes most often has loops of its own.
-  using MembraneRows = typename detail::RowsOf<T, Membrane>::Type;
-  using ShadedRows = typename detail::ShadingOf<T, Shine>::Type;
+  using MembraneRows = typename detail::ChosenRows<T, Membrane>::Type;
+  using ShadedRows = typename detail::ChosenShading<T, Shine>::Type;
   static constexpr bool reads_touched = detail::reads_touched<Shine>();
 
   /// What is computed of a frame; the rest of it is at rest, or as it was.
