@@ -50,6 +50,11 @@ export const start = {
   is_pressed: true,
 };
 
+/** What measurements of solvers are of: an LED on a mesh. */
+export function led_key({ sensor, edge, led }) {
+  return `${sensor} ${edge} ${led}`;
+}
+
 export function edge_length(state) {
   return sensors[state.sensor].edges[state.edge];
 }

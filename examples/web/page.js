@@ -1,7 +1,7 @@
 // The page: what is chosen, and the views that follow it.
 
 import { draw_chart } from "./chart.js";
-import { edge_length, objects, sensors, start, switches } from "./choices.js";
+import { edge_length, led_key, objects, sensors, start, switches } from "./choices.js";
 import { compile, Engine, image_height, image_width } from "./engine.js";
 import { FingerView } from "./finger.js";
 import { show_levels } from "./levels.js";
@@ -138,7 +138,8 @@ function compare() {
 
 function heard({ data }) {
   document.body.dataset[data.task] = data.is_last ? "done" : "busy";
-  if (data.task === "measure" && data.row) {
+  if (data.row?.of === led_key(state)) {
+    measured = measured.filter(({ solver }) => solver !== data.row.solver);
     measured.push(data.row);
     draw_chart(element("chart"), measured, state.solver);
   }

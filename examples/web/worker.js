@@ -1,6 +1,6 @@
 // Beside the page: measures the solvers, and renders what other choices would have made.
 
-import { edge_length, switches } from "./choices.js";
+import { edge_length, led_key, switches } from "./choices.js";
 import { Engine, grey_levels } from "./engine.js";
 
 let module;
@@ -56,7 +56,7 @@ async function measure(state, number) {
       distances = engine.call("distances", solver, state.led);
     });
     const error = mean_error(distances, exact);
-    const row = { solver, setup, query, error, vertices: exact.length };
+    const row = { of: led_key(state), solver, setup, query, error, vertices: exact.length };
     postMessage({ task: "measure", row, is_last: solver === count - 1 });
     await new Promise((resolve) => setTimeout(resolve)); // lets a newer question in
   }
