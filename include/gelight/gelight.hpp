@@ -10,6 +10,7 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/concepts/reflectance.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/bits.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/parallel.hpp"

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
+#include "gelight/core/bits.hpp"
 #include "gelight/core/types.hpp"
 
 // Normals of a row of pixels, in plain loops over planar arrays that compilers vectorise. The rows
@@ -37,11 +37,11 @@ template <class T>
 [[nodiscard]] T inverse_sqrt(T x) {
   const T half = x / 2;
   if constexpr (sizeof(T) == 4) {
-    T y = std::bit_cast<T>(0x5f376908 - (std::bit_cast<std::int32_t>(x) >> 1));
+    T y = detail::bit_cast<T>(0x5f376908 - (detail::bit_cast<std::int32_t>(x) >> 1));
     y *= T(1.50087896) - half * y * y;
     return y * (T(1.50000057) - half * y * y);
   } else {
-    T y = std::bit_cast<T>(0x5fe6eb50c7b537a9 - (std::bit_cast<std::int64_t>(x) >> 1));
+    T y = detail::bit_cast<T>(0x5fe6eb50c7b537a9 - (detail::bit_cast<std::int64_t>(x) >> 1));
     for (int step = 0; step < 4; ++step) y *= T(1.5) - half * y * y;
     return y;
   }
