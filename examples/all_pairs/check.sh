@@ -54,6 +54,7 @@ error = np.abs(fast - exact)[away].reshape(len(exact), -1) / exact[away].reshape
 assert (error.max(axis=1) <= bound[:, 1] + 1e-6).all() and (error.mean(axis=1) <= bound[:, 0] + 1e-6).all()
 assert np.allclose(exact, exact.T, rtol=1e-9, atol=0) and bound[:, 1].max() < 1
 corners = h5py.File("octahedron.h5")["distance"][:]
+assert (h5py.File("octahedron.h5")["position"][3] == (0, -1, 0)).all()
 truth = np.where(np.arange(6)[:, None] // 2 == np.arange(6) // 2, np.sqrt(6), np.sqrt(2))
 np.fill_diagonal(truth, 0)
 assert np.allclose(corners, truth, rtol=1e-14, atol=0)

@@ -20,9 +20,7 @@
 #include <thread>
 #include <vector>
 
-#include "../support/parted_file.hpp"
-#include "../support/progress_line.hpp"
-#include "../support/ranks.hpp"
+#include "../support/parted_work.hpp"
 #include "gelight/geodesic/certify.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
@@ -73,7 +71,8 @@ Row row_by(const std::string& method, const Surface<double>& surface) {
 
 std::vector<Column> columns_of(const Settings& settings, Index vertices) {
   const auto number = settings.type == "float64" ? hdf5::Number::f64 : hdf5::Number::f32;
-  std::vector<Column> columns{{"distance", number, {static_cast<hsize_t>(vertices)}}};
+  std::vector<Column> columns{{"distance", number, {static_cast<hsize_t>(vertices)}},
+                              {"position", hdf5::Number::f64, {3}}};
   if (settings.method == "fast_marching") {
     columns.push_back({"certified_error", hdf5::Number::f64, {2}});
   }
@@ -82,6 +81,7 @@ std::vector<Column> columns_of(const Settings& settings, Index vertices) {
 
 /// Makes rows, on any thread.
 struct Rows {
+  const Surface<double>& surface;
   const PartedFile& file;
   Row row;
   std::unique_ptr<gelight::Certifier<double>> certifier;  // of what is approximate
@@ -97,10 +97,12 @@ struct Rows {
         const std::vector<float> rounded(distances.begin(), distances.end());
         part.put(0, r, std::span<const float>(rounded));
       }
+      const gelight::Vec3<double> position = surface.position(source);
+      part.put(1, r, std::span<const double>(position.data(), 3));
       if (certifier == nullptr) continue;
       const auto error = certifier->bounds(source, distances).error_of(distances);
       const std::array<double, 2> certificate{error.mean, error.max};
-      part.put(1, r, std::span<const double>(certificate));
+      part.put(2, r, std::span<const double>(certificate));
     }
     file.write(number, part);
   }
@@ -155,21 +157,14 @@ std::string description(const Settings& settings, const Surface<double>& surface
 void run(const Ranks& ranks, const Settings& settings) {
   const Surface<double> surface = read_surface(settings);
   const Index vertices = surface.vertex_count();
-  const PartedFile file(settings.out, columns_of(settings, vertices),
-                        static_cast<std::uint64_t>(vertices), settings.rows_a_part);
-  std::vector<int> missing;
-  if (ranks.is_first()) missing = file.begin(description(settings, surface));
-  ranks.broadcast(missing);
-  Rows rows{file, row_by(settings.method, surface), nullptr};
-  if (file.columns().size() > 1) {
+  PartedFile file(settings.out, columns_of(settings, vertices),
+                  static_cast<std::uint64_t>(vertices), settings.rows_a_part);
+  Rows rows{surface, file, row_by(settings.method, surface), nullptr};
+  if (settings.method == "fast_marching") {
     rows.certifier = std::make_unique<gelight::Certifier<double>>(surface);
   }
-  const double part = static_cast<double>(settings.rows_a_part), all = vertices;
-  const double before = part * (file.part_count() - static_cast<double>(missing.size()));
-  ProgressLine line("rows", all);
-  deal(
-      ranks, missing, settings.threads, [&](int number, int) { rows.make_part(number); },
-      [&](int done) { line.tell(std::min(done * part, all - before), before); });
+  make_missing_parts(ranks, file, description(settings, surface), settings.threads, "rows",
+                     [&](int number, int) { rows.make_part(number); });
   (void)ranks.sum({0});  // all are done
   if (ranks.is_first()) finish(file, settings, vertices);
 }
@@ -177,9 +172,9 @@ void run(const Ranks& ranks, const Settings& settings) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const Ranks ranks(argc, argv);
   Settings settings;
-  CLI::App app("Writes the distances between all pairs of a mesh's vertices into an HDF5 file.");
+  CLI::App app("Writes the distances between all pairs of a mesh's vertices into an HDF5 file.",
+               "all_pairs");
   app.add_option("mesh", settings.mesh, "a file, or geltip")->required();
   app.add_option("out", settings.out, "the HDF5 file; its parts go beside it")->required();
   app.add_option("--edge", settings.edge, "edge length of geltip's mesh, metres")
@@ -193,19 +188,7 @@ int main(int argc, char** argv) {
   app.add_option("--part", settings.rows_a_part, "rows a file")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--threads", settings.threads,
-                 "threads of each rank; by default all of the machine, or 1 under mpirun");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return ranks.is_first() ? app.exit(error) : error.get_exit_code();
-  }
-  if (settings.threads < 1) settings.threads = ranks.threads_by_default();
   hdf5::be_quiet();
-  try {
-    run(ranks, settings);
-  } catch (const std::exception& why) {
-    ranks.fail("all_pairs", why.what());
-  }
-  return 0;
+  return run_on_ranks(argc, argv, app, settings.threads,
+                      [&](const Ranks& ranks) { run(ranks, settings); });
 }

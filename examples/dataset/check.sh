@@ -32,38 +32,85 @@ for ranks in 8 2; do
   same ranks
 done
 
-# Killed within half a second, again and again. Each part that is there is whole.
-moment() { od -An -N1 -tu1 /dev/urandom | awk '{ print $1 / 512 }'; }
-left_whole() {
+# Killed at random moments, of as little to do as shows each state of the files. Each part that is
+# there is whole, and so is what joins them.
+cat >tiny.json <<'END'
+{"samples": 40, "part": 2, "image": [16, 12], "store": ["force", "pose", "seed"], "sensors": [{"model": "gelsight_mini", "light": "plane", "edge": 0.004}],
+ "objects": [{"shape": "cube edge"}]}
+END
+"$dataset" tiny.json whole.h5 --threads 1 >said 2>&1 || fail "a tiny one"
+begun=$(date +%s%N)
+run_ranks 2 tiny.json timed.h5 >said 2>&1 || fail "a tiny one on two ranks"
+lasts=$((($(date +%s%N) - begun) / 1000000))
+up_to() { od -An -N2 -tu2 /dev/urandom | awk -v most="$1" '{ print $1 / 65536 * most / 1000 }'; }
+left_whole() { # NAME TRUTH
   for part in "$1".h5.parts/*.h5; do
-    [ ! -e "$part" ] || cmp -s "$part" "one.h5.parts/${part##*/}" || fail "$part is broken"
+    [ ! -e "$part" ] || cmp -s "$part" "$2.h5.parts/${part##*/}" || fail "$part is broken"
   done
+  # (Files that join parts differ by the name of the parts' folder, as long here.)
+  [ ! -e "$1.h5" ] || [ "$(wc -c <"$1.h5")" = "$(wc -c <"$2.h5")" ] || fail "$1.h5 is broken"
+}
+# One of a run's ranks, picked at random, where ps tells which processes those are.
+one_of() {
+  # shellcheck disable=SC2046 # words
+  set -- $(ps -eo pid=,args= 2>/dev/null |
+    awk -v program="$dataset" -v out="$1.h5" '$2 == program && $4 == out { print $1 }')
+  [ $# = 0 ] || { shift $(($(od -An -N1 -tu1 /dev/urandom) % $#)) && echo "$1"; }
 }
 for kill in $(seq "$kills"); do
-  "$dataset" scene.json killed.h5 --threads 2 >/dev/null 2>&1 &
-  sleep "$(moment)"
+  run_ranks 2 tiny.json raked.h5 --threads 1 >said 2>&1 &
+  run=$!
+  sleep "$(up_to "$lasts")"
+  rank=$(one_of raked)
+  [ -z "$rank" ] || kill -9 "$rank" 2>/dev/null || true
+  wait "$run" 2>/dev/null || true
+  left_whole raked whole
+  # (Begin anew when all is done, so that every kill has something to hit.)
+  [ ! -e raked.h5 ] || rm -rf raked.h5*
+done
+run_ranks 2 tiny.json raked.h5 >said 2>&1 || fail "going on after dead ranks"
+diff -r whole.h5.parts raked.h5.parts >said || fail "dead ranks changed something"
+for kill in $(seq "$kills"); do
+  "$dataset" tiny.json ended.h5 --threads 2 >/dev/null 2>&1 &
+  sleep "$(up_to 100)"
   kill -9 $! 2>/dev/null || true
   wait $! 2>/dev/null || true
-  left_whole killed
-  # (Begin anew when all is done, so that every kill has something to hit.)
-  [ ! -e killed.h5 ] || rm -rf killed.h5*
+  left_whole ended whole
+  [ ! -e ended.h5 ] || rm -rf ended.h5*
 done
-"$dataset" scene.json killed.h5 >said 2>&1 || fail "going on after a kill"
-same killed
+"$dataset" tiny.json ended.h5 >said 2>&1 || fail "going on after a kill"
+diff -r whole.h5.parts ended.h5.parts >said || fail "kills changed something"
+
+# Killed amid writing, by a limit on files: at the description, and at the header that joins the
+# parts, which is the largest file.
+dies() { (ulimit -f "$1" && exec "$dataset" tiny.json amid.h5) >said 2>&1 && fail "it lives with $1"; true; }
+dies 0
+[ ! -e amid.h5.parts/description ] || fail "a description that is half written"
+dies 16
+[ -e amid.h5.parts/000019.h5 ] && [ ! -e amid.h5 ] || fail "it died elsewhere"
+[ -e amid.h5.*.tmp ] || fail "nothing was half written"
+"$dataset" tiny.json amid.h5 >said 2>&1 || fail "going on after death amid writing"
+diff -r whole.h5.parts amid.h5.parts >said || fail "death amid writing changed something"
+[ ! -e amid.h5.*.tmp ] || fail "what was half written stays"
+left_whole amid whole
 
 # One of two ranks dies: the run ends and says so; the next one goes on.
 run_ranks 2 scene.json dead.h5 --threads 1 >said 2>&1 &
 run=$!
 until [ -e dead.h5.parts/000002.h5 ] || ! kill -0 "$run" 2>/dev/null; do sleep 0.01; done
-rank=$(ps -eo pid=,args= 2>/dev/null |
-  awk -v program="$dataset" '$2 == program && /dead.h5/ { print $1; exit }')
+rank=$(one_of dead)
 if [ -n "$rank" ] && kill -9 "$rank" 2>/dev/null && ! wait "$run"; then
   grep -q "exited on signal 9\|KILLED BY SIGNAL: 9" said || fail "a dead rank is not told of"
 fi
 wait "$run" 2>/dev/null || true
-left_whole dead
+left_whole dead one
 run_ranks 2 scene.json dead.h5 >said 2>&1 || fail "going on after a dead rank"
 same dead
+
+# All is there already: no more is said. And the last line of progress comes once.
+"$dataset" scene.json dead.h5 >said 2>&1 || fail "nothing to do"
+[ "$(cat said)" = "25 of 25 parts are there already" ] || fail "what is said of nothing to do"
+[ "$("$dataset" tiny.json line.h5 2>&1 >/dev/null | grep -c "40 of 40")" = 1 ] || fail "the last line"
 
 # What cannot be: each ends with an error that names it.
 refused() {
@@ -78,11 +125,64 @@ sed 's/"depth": {/"deph": {/' scene.json >misspelt.json
 refused 'has "deph", which means nothing' "$dataset" misspelt.json no.h5
 sed 's/"seed": 3/"seed": 4/' scene.json >other.json
 refused "another description" "$dataset" other.json one.h5
+# Two runs at once: the second one is refused, the first goes on.
+"$dataset" scene.json twice.h5 --threads 1 >first 2>&1 &
+first=$!
+until [ -e twice.h5.parts/000001.h5 ] || ! kill -0 "$first" 2>/dev/null; do sleep 0.01; done
+if kill -STOP "$first" 2>/dev/null; then
+  refused "another process is writing" "$dataset" scene.json twice.h5
+  kill -CONT "$first"
+fi
+wait "$first" || fail "the first of two runs"
+same twice
+# Somebody else's file, and a folder.
+echo precious >theirs.h5 && mkdir -p folder.h5
+refused "theirs.h5 is there" "$dataset" tiny.json theirs.h5
+[ "$(cat theirs.h5)" = precious ] && [ ! -e theirs.h5.parts ] || fail "a refusal leaves something"
+refused "folder.h5 is there" "$dataset" tiny.json folder.h5
+sed 's/"part": 2/"part": 18446744073709551615/' tiny.json >one_part.json
+"$dataset" one_part.json one_part.h5 >said 2>&1 && [ -e one_part.h5.parts/000000.h5 ] || fail "one part"
+# A description of which nothing was made can be changed.
+sed 's/gelsight_mini/geltip/; s/0.004/0.002/; s/"part"/"pose": {"column": 0, "row": 0}, "part"/' tiny.json >beside.json
+refused "presses beside the membrane" "$dataset" beside.json change.h5
+"$dataset" tiny.json change.h5 >said 2>&1 || fail "a description of which nothing was made"
+
+# Values of a wrong kind or size: each is named before anything is written.
+printf 'v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n' >large.obj
+wrong() { # WORDS FROM TO, in tiny.json
+  sed "s~$2~$3~" tiny.json >wrong.json
+  if cmp -s wrong.json tiny.json; then fail "$2 is not in tiny.json"; fi
+  refused "$1" "$dataset" wrong.json wrong.h5
+  [ ! -e wrong.h5.parts ] || fail "$1 leaves a folder"
+}
+wrong 'image\[0\] is 16.5, not a whole number' '\[16, 12\]' '[16.5, 12]'
+wrong 'image\[0\] is 4294967312, not a whole number' '\[16, 12\]' '[4294967312, 12]'
+wrong 'image is "16x12", not a list' '\[16, 12\]' '"16x12"'
+wrong 'markers\[0\] is 2.5' '"samples"' '"markers": [2.5, 2], "samples"'
+wrong 'objects is {.*, not a list' '\[{"shape": "cube edge"}\]' '{"shape": "cube edge"}'
+wrong 'sensors is "digit", not a list' '\[{"model.*}\],' '"digit",'
+wrong 'edge is 1.*e-09, not from' '0.004' '1e-9'
+wrong 'edge is true, not a number' '0.004' 'true'
+wrong 'model is 3, not a text' '"gelsight_mini"' '3'
+wrong 'not a text of one line' '"shape"' '"name": "a\\nb", "shape"'
+wrong 'is not JSON' '0.004' 'NaN'
+wrong 'is not JSON' '0.004' '1e999'
+wrong 'has "part" twice' '"part": 2' '"part": 2, "part": 4'
+wrong 'unit is 0, not from' '"shape": "cube edge"' '"mesh": "large.obj", "unit": 0'
+wrong '9 m large' '"shape": "cube edge"' '"mesh": "large.obj"'
+wrong 'not a number or its spread' '"shape"' '"size": "large", "shape"'
+wrong 'memory' '"samples": 40, "part": 2' '"samples": 1000000000000000, "part": 10000000000'
+# Light that is carried, in every sensor.
+for model in geltip gelsight_mini digit sts; do
+  sed "s/gelsight_mini/$model/; s/plane/transport/; s/: 40/: 2/" tiny.json >light.json
+  "$dataset" light.json "light_$model.h5" >said 2>&1 || fail "transport in $model"
+done
+
 # A disk that takes no more, as a limit on files makes it: after some parts, for a larger one.
 limited() { (trap '' XFSZ && ulimit -f 64 && "$dataset" "$@"); }
 sed 's/"part": 10/"part": 40/' scene.json >large.json
 refused "cannot write full.h5.parts.*File too large" limited large.json full.h5 --threads 1
-[ -z "$(ls full.h5.parts | grep -v description)" ] || fail "something is left of a full disk"
+[ "$(ls full.h5.parts | tr '\n' ' ')" = "description lock " ] || fail "something is left of a full disk"
 
 # As like as can be to itself, and less so to the same poses in another light.
 "$similarity" one.h5 ranks.h5 >said 2>&1 || fail "the similarity of equals"

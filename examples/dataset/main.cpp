@@ -14,13 +14,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <exception>
 #include <string>
 #include <vector>
 
 #include "../support/figure.hpp"
-#include "../support/progress_line.hpp"
-#include "../support/ranks.hpp"
+#include "../support/parted_work.hpp"
 #include "columns.hpp"
 
 namespace {
@@ -113,56 +111,32 @@ double peak_megabytes() {
 
 void run(const Ranks& ranks, const Settings& settings) {
   const Scene scene = read_scene(settings.description);
-  const PartedFile file(settings.out, columns_of(scene), scene.samples, scene.part);
-  std::vector<int> missing;
-  if (ranks.is_first()) missing = file.begin(scene.text);
-  ranks.broadcast(missing);
-  const auto before = static_cast<double>(file.part_count()) - static_cast<double>(missing.size());
-  if (ranks.is_first() && before > 0) {
-    std::fprintf(stderr, "%.0f of %d parts are there already\n", before, file.part_count());
-  }
   Workshop workshop(scene, settings.threads);
+  PartedFile file(settings.out, columns_of(scene), scene.samples, scene.part);
   const auto start = std::chrono::steady_clock::now();
-  const auto rows = static_cast<double>(scene.samples);
-  const auto part = static_cast<double>(scene.part);
-  ProgressLine line("samples", rows);
-  deal(
-      ranks, missing, settings.threads,
-      [&](int number, int thread) { workshop.make_part(file, number, thread); },
-      [&](int done) { line.tell(std::min(done * part, rows - before * part), before * part); });
+  const std::vector<int> made =
+      make_missing_parts(ranks, file, scene.text, settings.threads, "samples",
+                         [&](int number, int thread) { workshop.make_part(file, number, thread); });
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
   const auto times = ranks.sum(workshop.times());
   const double memory = ranks.largest(peak_megabytes());
   if (!ranks.is_first()) return;
   file.finish(notes_of(scene));
   if (scene.store.image) draw_contact_sheet(settings.out, scene);
-  if (missing.empty()) return;
+  if (made.empty()) return;
   double samples = 0;
-  for (const int number : missing) samples += static_cast<double>(file.rows_of(number));
+  for (const int number : made) samples += static_cast<double>(file.rows_of(number));
   print_summary(file, times, samples, passed.count(), memory);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const Ranks ranks(argc, argv);
   Settings settings;
-  CLI::App app("Renders the samples that a description asks for into an HDF5 file.");
+  CLI::App app("Renders the samples that a description asks for into an HDF5 file.", "dataset");
   app.add_option("description", settings.description, "scene.json")->required();
   app.add_option("out", settings.out, "the HDF5 file; its parts go beside it")->required();
-  app.add_option("--threads", settings.threads,
-                 "threads of each rank; by default all of the machine, or 1 under mpirun");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return ranks.is_first() ? app.exit(error) : error.get_exit_code();
-  }
-  if (settings.threads < 1) settings.threads = ranks.threads_by_default();
   hdf5::be_quiet();
-  try {
-    run(ranks, settings);
-  } catch (const std::exception& why) {
-    ranks.fail("dataset", why.what());
-  }
-  return 0;
+  return run_on_ranks(argc, argv, app, settings.threads,
+                      [&](const Ranks& ranks) { run(ranks, settings); });
 }

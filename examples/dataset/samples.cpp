@@ -10,9 +10,28 @@
 #include "gelight/membrane/markers.hpp"
 #include "sensors.hpp"
 
+namespace {
+
+// Beyond this height above the camera an object is behind the membrane wherever it is seen: the
+// membrane, the camera and all between lie below. (And a little more, for rounding.)
+double reach_of(const gelight::Mesh<float>& membrane, const Vec3<double>& up) {
+  const Vec3<float> way = up.cast<float>();
+  float reach = 0;
+  for (const auto& p : membrane.positions) {
+    reach = std::max(reach, way.x() * p[0] + way.y() * p[1] + way.z() * p[2]);
+  }
+  return double{reach} + 1e-5;
+}
+
+}  // namespace
+
 LitSensors::LitSensors(const Scene& scene) {
   for (const SensorRange& range : scene.sensors) {
-    kinds_.push_back(lit_sensor(range, scene.width, scene.height));
+    try {
+      kinds_.push_back(lit_sensor(range, scene.width, scene.height));
+    } catch (const gelight::InvalidInput& why) {
+      gelight::detail::refuse({"the sensor \"", range.name, "\": ", why.what()});
+    }
   }
 }
 LitSensors::~LitSensors() = default;
@@ -98,33 +117,57 @@ void Press::place_object(const Draws& draws, const LitSensor& sensor) {
       size * (frame * about(way, z) * about(lean, x) * about(spin - way, z));
   // Its first point comes to the place, as deep as it shall.
   const Vec3<float> up = (turned.transpose() * out).cast<float>();
-  const auto height = [&](const std::array<float, 3>& p) {
-    return up.x() * p[0] + up.y() * p[1] + up.z() * p[2];
-  };
   const auto& points = object.mesh.positions;
-  const auto first =
-      *std::min_element(points.begin(), points.end(),
-                        [&](const auto& p, const auto& q) { return height(p) < height(q); });
+  heights_.clear();
+  for (const auto& p : points) heights_.push_back(up.x() * p[0] + up.y() * p[1] + up.z() * p[2]);
+  const auto lowest = std::min_element(heights_.begin(), heights_.end()) - heights_.begin();
+  const auto& first = points[static_cast<std::size_t>(lowest)];
   const Vec3<double> touching(double{first[0]}, double{first[1]}, double{first[2]});
   const Vec3<double> moved = point - sample_.press[0] * out - turned * touching;
   for (Index r = 0; r < 3; ++r) {
     for (Index c = 0; c < 3; ++c) sample_.pose[static_cast<std::size_t>(4 * r + c)] = turned(r, c);
     sample_.pose[static_cast<std::size_t>(4 * r + 3)] = moved[r];
   }
+  take_near_part(object.mesh, reach_of(sensor.preset.membrane, out) - out.dot(moved));
   object_depth_.pixels().assign(object_depth_.pixels().size(),
                                 std::numeric_limits<float>::infinity());
-  gelight::rasterize_into(object_depth_, object.mesh, {turned, moved}, sensor.preset.camera,
+  gelight::rasterize_into(object_depth_, near_part_, {turned, moved}, sensor.preset.camera,
                           &raster_work_);
+}
+
+// The faces that have a vertex below this height, and their vertices, in the object's order.
+void Press::take_near_part(const gelight::Mesh<float>& object, double height) {
+  near_part_.positions.clear();
+  near_part_.faces.clear();
+  numbers_.assign(object.positions.size(), -1);
+  for (const auto& face : object.faces) {
+    const bool is_near = std::any_of(face.begin(), face.end(), [&](Index v) {
+      return heights_[static_cast<std::size_t>(v)] < height;
+    });
+    if (!is_near) continue;
+    near_part_.faces.push_back(face);
+    for (const Index v : face) numbers_[static_cast<std::size_t>(v)] = 0;
+  }
+  for (std::size_t v = 0; v < numbers_.size(); ++v) {
+    if (numbers_[v] < 0) continue;
+    numbers_[v] = static_cast<Index>(near_part_.positions.size());
+    near_part_.positions.push_back(object.positions[v]);
+  }
+  for (auto& face : near_part_.faces) {
+    for (Index& v : face) v = numbers_[static_cast<std::size_t>(v)];
+  }
 }
 
 void Press::label(const LitSensor& sensor) {
   const Stored& store = scene_.store;
   const auto& camera = sensor.preset.camera;
-  const auto& rest = sensor.rest.depth.pixels();
-  const auto& seen = object_depth_.pixels();
-  auto& mask = sample_.mask.pixels();
-  for (std::size_t i = 0; i < seen.size(); ++i)
-    mask[i] = std::isfinite(rest[i]) && seen[i] < rest[i];
+  const float* const rest = sensor.rest.depth.pixels().data();
+  const float* const seen = object_depth_.pixels().data();
+  std::uint8_t* const mask = sample_.mask.pixels().data();
+  for (std::size_t i = 0; i < object_depth_.pixels().size(); ++i) {
+    mask[i] = static_cast<std::uint8_t>((seen[i] < rest[i]) &
+                                        (rest[i] < std::numeric_limits<float>::infinity()));
+  }
   if (store.depth || store.normals) {
     sample_.depth = gelight::elastic_depth(object_depth_, sensor.rest.depth, built_->smoothing,
                                            static_cast<Index>(std::ceil(4 * built_->smoothing)));

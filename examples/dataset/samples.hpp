@@ -89,6 +89,7 @@ class Press {
   [[nodiscard]] std::pair<Vec3<double>, Vec3<double>> place(const Draws& draws,
                                                             const LitSensor& sensor) const;
   void place_object(const Draws& draws, const LitSensor& sensor);
+  void take_near_part(const gelight::Mesh<float>& object, double height);
   void label(const LitSensor& sensor);
   void press_back(const LitSensor& sensor);
   void drag_markers(const LitSensor& sensor);
@@ -96,7 +97,10 @@ class Press {
   const Scene& scene_;
   const std::vector<LitSensor>& kinds_;
   std::unique_ptr<BuiltSensor> built_;
-  std::uint64_t number_ = 0;  // of that
+  std::uint64_t number_ = 0;        // of that
+  gelight::Mesh<float> near_part_;  // of the object: the rest cannot be seen
+  std::vector<float> heights_;      // of the object's vertices above the first, along the normal
+  std::vector<Index> numbers_;      // of the object's vertices in that part
   Image<float> object_depth_;
   gelight::RasterWorkspace raster_work_;
   Sample sample_;

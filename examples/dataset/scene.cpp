@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
@@ -24,6 +25,38 @@ using nlohmann::json;
 
 namespace {
 
+/// A value of the description, unless it is of another kind.
+template <class T>
+T value_of(const json& value, const std::string& where) {
+  const auto require_that = [&](bool is_so, const auto&... kind) {
+    require(is_so, where, " is ", value.dump(), ", not ", kind...);
+  };
+  if constexpr (std::is_same_v<T, json>) {
+    return value;
+  } else if constexpr (std::is_same_v<T, std::string>) {
+    require_that(value.is_string(), "a text");
+    const auto text = value.get<std::string>();
+    require_that(text.find('\n') == std::string::npos, "a text of one line");
+    return text;
+  } else if constexpr (std::is_integral_v<T>) {
+    constexpr auto most = static_cast<std::uint64_t>(std::numeric_limits<T>::max());
+    require_that(value.is_number_unsigned() && value.get<std::uint64_t>() <= most,
+                 "a whole number from 0 to ", most);
+    return value.get<T>();
+  } else if constexpr (std::is_floating_point_v<T>) {
+    require_that(value.is_number(), "a number");
+    return value.get<T>();
+  } else {
+    require_that(value.is_array(), "a list");
+    T values;
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      values.push_back(
+          value_of<typename T::value_type>(value[i], where + "[" + std::to_string(i) + "]"));
+    }
+    return values;
+  }
+}
+
 /// The keys of an object of the description, each of which is to be asked for.
 class Entry {
  public:
@@ -34,12 +67,20 @@ class Entry {
   /// The value of a key; the default where it is not there and there is one.
   template <class T>
   T take(const std::string& key, const T& otherwise) {
-    return has(key) ? read<T>(key) : otherwise;
+    return has(key) ? value_of<T>(at(key), where_ + "." + key) : otherwise;
   }
   template <class T>
   T take(const std::string& key) {
     require(has(key), where_, " has no \"", key, "\"");
-    return read<T>(key);
+    return value_of<T>(at(key), where_ + "." + key);
+  }
+
+  /// A number from `least` to `most`.
+  double number(const std::string& key, double otherwise, double least, double most) {
+    const auto value = take<double>(key, otherwise);
+    require(value >= least && value <= most, where_, ".", key, " is ", value, ", not from ", least,
+            " to ", most);
+    return value;
   }
 
   /// A number, or how it is spread; all that it can give lies from `least` to `most`.
@@ -55,6 +96,7 @@ class Entry {
       d.kind = Distribution::Kind::uniform;
       ends(d, value, where);
     } else {
+      require(value.is_object(), where, " is ", value.dump(), ", not a number or its spread");
       Entry named(value, where);
       spread_by_name(d, named, where, least, most);
       named.finish();
@@ -78,19 +120,6 @@ class Entry {
   }
 
  private:
-  template <class T>
-  T read(const std::string& key) const {
-    try {
-      if constexpr (std::is_unsigned_v<T>) {
-        require(object_[key].is_number_unsigned(), where_, ".", key, " is ", object_[key].dump(),
-                ", not a whole number from 0");
-      }
-      return object_[key].get<T>();
-    } catch (const json::exception&) {
-      gelight::detail::refuse({where_, ".", key, " is ", object_[key].dump()});
-    }
-  }
-
   static void ends(Distribution& d, const json& value, const std::string& where) {
     require(value.is_array() && value.size() == 2 && value[0].is_number() && value[1].is_number() &&
                 value[0] <= value[1],
@@ -118,6 +147,7 @@ class Entry {
       require(d.low <= d.mean && d.mean <= d.high, where, " has the mean ", d.mean,
               ", which lies outside of ", d.low, " to ", d.high);
     } else {
+      require(named.has("one_of"), where, " has neither log_uniform nor normal nor one_of");
       d.kind = Distribution::Kind::one_of;
       d.choices = named.take<std::vector<double>>("one_of");
       require(!d.choices.empty(), where, " chooses among none");
@@ -179,6 +209,18 @@ std::uint64_t digest(const Mesh<float>& mesh) {
   return hash;
 }
 
+/// The largest side of the box about a mesh.
+double extent_of(const Mesh<float>& mesh) {
+  double largest = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [low, high] =
+        std::minmax_element(mesh.positions.begin(), mesh.positions.end(),
+                            [i](const auto& p, const auto& q) { return p[i] < q[i]; });
+    largest = std::max(largest, double{(*high)[i]} - double{(*low)[i]});
+  }
+  return largest;
+}
+
 ObjectRange read_object(const json& value, const std::string& where,
                         const std::filesystem::path& folder) {
   Entry entry(value, where);
@@ -190,11 +232,15 @@ ObjectRange read_object(const json& value, const std::string& where,
   } else {
     const auto path = folder / entry.take<std::string>("mesh");
     object.name = path.stem().string();
-    object.mesh = mesh_of_file(path.string(), entry.take<double>("unit", 1));
+    object.mesh = mesh_of_file(path.string(), entry.number("unit", 1, 1e-9, 1e6));
   }
   object.name = entry.take<std::string>("name", object.name);
   require(!object.mesh.positions.empty(), where, " has no vertices");
   object.size = entry.spread("size", constant(1), 1e-6, 1e6);
+  const double extent = extent_of(object.mesh);
+  require(extent * object.size.most() <= 1 && extent * object.size.least() >= 1e-5, where, " is ",
+          extent * object.size.least(), " to ", extent * object.size.most(),
+          " m large, not from 0.00001 to 1 m: see its \"unit\", in metres, and its \"size\"");
   entry.finish();
   return object;
 }
@@ -212,7 +258,7 @@ SensorRange read_sensor(const json& value, const std::string& where) {
   sensor.model = one_of("model", "geltip", {"geltip", "gelsight_mini", "digit", "sts"});
   sensor.light = one_of("light", "geodesic", {"linear", "plane", "geodesic", "transport"});
   sensor.name = entry.take<std::string>("name", sensor.model + ", " + sensor.light);
-  sensor.edge = entry.take<double>("edge", 0.001);
+  sensor.edge = entry.number("edge", 0.001, 1e-4, 0.02);
   sensor.brightness = entry.spread("brightness", constant(1), 0, 1);
   sensor.ambient = entry.spread("ambient", constant(0.9), 0, 1);
   const bool is_sts = sensor.model == "sts";
@@ -254,8 +300,7 @@ void read_pose(Scene& scene, const json& value) {
 void read_gel(Scene& scene, const json& value) {
   Entry gel(value, "the scene's gel");
   scene.modulus = gel.spread("modulus", constant(1e5), 1, 1e9);
-  scene.gel_thickness = gel.take<double>("thickness", 0.004);
-  require(scene.gel_thickness > 0, "a gel of thickness ", scene.gel_thickness);
+  scene.gel_thickness = gel.number("thickness", 0.004, 1e-5, 0.1);
   gel.finish();
 }
 
@@ -265,24 +310,28 @@ Scene scene_of(const json& description, const std::filesystem::path& folder) {
   scene.text = description.dump();
   scene.seed = entry.take<std::uint64_t>("seed", 1);
   scene.samples = entry.take<std::uint64_t>("samples");
-  scene.part = entry.take<std::uint64_t>("part", 128);
   scene.sensor_every = entry.take<std::uint64_t>("sensor_every", 256);
   const auto size = entry.take<std::vector<Index>>("image", {320, 240});
   require(size.size() == 2 && size[0] > 2 && size[1] > 2 && size[0] <= 8192 && size[1] <= 8192,
           "the scene's image is not [columns, rows] of 3 to 8192");
   scene.width = size[0];
   scene.height = size[1];
+  // (As many as make a file of some 10 MB, for it is made in memory.)
+  const std::uint64_t usual = std::clamp(
+      128 * 320 * 240 / (static_cast<std::uint64_t>(size[0]) * static_cast<std::uint64_t>(size[1])),
+      std::uint64_t{1}, std::uint64_t{128});
+  scene.part = entry.take<std::uint64_t>("part", usual);
   require(scene.samples > 0 && scene.part > 0 && scene.sensor_every > 0,
           "the scene's samples, part and sensor_every are to be 1 or more");
   require(scene.samples / scene.part < 1000000, scene.samples, " samples by ", scene.part,
           " a part are more than a million files");
   scene.store =
       read_stored(entry.take<std::vector<std::string>>("store", {"image", "mask", "pose"}));
-  const auto sensors = entry.take<json>("sensors", json::array({json::object()}));
+  const auto sensors = entry.take<std::vector<json>>("sensors", {json::object()});
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     scene.sensors.push_back(read_sensor(sensors[i], "sensors[" + std::to_string(i) + "]"));
   }
-  const auto objects = entry.take<json>("objects");
+  const auto objects = entry.take<std::vector<json>>("objects");
   for (std::size_t i = 0; i < objects.size(); ++i) {
     scene.objects.push_back(read_object(objects[i], "objects[" + std::to_string(i) + "]", folder));
     scene.text += "\nobject " + std::to_string(digest(scene.objects.back().mesh));
@@ -292,12 +341,28 @@ Scene scene_of(const json& description, const std::filesystem::path& folder) {
   read_pose(scene, entry.take<json>("pose", json::object()));
   read_gel(scene, entry.take<json>("gel", json::object()));
   const auto markers = entry.take<std::vector<int>>("markers", {9, 7});
-  require(markers.size() == 2 && markers[0] > 0 && markers[1] > 0,
-          "the scene's markers are not [columns, rows]");
+  require(markers.size() == 2 && markers[0] > 0 && markers[1] > 0 && markers[0] <= 1000 &&
+              markers[1] <= 1000,
+          "the scene's markers are not [columns, rows] of 1 to 1000");
   scene.marker_columns = markers[0];
   scene.marker_rows = markers[1];
   entry.finish();
   return scene;
+}
+
+/// Refuses an object that names a key twice, of which JSON's readers keep the last.
+json parsed(std::istream& file) {
+  std::vector<std::set<std::string>> keys;
+  const auto look = [&](int, json::parse_event_t event, json& value) {
+    if (event == json::parse_event_t::object_start) keys.emplace_back();
+    if (event == json::parse_event_t::object_end) keys.pop_back();
+    if (event == json::parse_event_t::key) {
+      require(keys.back().insert(value.get<std::string>()).second, "it has ", value.dump(),
+              " twice in one place");
+    }
+    return true;
+  };
+  return json::parse(file, look, true, true);
 }
 
 }  // namespace
@@ -307,9 +372,11 @@ Scene read_scene(const std::string& path) {
   require(file.good(), "there is no description ", path);
   json description;
   try {
-    description = json::parse(file, nullptr, true, true);
+    description = parsed(file);
   } catch (const json::exception& why) {
     gelight::detail::refuse({path, " is not JSON: ", why.what()});
+  } catch (const gelight::InvalidInput& why) {
+    gelight::detail::refuse({path, ": ", why.what()});
   }
   try {
     return scene_of(description, std::filesystem::path(path).parent_path());

@@ -9,6 +9,7 @@
 
 #include "gelight/image/normals.hpp"
 #include "gelight/light/models.hpp"
+#include "gelight/mesh/surface.hpp"
 #include "gelight/sensor/presets.hpp"
 #include "scene.hpp"
 
@@ -40,8 +41,10 @@ struct LitSensor {
 template <class Model>
 void light_up(LitSensor& sensor, const Model& model) {
   const auto points = gelight::pixel_points(sensor.rest);
-  for (const auto& led : sensor.preset.leds) {
-    sensor.directions.push_back(gelight::bake(model.field({{led}}, points), sensor.rest));
+  const gelight::Surface<float> membrane(sensor.preset.membrane);
+  for (std::size_t led = 0; led < sensor.preset.leds.size(); ++led) {
+    const auto field = gelight::led_field(sensor.preset, membrane, led, model, points);
+    sensor.directions.push_back(gelight::bake(field, sensor.rest));
   }
   sensor.is_tangent = Model::is_tangent;
 }

@@ -41,11 +41,22 @@ class Descriptor {
   void sync() const {
     if (::fsync(file_) != 0) fail("bring to the disk", path_);
   }
+  /// Whether no other process has locked it: where the file system has no locks, none has.
+  [[nodiscard]] bool lock() const {
+    struct flock whole {};
+    whole.l_type = F_WRLCK;
+    whole.l_whence = SEEK_SET;
+    return ::fcntl(file_, F_SETLK, &whole) == 0 || (errno != EACCES && errno != EAGAIN);
+  }
 
  private:
   std::string path_;
   int file_;
 };
+
+inline std::filesystem::path folder_of(const std::string& path) {
+  return std::filesystem::absolute(path).parent_path();
+}
 
 /// A name beside the file that no other process of any machine uses at once.
 inline std::string temporary_name(const std::string& path) {
@@ -71,6 +82,26 @@ inline void write_durably(const std::string& path, std::span<const std::byte> by
     ::unlink(temporary.c_str());
     throw;
   }
-  const auto folder = std::filesystem::absolute(path).parent_path().string();
-  Descriptor(folder, O_RDONLY | O_DIRECTORY).sync();  // the name itself
+  Descriptor(folder_of(path).string(), O_RDONLY | O_DIRECTORY).sync();  // the name itself
 }
+
+/// Removes what processes that were killed in `write_durably` have left of a file.
+inline void remove_half_written(const std::string& path) {
+  const std::string begin = std::filesystem::path(path).filename().string() + ".";
+  for (const auto& entry : std::filesystem::directory_iterator(durable_detail::folder_of(path))) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with(begin) && name.ends_with(".tmp")) std::filesystem::remove(entry.path());
+  }
+}
+
+/// Keeps a file to one process of all machines, until it ends, however it ends. Throws
+/// std::runtime_error where another has it.
+class OneProcess {
+ public:
+  explicit OneProcess(const std::string& path) : file_(path, O_WRONLY | O_CREAT) {
+    if (!file_.lock()) throw std::runtime_error("another process is writing here, see " + path);
+  }
+
+ private:
+  durable_detail::Descriptor file_;
+};

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -22,6 +23,7 @@
 // A large HDF5 file that many processes make, part by part, and go on with after being killed:
 //
 //     out.h5.parts/description     what it is made of: a run of something else is refused
+//     out.h5.parts/lock            kept by the run that goes on: a second one is refused
 //     out.h5.parts/000000.h5 ...   rows 0 to n - 1 and so on: each is whole or not there
 //     out.h5                       at the end: one virtual dataset a column, over all parts
 
@@ -31,6 +33,7 @@ struct Column {
   hdf5::Number number;
   std::vector<hsize_t> shape = {};  ///< of a row
   bool is_compressed = false;       ///< a chunk a row, by shuffle and deflate
+  hsize_t planes = 1;               ///< of the row's last index, in a chunk each
 
   [[nodiscard]] std::size_t row_bytes() const {
     std::size_t bytes = hdf5::bytes_of(number);
@@ -44,23 +47,26 @@ struct Column {
   }
 };
 
-/// The rows of one part, kept in memory, compressed where they shall be.
+/// The rows of one part, as the HDF5 file that they make, in memory: compressed where they shall
+/// be.
 class Part {
  public:
   Part(const std::vector<Column>& columns, hsize_t rows)
-      : columns_(columns),
-        rows_(rows),
-        plain_(columns.size()),
-        chunks_(columns.size()),
-        tables_(ISAL_DEF_LVL1_DEFAULT) {
+      : columns_(columns), plain_(columns.size()), tables_(ISAL_DEF_LVL1_DEFAULT) {
+    const auto guard = hdf5::lock();
+    file_.emplace();
     for (std::size_t c = 0; c < columns.size(); ++c) {
-      if (columns[c].is_compressed) {
-        chunks_[c].resize(rows);
-      } else {
-        plain_[c].resize(rows * columns[c].row_bytes());
-      }
+      data_.push_back(new_dataset(columns[c], rows));
+      if (!columns[c].is_compressed) plain_[c].resize(rows * columns[c].row_bytes());
     }
   }
+  ~Part() {
+    const auto guard = hdf5::lock();
+    data_.clear();
+    file_.reset();
+  }
+  Part(const Part&) = delete;
+  Part& operator=(const Part&) = delete;
 
   /// Sets one row of a column.
   template <class T>
@@ -71,43 +77,58 @@ class Part {
     }
     const auto bytes = std::as_bytes(values);
     if (of.is_compressed) {
-      chunks_[column][row] = compressed(bytes, sizeof(T));
+      for (hsize_t plane = 0; plane < of.planes; ++plane) {
+        const auto packed = compressed(shuffled(bytes, sizeof(T), of.planes, plane));
+        std::vector<hsize_t> offset(of.shape.size() + 1, 0);
+        if (of.planes > 1) offset.back() = plane;
+        offset[0] = row;
+        const auto guard = hdf5::lock();
+        hdf5::checked(H5Dwrite_chunk(data_[column], H5P_DEFAULT, 0, offset.data(), packed.size(),
+                                     packed.data()),
+                      "write " + of.name);
+      }
     } else {
       std::copy(bytes.begin(), bytes.end(),
                 plain_[column].begin() + static_cast<std::ptrdiff_t>(row * of.row_bytes()));
     }
   }
 
-  /// The HDF5 file that it makes.
-  [[nodiscard]] std::vector<std::byte> file() const {
+  /// The file, whose rows are all set.
+  [[nodiscard]] std::span<const std::byte> file() {
     const auto guard = hdf5::lock();
-    const hdf5::MemoryFile file;
     for (std::size_t c = 0; c < columns_.size(); ++c) {
-      if (columns_[c].is_compressed) {
-        write_chunks(file, columns_[c], chunks_[c]);
-      } else {
-        write_plain(file, columns_[c], plain_[c]);
-      }
+      if (columns_[c].is_compressed) continue;
+      hdf5::checked(H5Dwrite(data_[c], hdf5::type_of(columns_[c].number), H5S_ALL, H5S_ALL,
+                             H5P_DEFAULT, plain_[c].data()),
+                    "write " + columns_[c].name);
     }
-    return file.bytes();
+    data_.clear();
+    return file_->bytes();
   }
 
  private:
   static constexpr int level = 1;  // more takes longer than rendering, and saves little
 
-  /// What HDF5's filters make of a chunk, but by ISA-L in less than half of zlib's time: the first
-  /// bytes of all numbers first, then zlib's format.
-  std::vector<std::byte> compressed(std::span<const std::byte> bytes, std::size_t number) {
-    if (number > 1) {
-      shuffled_.resize(bytes.size());
-      const std::size_t count = bytes.size() / number;
-      for (std::size_t i = 0; i < count; ++i) {
-        for (std::size_t b = 0; b < number; ++b) shuffled_[b * count + i] = bytes[i * number + b];
-      }
-      bytes = shuffled_;
+  /// The numbers of one plane, the first bytes of all of them first, as HDF5's filter has them.
+  std::span<const std::byte> shuffled(std::span<const std::byte> bytes, std::size_t number,
+                                      std::size_t planes, std::size_t plane) {
+    if (number * planes == 1) return bytes;
+    const std::size_t count = bytes.size() / (number * planes);
+    shuffled_.resize(count * number);
+    std::byte* to = shuffled_.data();
+    for (std::size_t b = 0; b < number; ++b) {
+      const std::byte* from = bytes.data() + plane * number + b;
+      for (std::size_t i = 0; i < count; ++i, from += number * planes) *to++ = *from;
     }
+    return shuffled_;
+  }
+
+  /// What HDF5's deflate makes of them, but by ISA-L in less than half of zlib's time.
+  std::span<const std::byte> compressed(std::span<const std::byte> bytes) {
     packed_.resize(bytes.size() + bytes.size() / 16 + 1024);  // more than what cannot be compressed
-    isal_zstream stream;
+    // (Cleared, for what ISA-L finds there can change what it makes.)
+    isal_zstream stream{};
+    std::fill(tables_.begin(), tables_.end(), std::uint8_t{0});
     isal_deflate_stateless_init(&stream);
     stream.gzip_flag = IGZIP_ZLIB;
     stream.level = level;
@@ -120,41 +141,27 @@ class Part {
     stream.next_out = reinterpret_cast<std::uint8_t*>(packed_.data());
     stream.avail_out = static_cast<std::uint32_t>(packed_.size());
     if (isal_deflate_stateless(&stream) != COMP_OK) throw std::logic_error("ISA-L fails");
-    const std::size_t size = stream.total_out;
-    return {packed_.begin(), packed_.begin() + static_cast<std::ptrdiff_t>(size)};
+    return std::span(packed_).first(stream.total_out);
   }
 
-  void write_plain(hid_t file, const Column& column, const std::vector<std::byte>& bytes) const {
-    const auto data = hdf5::new_dataset(file, column.name, column.number, column.shape_of(rows_),
-                                        hdf5::dataset_properties());
-    hdf5::checked(
-        H5Dwrite(data, hdf5::type_of(column.number), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()),
-        "write " + column.name);
-  }
-
-  void write_chunks(hid_t file, const Column& column,
-                    const std::vector<std::vector<std::byte>>& chunks) const {
+  [[nodiscard]] hdf5::Handle new_dataset(const Column& column, hsize_t rows) const {
     const auto properties = hdf5::dataset_properties();
-    const std::vector<hsize_t> chunk = column.shape_of(1);
-    hdf5::checked(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()),
-                  "choose chunks");
-    if (hdf5::bytes_of(column.number) > 1) hdf5::checked(H5Pset_shuffle(properties), "shuffle");
-    hdf5::checked(H5Pset_deflate(properties, level), "deflate");
-    const auto data =
-        hdf5::new_dataset(file, column.name, column.number, column.shape_of(rows_), properties);
-    std::vector<hsize_t> offset(chunk.size(), 0);
-    for (offset[0] = 0; offset[0] < rows_; ++offset[0]) {
-      const auto& bytes = chunks[offset[0]];
-      hdf5::checked(H5Dwrite_chunk(data, H5P_DEFAULT, 0, offset.data(), bytes.size(), bytes.data()),
-                    "write " + column.name);
+    if (column.is_compressed) {
+      std::vector<hsize_t> chunk = column.shape_of(1);
+      if (column.planes > 1) chunk.back() = 1;
+      hdf5::checked(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()),
+                    "choose chunks");
+      if (hdf5::bytes_of(column.number) > 1) hdf5::checked(H5Pset_shuffle(properties), "shuffle");
+      hdf5::checked(H5Pset_deflate(properties, level), "deflate");
     }
+    return hdf5::new_dataset(*file_, column.name, column.number, column.shape_of(rows), properties);
   }
 
   std::span<const Column> columns_;
-  hsize_t rows_;
-  std::vector<std::vector<std::byte>> plain_;                // of each column
-  std::vector<std::vector<std::vector<std::byte>>> chunks_;  // of each column and row
-  std::vector<std::uint8_t> tables_;                         // that ISA-L works with
+  std::optional<hdf5::MemoryFile> file_;
+  std::vector<hdf5::Handle> data_;             // of each column
+  std::vector<std::vector<std::byte>> plain_;  // of each column that is not compressed
+  std::vector<std::uint8_t> tables_;           // that ISA-L works with
   std::vector<std::byte> shuffled_, packed_;
 };
 
@@ -167,7 +174,7 @@ class PartedFile {
         folder_(path_ + ".parts"),
         columns_(std::move(columns)),
         rows_(rows),
-        rows_a_part_(rows_a_part) {}
+        rows_a_part_(std::min(rows_a_part, rows)) {}
 
   [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }
   [[nodiscard]] std::uint64_t rows() const { return rows_; }
@@ -188,20 +195,38 @@ class PartedFile {
     return sum;
   }
 
+  /// How much memory a part takes at most.
+  [[nodiscard]] double part_bytes() const {
+    double bytes = 0;
+    for (const Column& column : columns_) bytes += static_cast<double>(column.row_bytes());
+    return bytes * static_cast<double>(rows_a_part_);
+  }
+
   /// Makes the folder, or finds what a run before this one has left there, and returns the parts
-  /// that are missing. Throws std::runtime_error where that run was of another description.
-  [[nodiscard]] std::vector<int> begin(const std::string& description) const {
-    std::filesystem::create_directories(folder_);
+  /// that are missing. Throws std::runtime_error where that run was of another description, or
+  /// still goes on, and where there is something else in the file's place.
+  [[nodiscard]] std::vector<int> begin(const std::string& description) {
+    if (part_bytes() > 8e9) {
+      throw std::runtime_error("a part of " + std::to_string(rows_a_part_) + " rows can take " +
+                               std::to_string(part_bytes() / 1e9) +
+                               " GB of memory: make it smaller");
+    }
     const std::string note = folder_ + "/description";
+    if (std::filesystem::exists(path_) &&
+        (std::filesystem::is_directory(path_) || !std::filesystem::exists(note))) {
+      throw std::runtime_error(path_ + " is there, and was not made here; write elsewhere");
+    }
+    std::filesystem::create_directories(folder_);
+    alone_.emplace(folder_ + "/lock");
     const std::string text = description + "\n" + std::to_string(rows_) + " rows, " +
                              std::to_string(rows_a_part_) + " a part\n";
-    if (std::ifstream before(note); before.good()) {
-      const std::string found{std::istreambuf_iterator<char>(before), {}};
-      if (found != text) {
+    std::ifstream before(note);
+    const std::string found{std::istreambuf_iterator<char>(before), {}};
+    if (found != text) {
+      if (has_parts()) {
         throw std::runtime_error(folder_ + " was begun with another description, see " + note +
                                  "; remove the folder or write elsewhere");
       }
-    } else {
       write_durably(note, std::as_bytes(std::span(text)));
     }
     std::vector<int> missing;
@@ -211,7 +236,7 @@ class PartedFile {
     return missing;
   }
 
-  void write(int part, const Part& rows) const { write_durably(part_path(part), rows.file()); }
+  void write(int part, Part& rows) const { write_durably(part_path(part), rows.file()); }
 
   /// Joins the parts, all of which are there, to one file, with notes as attributes; removes what
   /// killed processes have left half written.
@@ -219,6 +244,7 @@ class PartedFile {
     for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
       if (entry.path().extension() == ".tmp") std::filesystem::remove(entry.path());
     }
+    remove_half_written(path_);
     const auto guard = hdf5::lock();
     const hdf5::MemoryFile file;
     for (const auto& [name, text] : notes) file.attribute(name, text);
@@ -238,6 +264,12 @@ class PartedFile {
     char name[32];
     std::snprintf(name, sizeof name, "%06d.h5", part);
     return name;
+  }
+
+  [[nodiscard]] bool has_parts() const {
+    const std::filesystem::directory_iterator entries(folder_);
+    return std::any_of(std::filesystem::begin(entries), std::filesystem::end(entries),
+                       [](const auto& entry) { return entry.path().extension() == ".h5"; });
   }
 
   /// Whether a part is there. It is whole if it is; this asks what a damaged disk has left of it.
@@ -276,4 +308,5 @@ class PartedFile {
   std::string path_, folder_;
   std::vector<Column> columns_;
   std::uint64_t rows_, rows_a_part_;
+  std::optional<OneProcess> alone_;  // since `begin`
 };

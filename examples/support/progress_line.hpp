@@ -15,6 +15,7 @@ class ProgressLine {
   void tell(double done, double before) {
     const auto now = std::chrono::steady_clock::now();
     const bool is_end = before + done >= total_;
+    if (is_ended_ || done <= 0) return;
     if (!is_end &&
         now - last_ < (is_watched_ ? std::chrono::milliseconds(500) : std::chrono::minutes(1)))
       return;
@@ -22,12 +23,9 @@ class ProgressLine {
     is_ended_ = is_end;
     const std::chrono::duration<double> passed = now - start_;
     const double rate = done / passed.count();
-    char left[64] = "";
-    if (rate > 0)
-      std::snprintf(left, sizeof left, ", %s left", time((total_ - before - done) / rate).c_str());
-    std::fprintf(stderr, "%s%.0f of %.0f %s, %.3g a second%s   %s", is_watched_ ? "\r" : "",
-                 before + done, total_, things_.c_str(), rate, left,
-                 is_watched_ && !is_end ? "" : "\n");
+    std::fprintf(stderr, "%s%.0f of %.0f %s, %.3g a second, %s left   %s", is_watched_ ? "\r" : "",
+                 before + done, total_, things_.c_str(), rate,
+                 time((total_ - before - done) / rate).c_str(), is_watched_ && !is_end ? "" : "\n");
   }
 
   static std::string time(double seconds) {

@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
@@ -97,6 +98,28 @@ class Ranks {
   int rank_ = 0, size_ = 1;
   bool has_mpi_ = false;
 };
+
+/// The main function of a program that works on several ranks: reads its options, and `threads` of
+/// each rank as one more; runs it, and ends all ranks with the reason where one fails.
+inline int run_on_ranks(int argc, char** argv, CLI::App& app, int& threads,
+                        const std::function<void(const Ranks&)>& run) {
+  const Ranks ranks(argc, argv);
+  app.add_option("--threads", threads,
+                 "threads of each rank; by default all of the machine, or 1 under mpirun")
+      ->check(CLI::Range(1, 4096));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return ranks.is_first() ? app.exit(error) : error.get_exit_code();
+  }
+  if (threads < 1) threads = ranks.threads_by_default();
+  try {
+    run(ranks);
+  } catch (const std::exception& why) {
+    ranks.fail(app.get_name(), why.what());
+  }
+  return 0;
+}
 
 /// This process's workers.
 class Team {
