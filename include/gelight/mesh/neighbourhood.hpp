@@ -1,13 +1,13 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/bits.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -21,7 +21,7 @@ template <std::floating_point T>
 T short_edge_length(const Surface<T>& surface) {
   // Lengths are counted by their exponent and four binary digits, and sorted within one such class.
   const auto class_of = [](T length) {
-    return static_cast<std::ptrdiff_t>(std::bit_cast<std::uint64_t>(double{length}) >> 48);
+    return static_cast<std::ptrdiff_t>(bit_cast<std::uint64_t>(double{length}) >> 48);
   };
   Array<Index> counts(std::size_t{1} << 15, 0);
   std::ptrdiff_t rank = 0;
