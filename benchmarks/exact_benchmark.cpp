@@ -46,9 +46,9 @@ double error_of(const Mesh<double>& mesh, const ExactSolver<double>& solver,
 void solve(benchmark::State& state, Mesh<double> (*make)(int)) {
   const Mesh<double> mesh = make(static_cast<int>(state.range(0)));
   const Surface<double> surface(mesh);
-  const detail::PlanarFaces faces(surface);
+  const detail::PlanarFaces<double> faces(surface);
   const detail::Sources sources{{vertex_point<double>(0), 0}};
-  detail::WindowPropagation propagation;
+  detail::WindowPropagation<double> propagation;
   for (auto _ : state) propagation.run(surface, faces, sources, {});
   const ExactSolver solver(mesh);
   const double error = error_of(mesh, solver, solver.distance(0), make == sheet);

@@ -27,7 +27,7 @@ BENCHMARK(heat_setup)->DenseRange(5, 7)->Unit(benchmark::kMillisecond);
 // What the two factorisations alone cost in Eigen, which orders by minimum degree.
 void heat_setup_eigen(benchmark::State& state) {
   const Surface surface(icosphere<double>(static_cast<int>(state.range(0))));
-  const detail::HeatSystem system(surface, 1, false);
+  const detail::HeatSystem<double> system(surface, 1, false);
   using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
   const auto& pattern = *system.pattern;
   const Sparse matrix =

@@ -91,8 +91,8 @@ Dial heat(const std::string& setting, const HeatOptions& options) {
 
 void count_windows(benchmark::State& state, const Case& on) {
   const Surface<double> surface(on.mesh);
-  const gelight::detail::PlanarFaces faces(surface);
-  gelight::detail::WindowPropagation propagation;
+  const gelight::detail::PlanarFaces<double> faces(surface);
+  gelight::detail::WindowPropagation<double> propagation;
   propagation.run(surface, faces, {{vertex_point<double>(on.sources[0]), 0}}, {});
   state.counters["windows"] = static_cast<double>(propagation.counts.created);
 }
@@ -204,7 +204,7 @@ constexpr Patience little_patience{1, 4};
 
 double sampled_error(const Case& on, Index source, const Distances& distances, double width) {
   const Surface<double> surface(on.mesh);
-  const gelight::detail::PlanarFaces faces(surface);
+  const gelight::detail::PlanarFaces<double> faces(surface);
   const gelight::detail::TargetSearch<double> search(
       surface, faces, {{vertex_point<double>(source), 0}}, distances);
   double sum = 0;
@@ -297,8 +297,8 @@ void plan(benchmark::State& state, const Case& on, const std::vector<Single>& si
   std::vector<std::vector<double>> theirs(choices.size());
   PlannedDistances<double> answer;
   for (auto _ : state) {
-    ours.push_back(seconds(
-        [&] { answer = DistancePlanner<double>(on.mesh, request).distance(on.sources[0]); }));
+    ours.push_back(
+        seconds([&] { answer = DistancePlanner<double>(on.mesh, request).solve(on.sources[0]); }));
     state.SetIterationTime(ours.back());
     for (std::size_t i = 0; i < choices.size(); ++i) {
       theirs[i].push_back(seconds([&] { benchmark::DoNotOptimize(answer_by(*choices[i])); }));
@@ -311,7 +311,7 @@ void plan(benchmark::State& state, const Case& on, const std::vector<Single>& si
   std::vector<double> ratios;
   for (std::size_t k = 0; k < ours.size(); ++k) ratios.push_back(ours[k] / theirs[best][k]);
   Errors errors;
-  errors.add(answer.distances, on.exact[0]);
+  errors.add(answer.distance, on.exact[0]);
   errors.report(state, "");
   state.counters["tolerance"] = tolerance;
   state.counters["best_s"] = median(theirs[best]);
@@ -325,7 +325,7 @@ void plan(benchmark::State& state, const Case& on, const std::vector<Single>& si
   bool is_kept = errors.mean() <= tolerance;
   for (std::size_t i = 1; i < on.sources.size(); ++i) {
     Errors of_source;
-    of_source.add(planner.distance(on.sources[i]).distances, on.exact[i]);
+    of_source.add(planner.solve(on.sources[i]).distance, on.exact[i]);
     is_kept &= of_source.mean() <= tolerance;
   }
   if (!is_kept) state.SkipWithError("the tolerance was not kept");

@@ -16,7 +16,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libbenchmark-dev libcgal-dev \
-  libembree-dev python3-matplotlib
+  libembree-dev python3-matplotlib pngquant
 programs="pareto_benchmark pareto_image_benchmark scene_benchmark stability_benchmark
   pareto_cgal_benchmark stability_cgal_benchmark traced_embree_benchmark"
 cmake --preset benchmark >/dev/null

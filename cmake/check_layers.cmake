@@ -1,6 +1,6 @@
 # cmake -P cmake/check_layers.cmake: a header includes only its own folder or an earlier one, and of
 # another folder its doors only, which lie on top, never the rooms in folders behind them. No folder
-# is called detail: rooms have the name of a topic.
+# is called detail: rooms have the name of a topic. No type's name ends in Of.
 cmake_minimum_required(VERSION 3.22)
 set(layers core concepts views mesh geodesic transport light image shading membrane sensor io)
 # The image side knows nothing of meshes, although it stands behind them in the list.
@@ -21,6 +21,10 @@ foreach(header ${headers})
   list(FIND layers ${layer} height)
   if(height EQUAL -1)
     string(APPEND faults "${header} stands in no layer\n")
+  endif()
+  file(STRINGS "${root}/${header}" types REGEX "^ *(class|struct) [A-Za-z]+Of( |;|<|$)")
+  if(types)
+    string(APPEND faults "${header}: a type's name ends in Of: ${types}\n")
   endif()
   file(STRINGS "${root}/${header}" includes REGEX "^ *# *include ")
   foreach(include ${includes})

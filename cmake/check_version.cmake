@@ -1,5 +1,6 @@
 # cmake -D VERSION=... -P cmake/check_version.cmake: the vcpkg port, which cannot read a header, the
-# newest entry of the changelog and the citation name the version of gelight/version.hpp.
+# newest entry of the changelog and the citation name the version of gelight/version.hpp; the citation
+# has the date of that entry, or none where it is not yet released.
 cmake_minimum_required(VERSION 3.22)
 get_filename_component(root "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
 file(READ "${root}/cmake/ports/vcpkg/vcpkg.json" port)
@@ -13,3 +14,9 @@ foreach(place port changelog citation)
     message(SEND_ERROR "the ${place} says ${of_${place}}, gelight/version.hpp ${VERSION}")
   endif()
 endforeach()
+file(STRINGS "${root}/CITATION.cff" date REGEX "^date-released: ")
+string(REGEX MATCH "[0-9]+-[0-9]+-[0-9]+" date "${date}")
+string(REGEX MATCH "[0-9]+-[0-9]+-[0-9]+|not yet released" released "${newest}")
+if(NOT "${date}" STREQUAL "${released}" AND NOT (date STREQUAL "" AND released STREQUAL "not yet released"))
+  message(SEND_ERROR "the changelog says \"${released}\", the citation's date is \"${date}\"")
+endif()

@@ -31,8 +31,15 @@ describe() {
     python3-h5py) echo "Python 3 with h5py 3" ;;
     libsuitesparse-dev) echo "SuiteSparse 5.12 (CHOLMOD)" ;;
     doxygen) echo "Doxygen 1.9" ;;
+    emscripten) echo "Emscripten 3.1.6" ;;
+    nodejs) echo "Node.js 18" ;;
+    chromium) echo "Chromium" ;;
     pngquant) echo "pngquant 2" ;;
     python3-matplotlib) echo "Python 3 with matplotlib 3.6" ;;
+    pybind11-dev) echo "pybind11 2.10" ;;
+    python3-dev) echo "Python 3.9 or later, with its headers" ;;
+    python3-numpy) echo "Python 3 with NumPy 1.24" ;;
+    python3-pytest) echo "Python 3 with pytest 7" ;;
     *) echo "$1" ;;
   esac
 }

@@ -3,13 +3,17 @@
 set -eu
 cd "$(dirname "$0")/.."
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev libcli11-dev \
-  libcairo2-dev pkg-config fonts-dejavu-core pngquant
+  libcairo2-dev pkg-config libwebp-dev fonts-dejavu-core pngquant
 cmake --preset demo
 cmake --build --preset demo -j "$(getconf _NPROCESSORS_ONLN)" --target lessons
 lessons=$(sed -n 's/^\*\*\[.*(\([a-z_]*\)\.cpp).*/\1/p' examples/README.md)
 for lesson in $lessons; do
   echo "== $lesson"
   "build/demo/examples/$lesson" out
+  if [ -f "out/$lesson.webp" ]; then
+    cp "out/$lesson.webp" examples/pictures
+    continue
+  fi
   picture=examples/pictures/$lesson.png
   pngquant --force --output "$picture" 64 "out/$lesson.png" 2>/dev/null || cp "out/$lesson.png" "$picture"
 done

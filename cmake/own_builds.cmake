@@ -12,6 +12,13 @@ target_link_libraries(gelight_own INTERFACE gelight::gelight)
 target_compile_options(gelight_own INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow $<$<BOOL:${GELIGHT_NATIVE}>:-march=native>)
 
+# What programs link that are only run: with g++ the compiled library where it is built, with
+# clang++ the headers alone.
+add_library(gelight_once INTERFACE)
+if(GELIGHT_BUILD_COMPILED AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_link_libraries(gelight_once INTERFACE gelight::compiled)
+endif()
+
 # The packages of the opt-in headers and of the tests; Debian's names are in dependencies.sh.
 find_package(OpenMesh QUIET)
 find_path(CGAL_HEADERS CGAL/Surface_mesh.h)

@@ -46,14 +46,17 @@ std::vector<double> great_circles(const gelight::Mesh<double>& sphere) {
 int main(int count, char** arguments) {
   Lesson lesson(count, arguments, "choosing_a_method");
 
-  Figure figure(1000, 430);
+  Figure figure(900, 480);
   constexpr double least_drawn = 0.001;  // in %: the exact solver's errors are all rounding
-  const Axis allowed{"mean error allowed, %", 0.01, 100, true};
-  Plot errors(figure, {80, 60, 400, 290}, "The error that comes out", allowed,
-              {"mean error, %", least_drawn, 100, true});
-  Plot times(figure, {620, 60, 330, 290}, "What it is expected to cost, in the same colours",
-             allowed, {"time, ms", 0.1, 10, true});
-  errors.curve({{0.01, 0.01}, {100, 100}}, grey, "as wrong as allowed");
+  Plot errors(figure, {100, 60, 620, 340},
+              "Say how wrong it may be: the cheapest method that keeps to it answers",
+              {"mean error allowed, %", 0.01, 100, true},
+              {"mean error that comes out, %", least_drawn, 100, true});
+  figure.area(std::array{errors.on_page({0.01, 0.01}), errors.on_page({100, 100}),
+                         errors.on_page({0.01, 100})},
+              red, 0.1);
+  figure.pen(red, 1);
+  figure.text("more wrong than allowed", errors.on_page({0.15, 12}), 15);
   const std::map<std::string, std::pair<const char*, Colour>> methods{
       {"dijkstra", {"Dijkstra", orange}},
       {"virtual_source", {"virtual sources", green}},
@@ -66,24 +69,24 @@ int main(int count, char** arguments) {
   for (double tolerance = 2e-4; tolerance < 0.5; tolerance *= std::pow(10, 0.25)) {
     const DistancePlanner planner(membrane,
                                   {.tolerance = tolerance, .assurance = Assurance::expected});
-    const auto answer = planner.distance(0);
-    const double error = mean_error(answer.distances, exact);
+    const auto answer = planner.solve(0);
+    const double error = mean_error(answer.distance, exact);
     all_within = all_within && error <= tolerance;
     const auto& [name, colour] = methods.at(answer.method);
     const Vec2<double> at(100 * tolerance, std::max(100 * error, least_drawn));
-    const Vec2<double> cost(100 * tolerance, 1000 * planner.plan().seconds);
     errors.dots({at}, colour, 6);
-    times.dots({cost}, colour, 6);
     if (named == answer.method) continue;
     named = answer.method;
-    errors.label({at[0], 1.8 * at[1]}, colour, name);
+    char cost[24];
+    std::snprintf(cost, sizeof cost, ", %.1f ms", 1000 * planner.plan().seconds);
+    errors.label({0.9 * at[0], 1.9 * at[1]}, colour, name + std::string(cost));
   }
   lesson.expect(all_within, "at every tolerance the answer is within it");
 
   const DistancePlanner careful(membrane, {.tolerance = 0.02, .assurance = Assurance::certified});
-  const auto proved = careful.distance(0);
+  const auto proved = careful.solve(0);
   lesson.expect(proved.achieved == Assurance::certified &&
-                    proved.error >= mean_error(proved.distances, exact) && proved.satisfies,
+                    proved.error >= mean_error(proved.distance, exact) && proved.satisfies,
                 proved.reason + ", and it is");
 
   const auto coarse = gelight::icosphere<double>(3), fine = gelight::icosphere<double>(4);
@@ -91,8 +94,8 @@ int main(int count, char** arguments) {
   const DistancePlanner for_coarse(coarse, smooth), for_fine(fine, smooth);
   const double coarse_error =
       mean_error(gelight::ExactSolver(coarse).distance(0), great_circles(coarse));
-  const double fine_error = mean_error(for_fine.distance(0).distances, great_circles(fine));
-  const double lifted_error = mean_error(for_coarse.distance(0).distances, great_circles(coarse));
+  const double fine_error = mean_error(for_fine.solve(0).distance, great_circles(fine));
+  const double lifted_error = mean_error(for_coarse.solve(0).distance, great_circles(coarse));
   lesson.expect(coarse_error > 0.001 && lifted_error < 0.001,
                 "on a coarse sphere even exact distances are off: the plan is method " +
                     for_coarse.plan().method);

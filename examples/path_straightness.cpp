@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <map>
+#include <tuple>
 #include <vector>
 
 #include "gelight/geodesic/exact.hpp"
@@ -74,8 +75,20 @@ int main(int count, char** arguments) {
   }
   lesson.expect(misfit < 1e-12, "laid flat along the path the walls fit: it is straight");
 
-  Figure figure(1000, 500);
-  const View view(room, {20, 100, 410, 310}, -0.45, 1.15);
+  Figure figure(1010, 430);
+  const View view(room, {20, 80, 420, 330}, -0.45, 1.15);
+  const auto on_flat = [](double along, double across) {
+    return Vec2<double>(555 + 9 * along, 260 - 9 * across);
+  };
+  for (std::size_t i = 0; i < flat.size(); ++i) {
+    std::vector<Vec2<double>> in_room, laid_flat;
+    for (const auto& [v, p] : flat[i]) {
+      in_room.push_back(view.on_page(surface.position(v)));
+      laid_flat.push_back(on_flat(p[0], p[1]));
+    }
+    figure.area(in_room, inks[i], 0.2);
+    figure.area(laid_flat, inks[i], 0.2);
+  }
   figure.pen(grey, 1);
   for (Index h = 0; h < surface.halfedge_count(); ++h) {
     const auto &from = surface.position(surface.origin(h)), &to = surface.position(surface.tip(h));
@@ -83,29 +96,31 @@ int main(int count, char** arguments) {
     figure.polyline(std::array{view.on_page(from), view.on_page(to)});
   }
   double x = 0;
-  const auto on_flat = [](double along, double across) {
-    return Vec2<double>(555 + 8.5 * along, 285 - 8.5 * across);
-  };
   for (std::size_t i = 0; i < flat.size(); ++i) {
-    std::vector<Vec2<double>> corners;
-    for (const auto& [v, p] : flat[i]) corners.push_back(on_flat(p[0], p[1]));
-    figure.area(corners, inks[i], 0.25);
     const double end = x + (points[i + 1] - points[i]).norm();
-    figure.pen(inks[i], 4);
+    figure.pen(inks[i], 5);
     figure.polyline(std::array{on_flat(x, 0), on_flat(end, 0)});
     figure.polyline(std::array{view.on_page(points[i]), view.on_page(points[i + 1])});
     x = end;
   }
+  for (const auto& [name, colour, along, across] :
+       {std::tuple("end wall", red, -5.5, -9.5), std::tuple("ceiling", blue, 11.0, 9.0),
+        std::tuple("side wall", orange, 17.5, 3.5), std::tuple("floor", green, 29.0, -7.0),
+        std::tuple("end wall", red, 45.0, -7.0)}) {
+    figure.pen(colour, 1);
+    figure.text(name, on_flat(along, across), 15);
+  }
   figure.pen(black, 1);
-  const Vec2<double> aside(14, 0);
-  figure.text("s", view.on_page(points.front()) - aside, 18);
-  figure.text("f", view.on_page(points.back()) + aside, 18);
-  figure.text("s", on_flat(0, 0) - aside, 18);
-  figure.text("f", on_flat(40, 0) + aside, 18);
-  figure.text("The shortest way from s to f in the room", 225, 30, 16);
-  figure.text("The triangles that it crosses, laid flat", 740, 30, 16);
-  figure.text("Red: end walls. Blue: ceiling. Orange: a side wall. Green: floor. 40 feet in all.",
-              500, 470, 14);
+  for (const auto& [p, name] : {std::pair(0, "spider"), std::pair(1, "fly")}) {
+    const Vec2<double> in_room = view.on_page(p == 0 ? points.front() : points.back());
+    const Vec2<double> laid_flat = on_flat(40.0 * p, 0);
+    figure.disc(in_room[0], in_room[1], 5);
+    figure.disc(laid_flat[0], laid_flat[1], 5);
+    figure.text(name, in_room[0] + (p == 0 ? -14 : 12), in_room[1] - (p == 0 ? 24 : 16), 15);
+    figure.text(name, laid_flat[0] + (p == 0 ? -34 : 22), laid_flat[1], 15);
+  }
+  figure.text("The shortest way in the room", 230, 30, 17);
+  figure.text("Laid flat, it is straight: 40 feet", 740, 30, 17);
   figure.save(lesson.picture());
   return lesson.result();
 }

@@ -45,7 +45,7 @@ int main(int count, char** arguments) {
                                        .diffuse = diffuse,
                                        .specular = specular,
                                        .shininess = 20};
-    const gelight::Background<double> background(std::array{0.4, 0.5, 0.6});
+    const gelight::Background<double> background(std::array{0.6, 0.7, 0.85});
     const gelight::TactileOptions options{.smoothing_sigma = 0,
                                           .ambient = ambient,
                                           .border_normals = gelight::BorderNormals::extrapolated};
@@ -84,13 +84,27 @@ int main(int count, char** arguments) {
   lesson.expect(unlike_formula < 3,
                 "on the ball the terms are as Phong's equation has them, to 3 of 255");
 
-  Figure figure(1020, 290);
+  // Below each image how bright it is along its middle row.
+  Figure figure(1020, 420);
   double x = 12;
-  for (const auto& [name, image] : panels) {
+  const std::array<Colour, 4> inks{blue, green, red, black};
+  for (std::size_t k = 0; k < panels.size(); ++k) {
+    const auto& [name, image] = panels[k];
     figure.image(image, x, 40);
+    figure.pen(black, 1);
     figure.text(name, x + 120, 20, 17);
+    figure.pen(grey, 1);
+    figure.line(x, 400, x + 240, 400);
+    figure.pen(inks[k], 2.5);
+    std::vector<gelight::Vec2<double>> row;
+    for (Index u = 0; u < 240; ++u) {
+      row.emplace_back(x + u, 400 - 100.0 / 255 * image(u, 106)[0]);
+    }
+    figure.polyline(row);
     x += 252;
   }
+  figure.pen(black, 1);
+  figure.text_from("red along the bright spot's row, 0 to 255", 14, 306, 12);
   figure.save(lesson.picture());
   return lesson.result();
 }

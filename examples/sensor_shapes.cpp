@@ -77,8 +77,8 @@ int main(int count, char** arguments) {
     const Mesh mesh = membrane(shape);
     const auto rest = gelight::rasterize(mesh, camera);
     const auto leds = lights(mesh, rest);
-    const gelight::TactileRenderer<double> sensor(camera, rest.depth, leds,
-                                                  std::array{0.5, 0.5, 0.5}, {.rectify = true});
+    const gelight::TactileRenderer<double> sensor(
+        camera, rest.depth, leds, std::array{0.5, 0.5, 0.5}, {.rectify = true, .ambient = 0.9});
     // A ball from outside, pressed in by 1.2 mm at the middle.
     const Vec3<double> centre(0, 0, shape(0, 0) + 0.004 - 0.0012);
     const auto ball = gelight::placed<double>(gelight::icosphere<double>(4, 0.004),

@@ -31,14 +31,14 @@ const gelight::Camera<double> eye{rest / pixel, rest / pixel, 99.5, 74.5, width,
 
 // A surface in the light of three lamps that stand around it.
 Image<Rgb8> photograph(const Image<double>& surface) {
-  gelight::PhongLights<double> lamps{{}, gelight::Background<double>(Rgb8{120, 120, 120})};
+  gelight::PhongLights<double> lamps{{}, gelight::Background<double>(Rgb8{50, 50, 50})};
   for (const std::size_t k : {0u, 1u, 2u}) {
     const double angle = 0.5 + 2.1 * static_cast<double>(k);
     gelight::Light<double> light{Image<Vec3<double>>(
         width, height, Vec3<double>(std::cos(angle), std::sin(angle), 0.4).normalized())};
     light.rgb = {0.15, 0.15, 0.15};
     light.rgb[k] = 1;
-    light.diffuse = 1;
+    light.diffuse = 1.3;
     lamps.lights.push_back(light);
   }
   // The surface is the membrane's already: follow it exactly, also where it rises.
@@ -92,12 +92,19 @@ int main(int count, char** arguments) {
 
     // The camera is below: up here is towards what is pressed in.
     const auto elastic = cut(layer.depth), smooth = cut(blurred), object = cut(ball);
-    Plot plot(figure, {x, 60, 400, 250}, "gel of Poisson ratio 0.49, " + name, {"mm", -10, 10},
-              {"surface, mm", -0.6, 0.8});
+    const bool is_thin = thickness < 5e-3;
+    Plot plot(figure, {x, 60, 400, 250},
+              name + (is_thin ? ": a rim rises" : ": it sinks far around"), {"mm", -10, 10},
+              {"surface, mm", -0.6, 0.4});
     plot.curve({{-10, 0}, {10, 0}}, grey, "", 1);
-    plot.curve({object.begin() + 50, object.end() - 50}, pale, "ball", 5);
-    plot.curve(smooth, blue, "the Gaussian nearest to this gel");
-    plot.curve(elastic, orange, "elastic layer");
+    plot.curve({object.begin() + 57, object.end() - 57}, pale, "", 6);
+    plot.curve(smooth, blue, "");
+    plot.curve(elastic, orange, "");
+    plot.label({4.2, 0.33}, grey, "ball");
+    plot.label({is_thin ? 4.2 : 2.2, is_thin ? 0.13 : 0.05}, is_thin ? orange : blue,
+               is_thin ? "elastic layer" : "Gaussian");
+    plot.label({is_thin ? 3.0 : 3.1, is_thin ? -0.06 : -0.22}, is_thin ? blue : orange,
+               is_thin ? "Gaussian" : "elastic layer");
     figure.image(photograph(blurred), x, 405, 0.97);
     figure.image(photograph(layer.depth), x + 206, 405, 0.97);
     figure.pen(black, 1);

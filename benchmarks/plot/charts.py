@@ -3,14 +3,16 @@
 of the program membranes and of examples/calibration_chart.
 
 charts.py RESULTS [KIND]: reads RESULTS/*.json, rewrites each with no more than the charts need, one
-line a case, and draws beside them, as PNG or what KIND names (svg, pdf). Needs matplotlib.
+line a case, draws beside them, as PNG or what KIND names (svg, pdf), and writes what the charts say between the marks
+of RESULTS/README.md. Draws nothing with the KIND "words". Needs matplotlib.
 """
 import glob
-import itertools
 import json
 import math
 import os
 import re
+import shutil
+import subprocess
 import sys
 
 import matplotlib
@@ -80,8 +82,8 @@ def style(method):
 
 
 def load(folder):
-    """All benchmarks of a folder's JSON files that succeeded, one context, and what failed."""
-    rows, context, failed, commits = [], {}, [], {}
+    """All benchmarks of a folder's JSON files that succeeded, each with its context, and what failed."""
+    rows, failed = [], []
     paths = [p for name in ("pareto*", "scene", "stability*", "traced*", "membranes") for p in glob.glob(
         os.path.join(folder, name + ".json"))]
     for path in sorted(paths):
@@ -95,8 +97,8 @@ def load(folder):
         except (AttributeError, ValueError, KeyError, TypeError) as error:
             failed.append(f"{path} is not as Google Benchmark writes it: {error!r}")
             continue
-        commits[context.get("commit", "unknown")] = True
         for row in rows_of_file:
+            row["context"] = context
             row["path"] = row["name"].split("/")
             if len(row["path"]) < 3 and row["path"][0] in ("distance", "stability"):
                 failed.append("{}: no name of the form {}/MESH/METHOD".format(
@@ -107,8 +109,7 @@ def load(folder):
                 failed.append("{}: {}".format(row["name"], row["error_message"]))
             else:
                 rows.append(row)
-    context["commit"] = ", ".join(commits)
-    return rows, context, failed
+    return rows, failed
 
 
 def seconds(row):
@@ -117,13 +118,59 @@ def seconds(row):
         row.get("time_unit", "ns")]
 
 
-def save(figure, folder, name, context):
-    made = ", ".join(word + context[key] for word, key in
-                     (("", "cpu"), ("commit ", "commit"), ("", "compiler")) if key in context)
-    made += " " + context.get("flags", "")
+def save(figure, folder, name, rows):
+    """The chart, and at its foot how the rows came about that it draws."""
+    contexts = [row.get("context", {}) for row in rows]
+
+    def told(key):
+        return ", ".join(dict.fromkeys(c[key] for c in contexts if key in c))
+
+    made = ", ".join(word + told(key) for word, key in
+                     (("", "cpu"), ("commit ", "commit"), ("", "compiler")) if told(key))
+    made += " " + told("flags")
     figure.text(0.995, 0.003, made, ha="right", va="bottom", fontsize=6, color="0.4")
-    figure.savefig(os.path.join(folder, f"{name}.{KIND}"), dpi=110, facecolor="white")
+    write_chart(figure, folder, name)
+
+
+def write_chart(figure, folder, name):
+    """A PNG as small as pngquant makes it, where there is one."""
+    path = os.path.join(folder, f"{name}.{KIND}")
+    figure.savefig(path, dpi=110, facecolor="white")
     plt.close(figure)
+    if KIND == "png" and shutil.which("pngquant"):
+        subprocess.run(["pngquant", "--force", "--output", path, "128", path], check=True)
+
+
+def ink(colour):
+    """A colour as dark as words need it."""
+    return tuple(0.72 * c for c in matplotlib.colors.to_rgb(colour))
+
+
+def label_ends(axes, ends, size=9):
+    """Names to the right of a panel, each at its line's last point, moved apart where they would overlap.
+
+    ends: (name, colour, x, y). Call it once limits and layout stand.
+    """
+    step = 1.25 * size / 72 * axes.figure.dpi / axes.bbox.height
+    heights = axes.transAxes.inverted().transform(axes.transData.transform([e[2:] for e in ends]))[:, 1]
+    order = sorted(range(len(ends)), key=lambda i: heights[i])
+    placed = []
+    for i in order:
+        placed.append(max(heights[i], placed[-1] + step if placed else -1))
+    for k in reversed(range(len(placed))):
+        placed[k] = min(placed[k], placed[k + 1] - step if k + 1 < len(placed) else 1)
+    for i, height in zip(order, placed):
+        axes.text(1.02, height, ends[i][0], transform=axes.transAxes, va="center", fontsize=size,
+                  color=ink(ends[i][1]))
+
+
+def times(ratio):
+    return f"{ratio:.0f}" if ratio >= 9.95 else f"{ratio:.1f}"
+
+
+def percent(share):
+    """A share to two digits, in per cent."""
+    return f"{float(f'{100 * share:.2g}'):g} %"
 
 
 def plain_ticks(axis, steps=(1,), percent=False):
@@ -208,7 +255,7 @@ def legend(figure, methods, **options):
     figure.legend(handles=handles, frameon=False, **options)
 
 
-def chart_distances(rows, folder, context):
+def chart_distances(rows, folder):
     rows = [r for r in rows if r["path"][0] == "distance"]
     if not rows:
         return
@@ -237,10 +284,10 @@ def chart_distances(rows, folder, context):
         figure.tight_layout(rect=(0, 0.05, 1, 0.98))
         legend(figure, seen, loc="lower center", ncol=len(seen) + 1, fontsize=9,
                bbox_to_anchor=(0.5, 0.012))
-        save(figure, folder, f"distance_{kind}", context)
+        save(figure, folder, f"distance_{kind}", rows)
 
 
-def chart_sphere(rows, folder, context):
+def chart_sphere(rows, folder):
     """One mesh, large, against the great circle: what a tenth of a percent costs."""
     rows = [r for r in rows if r["path"][:2] == ["distance", "sphere"]]
     if not rows:
@@ -271,10 +318,46 @@ def chart_sphere(rows, folder, context):
                    "left is faster, down is more accurate".format(rows[0]["vertices"]),
                    fontsize=12, fontweight="bold")
     figure.tight_layout(rect=(0, 0.015, 1, 1))
-    save(figure, folder, "sphere", context)
+    save(figure, folder, "sphere", rows)
 
 
-def chart_certificate(rows, folder, context):
+def words_distances(rows, folder):
+    """Which methods are on the front of how many meshes: none of ours is both quicker and more accurate."""
+    rows = [r for r in rows if r["path"][0] == "distance" and "mean" in r and r["path"][2] != "planner"
+            and not r["path"][2].startswith("CGAL")]
+    if not rows:
+        return
+    meshes = dict.fromkeys(r["path"][1] for r in rows)
+    on_front = {}
+    for mesh in meshes:
+        here = [r for r in rows if r["path"][1] == mesh]
+        best = front([(r["median_s"], r["mean"]) for r in here])
+        for method in {r["path"][2] for r in here if (r["median_s"], r["mean"]) in best}:
+            on_front[method] = on_front.get(method, 0) + 1
+    lines = [f"On the front for one more source, of {len(meshes)} meshes: " +
+             ", ".join(f"{m} on {on_front[m]}" for m in STYLE if m in on_front) +
+             ("; never: " + ", ".join(m for m in STYLE if m not in on_front and any(r["path"][2] == m for r in rows))
+              if any(r["path"][2] not in on_front for r in rows) else "") + "."]
+    write_between(os.path.join(folder, "README.md"), "distances", lines)
+
+
+def words_sphere(rows, folder):
+    """What the chart of the sphere says."""
+    rows = {"/".join(r["path"][2:]): r for r in rows if r["path"][:2] == ["distance", "sphere"]}
+    if not rows:
+        return
+    exact, marching, virtual = (rows[name] for name in ("exact/default", "fast marching/default",
+                                                        "virtual source/default"))
+    lines = [f"Off by {percent(marching['smooth_mean'])} in {1e3 * marching['median_s']:.1f} ms (fast marching), by "
+             f"{percent(virtual['smooth_mean'])} in {1e3 * virtual['median_s']:.1f} ms (virtual sources), by no more "
+             f"than the mesh itself, {percent(exact['smooth_mean'])}, in {1e3 * exact['median_s']:.0f} ms (exact)."]
+    if peer := next((r for name, r in rows.items() if name.startswith("CGAL exact")), None):
+        lines[0] += (f" CGAL's exact distances are the same and take {times(peer['median_s'] / exact['median_s'])} "
+                     f"times as long, in {times(peer['peak_MB'] / exact['peak_MB'])} times the memory.")
+    write_between(os.path.join(folder, "README.md"), "sphere", lines)
+
+
+def chart_certificate(rows, folder):
     exact = {r["path"][1]: r for r in rows
              if r["path"][0] == "distance" and r["path"][2] == "exact"}
     certified = [r for r in rows if r["path"][0] == "certify" and r["path"][1] in exact]
@@ -303,119 +386,208 @@ def chart_certificate(rows, folder, context):
     axes.set_title("What a proof of the error costs, and how tight it is", fontsize=12,
                    fontweight="bold")
     figure.tight_layout(rect=(0, 0.015, 1, 1))
-    save(figure, folder, "certificate", context)
+    save(figure, folder, "certificate", rows)
 
 
-def chart_planner(rows, folder, context):
+def words_certificate(rows, folder):
+    """How tight the bounds are, and what one more exact solve would take."""
+    exact = {r["path"][1]: r["median_s"] for r in rows
+             if r["path"][0] == "distance" and r["path"][2] == "exact"}
+    certified = [r for r in rows if r["path"][0] == "certify" and r["path"][1] in exact]
+    if not certified:
+        return
+
+    def named(row, value):
+        return f"{value} ({MESHES.get(row['path'][1], row['path'][1])})"
+
+    gaps = sorted(certified, key=lambda r: r["mean"])
+    solves = sorted(certified, key=lambda r: exact[r["path"][1]] / r["median_s"])
+    lines = ["`Certifier` bounds the exact distance at every vertex from both sides, "
+             f"{named(gaps[0], percent(gaps[0]['mean']))} to {named(gaps[-1], percent(gaps[-1]['mean']))} apart in the "
+             "mean: tight where the mesh is smooth. One more exact solve leaves no gap, in "
+             + " to ".join(named(r, times(exact[r["path"][1]] / r["median_s"])) for r in (solves[0], solves[-1])) +
+             " times the time of the bounds."]
+    write_between(os.path.join(folder, "README.md"), "certificate", lines)
+
+
+PROMISES = {"expected": "error expected", "sampled": "checked at 4 targets",
+            "certified": "proved everywhere, or exact\nand checked at 4 targets"}
+
+
+def chart_planner(rows, folder):
+    """A mark a mesh: the planner's time over that of the best method in hindsight."""
     rows = [r for r in rows if r["path"][0] == "plan"]
     if not rows:
         return
-    kinds = {"expected": "error expected", "sampled": "checked at 4 targets",
-             "certified": "proved everywhere, or exact\nand checked at 4 targets"}
-    figure, panels = plt.subplots(1, 3, figsize=(12, 4.9), sharey=True)
-    meshes = list(MESHES) + UNSEEN
-    meshes += [m for m in dict.fromkeys(r["path"][1] for r in rows) if m not in meshes]
-    shapes = dict(zip(meshes, itertools.cycle("osD^vPosD^")))
-    shades = dict(zip(meshes, itertools.cycle(["#000000", "#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9",
-                               "#D55E00", "#8C564B", "#555555", "#7A5195"])))
-    for axes, kind in zip(panels, kinds):
-        axes.axhspan(0.4, 1.5, color="0.93", zorder=0)
-        axes.axhline(1, color="0.35", linewidth=1)
+    tolerances = sorted({r["tolerance"] for r in rows}, reverse=True)
+    known = list(MESHES) + UNSEEN
+    figure, panels = plt.subplots(1, 3, figsize=(11.5, 4.6), sharey=True)
+    figure.subplots_adjust(left=0.065, right=0.93, bottom=0.16, top=0.76, wspace=0.12)
+    for axes, (kind, title) in zip(panels, PROMISES.items()):
         here = [r for r in rows if r["path"][2] == kind]
-        for mesh in meshes:
-            points = sorted((r["tolerance"], r["ratio"]) for r in here if r["path"][1] == mesh)
-            if not points:
+        axes.set(yscale="log", title=title, xlabel="tolerance asked for (mean error)")
+        axes.title.set_fontsize(10)
+        axes.axhline(1, color="0.35", linewidth=1)
+        for row in here:
+            mesh, x = row["path"][1], tolerances.index(row["tolerance"])
+            if mesh not in known:
+                axes.plot(x, row["ratio"], "D", color="#D55E00", zorder=4)
+                axes.annotate(mesh, (x, row["ratio"]), textcoords="offset points", xytext=(7, 0),
+                              fontsize=8, color=ink("#D55E00"), va="center")
                 continue
-            is_new = mesh in UNSEEN
-            axes.plot(*zip(*points), marker=shapes[mesh], color=shades[mesh], markersize=6,
-                      linewidth=1, linestyle="--" if is_new else "-",
-                      markerfacecolor="white" if is_new else shades[mesh],
-                      markeredgecolor=shades[mesh] if is_new else "white",
-                      label=MESHES.get(mesh, mesh + " (new)"))
-        within = sum(r["ratio"] <= 1.5 for r in here)
-        axes.text(0.97, 0.97, f"{within} of {len(here)} within 1.5 times", fontsize=9, va="top",
-                  ha="right", transform=axes.transAxes, fontweight="bold")
-        axes.set_xscale("log")
-        axes.set_yscale("log")
-        plain_ticks(axes.xaxis, percent=True)
-        axes.set_xticks([0.1, 0.01, 1e-3, 1e-4, 1e-6])
-        axes.invert_xaxis()
-        axes.set_xlabel("tolerance asked for (mean error)")
-        axes.grid(True, color="0.88", linewidth=0.6)
-        axes.set_title(kinds[kind], fontsize=10)
-    panels[0].set_ylabel("planner's time / best single method's")
-    panels[0].set_ylim(0.4, max(8, max(r["ratio"] for r in rows) * 1.2))
-    panels[0].set_yticks([0.5, 1, 1.5, 2, 5])
-    panels[0].set_yticklabels(["0.5", "1", "1.5", "2", "5"])
-    panels[0].text(0.03, 0.43, "grey: up to 1.5 times the time of the best method\nchosen in "
-                   "hindsight for the same promise", fontsize=7.5, va="bottom", color="0.3",
-                   transform=panels[0].get_yaxis_transform())
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, frameon=False, fontsize=8, ncol=5, loc="lower center",
-                  bbox_to_anchor=(0.5, 0.015))
-    figure.suptitle("Tolerance in, method out: what not knowing the best method costs",
-                    fontsize=12, fontweight="bold")
-    figure.tight_layout(rect=(0, 0.1, 1, 1))
-    save(figure, folder, "planner", context)
+            axes.plot(x + 0.03 * (known.index(mesh) - 4.5), row["ratio"], "o", markersize=5,
+                      color="#0072B2", alpha=0.75, zorder=3, markeredgewidth=1,
+                      markerfacecolor="white" if mesh in UNSEEN else "#0072B2")
+        ends = []
+        for name, colour, pick in (("dearest", "#D55E00", max), ("median", "#000000", median)):
+            points = [(tolerances.index(t), pick([r["ratio"] for r in here if r["tolerance"] == t]))
+                      for t in tolerances if any(r["tolerance"] == t for r in here)]
+            if points:
+                axes.plot(*zip(*points), color=colour, linewidth=1.6, zorder=2)
+                ends.append((name, colour, *points[-1]))
+        axes.set_xticks(range(len(tolerances)))
+        axes.set_xticklabels([f"{t:.0e}".replace("e-0", "e-") if t < 1e-5 else f"{100 * t:g} %" for t in tolerances])
+        axes.set_xlim(-0.4, len(tolerances) - 0.6)
+        axes.set_ylim(min(0.2, min(r["ratio"] for r in rows) / 1.2), max(2, 1.2 * max(r["ratio"] for r in rows)))
+        axes.set_yticks([0.25, 0.5, 1, 1.5, 2])
+        axes.set_yticklabels(["0.25", "0.5", "1", "1.5", "2"])
+        axes.yaxis.set_minor_formatter(NullFormatter())
+        axes.grid(True, axis="y", color="0.9", linewidth=0.6)
+        if ends and axes is panels[2]:
+            label_ends(axes, ends)
+    panels[0].set_ylabel("planner's time / best method's")
+    figure.suptitle("Not knowing the best method beforehand costs at most "
+                    f"{max(r['ratio'] for r in rows):.2f} times its time", fontsize=13, fontweight="bold")
+    figure.text(0.5, 0.885, f"{len(rows)} plans; a mark a mesh, hollow where none of the planner's figures is from "
+                "it; below 1: quicker than any single method", ha="center", fontsize=9, color="0.25")
+    save(figure, folder, "planner", rows)
 
 
-def chart_images(rows, folder, context):
-    """Transport, log maps, smoothing, normals and frames: one panel each."""
-    panels = [("transport", "", "angle_mean", "Vector transport, spheres of\n"
-               "2,562, 10,242 and 40,962 vertices", "mean angle off, degrees"),
-              ("log_map", "", "angle_mean", "Log map, the same spheres\n(exact: the first two)",
-               "mean angle off, degrees"),
-              ("frame", "", "levels_mean", "Whole tactile frame, 640 x 480:\n"
-               "Gaussian cut off at 1, 2, 3, 4 sigma", "mean grey levels off"),
-              ("smoothing", "sigma 5", "depth_max", "Depth smoothing, sigma 5",
-               "largest error / depth range"),
-              ("smoothing", "sigma 20", "depth_max", "Depth smoothing, sigma 20",
-               "largest error / depth range"),
-              ("normals", "", "angle_mean", "Normals of a noisy depth map\n"
-               "(plane fit: 3, 5, 9, 17 pixels wide)", "mean angle off, degrees")]
-    rows = [r for r in rows if r["path"][0] in [p[0] for p in panels]]
+def words_planner(rows, folder):
+    """How far the planner's time is from the best in hindsight, and where it is farthest."""
+    rows = [r for r in rows if r["path"][0] == "plan"]
     if not rows:
         return
-    figure, axes = plt.subplots(2, 3, figsize=(11.5, 7.6))
-    shapes = "osD^vXp"
-    colours = ["#000000", "#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#D55E00"]
-    for place, (topic, setting, error, title, label) in zip(axes.flat, panels):
+    ratios = [r["ratio"] for r in rows]
+    lines = [f"Of {len(rows)} plans {sum(x <= 1.5 for x in ratios)} take at most 1.5 times the time of the best method "
+             f"in hindsight, {sum(x <= 1.1 for x in ratios)} at most 1.1 times; the median is {median(ratios):.2f}. "
+             "Dearest, with the error of what was best:", ""]
+    for row in sorted(rows, key=lambda r: -r["ratio"])[:4]:
+        promise = PROMISES[row["path"][2]].split(",")[0]
+        lines.append(f"- {MESHES.get(row['path'][1], row['path'][1])} at {100 * row['tolerance']:g} %, {promise}: "
+                     f"{row['ratio']:.2f} times" + (f" ({percent(row['best_error'])})" if "best_error" in row else ""))
+    write_between(os.path.join(folder, "README.md"), "planner", lines)
+
+
+def median(values):
+    values = sorted(values)
+    return (values[(len(values) - 1) // 2] + values[len(values) // 2]) / 2
+
+
+# Of each panel: its rows, the error, its name and what that is called.
+IMAGES = [("transport", "", "angle_mean", "Vector transport on spheres", "mean angle off, degrees"),
+          ("log_map", "", "angle_mean", "Log map on the same spheres", "mean angle off, degrees"),
+          ("normals", "", "angle_mean", "Normals of a noisy depth map", "mean angle off, degrees"),
+          ("smoothing", "sigma 5", "depth_max", "Depth smoothing, sigma 5", "largest error / depth range"),
+          ("smoothing", "sigma 20", "depth_max", "Depth smoothing, sigma 20", "largest error / depth range"),
+          ("frame", "", "levels_mean", "Whole frames, 640 x 480", "mean grey levels off")]
+
+
+def dial(row):
+    """A row of an image benchmark: the method whose dial it is, and its setting, in few words."""
+    method, setting = row["path"][1], row["path"][2]
+    for pattern, name, unit in (("cut off at (.*) sigma", "Gaussian, cut off", " sigma"), ("(.*) boxes", "boxes", "")):
+        if found := re.fullmatch(pattern, method):
+            return name, found[1] + unit
+    if row["path"][0] == "smoothing":
+        return method, ""
+    setting = setting.replace("cut off at ", "").replace(" vertices", "")
+    return method, f"{int(setting):,}" if setting.isdigit() else setting
+
+
+def claim_of_images(topic, setting, rows):
+    """What a panel says, from its rows: how much faster, how much nearer; none where rows lack."""
+    def of(method, ending=""):
+        return next(r for r in rows if r["path"][:2] == [topic, method] and setting in r["name"]
+                    and r["name"].endswith(ending))
+
+    try:
+        if topic == "transport":
+            heat, paths = of("vector heat", "/10242 vertices"), of("exact paths", "/10242 vertices")
+            return (f"{times(paths['median_s'] / heat['median_s'])} times as fast by heat as along exact paths,\n"
+                    f"{heat['angle_mean']:.2f} degrees off beside {paths['angle_mean']:.2f}")
+        if topic == "log_map":
+            heat, exact = of("vector heat", "/10242 vertices"), of("exact", "/10242 vertices")
+            return (f"exact paths are {times(heat['angle_mean'] / exact['angle_mean'])} times as near,\n"
+                    f"in {times(exact['median_s'] / heat['median_s'])} times the time")
+        if topic == "normals":
+            fit, sobel = of("plane fit", "/9 x 9"), of("Sobel")
+            return (f"a plane fitted to 9 x 9 pixels is {times(sobel['angle_mean'] / fit['angle_mean'])} times\n"
+                    f"as near as Sobel, in {times(fit['median_s'] / sobel['median_s'])} times the time")
+        if topic == "smoothing":
+            gaussian, recursive = of("cut off at 3 sigma"), of("recursive")
+            return (f"recursive is {times(gaussian['depth_max'] / recursive['depth_max'])} times as near as a cut at "
+                    f"3 sigma,\nin {times(recursive['median_s'] / gaussian['median_s'])} times its time")
+        single, double = of("float", "3 sigma"), of("double", "3 sigma")
+        return (f"float takes {percent(single['median_s'] / double['median_s'])} of double's time,\n"
+                f"at {single['levels_mean'] / double['levels_mean']:.2f} times its error")
+    except StopIteration:
+        return None
+
+
+def chart_images(rows, folder):
+    """Transport, log maps, normals, smoothing and frames: one panel each, and what it says."""
+    rows = [r for r in rows if r["path"][0] in [p[0] for p in IMAGES] and len(r["path"]) > 2]
+    if not rows:
+        return
+    figure, axes = plt.subplots(2, 3, figsize=(12, 8))
+    colours = ["#000000", "#0072B2", "#009E73", "#D55E00", "#A0527F"]
+    for place, (topic, setting, error, title, label) in zip(axes.flat, IMAGES):
         here = [r for r in rows if r["path"][0] == topic and setting in r["name"] and error in r]
         if not here:
             place.axis("off")
             continue
-        methods = list(dict.fromkeys(r["path"][1] for r in here))
-        values = [r[error] for r in here if r[error] > 0]
-        least = min(values) / 5 if values else 1e-3
-        for i, method in enumerate(methods):
-            points = [(1e3 * r["median_s"], max(r[error], least)) for r in here
-                      if r["path"][1] == method]  # in the order of the dial
-            place.plot(*zip(*points), marker=shapes[i % len(shapes)], linewidth=0.8,
-                       color=colours[i % len(colours)], markersize=8, markeredgecolor="white",
-                       label=method)
-        place.set_xscale("log")
-        place.set_yscale("log")
-        place.margins(0.15)
-        narrow = [max(v) < 30 * min(v) for v in ([r["median_s"] for r in here], values)]
-        for axis, is_narrow in zip((place.xaxis, place.yaxis), narrow):
-            plain_ticks(axis, steps=(1, 2, 5) if is_narrow else (1,))
-        place.set_title(title, fontsize=10)
-        place.set_xlabel("milliseconds")
-        place.set_ylabel(label)
-        place.grid(True, color="0.88", linewidth=0.6)
-        if topic == "smoothing":
-            place.set_ylim(top=30 * max(values))
-        if setting != "sigma 20":  # the colours of the panel beside it
-            place.legend(fontsize=7, frameon=True, framealpha=0.6, edgecolor="none",
-                         loc="lower left" if topic in ("log_map", "frame") else "upper right",
-                         ncol=2 if topic == "smoothing" else 1)
+        least = min([r[error] for r in here if r[error] > 0], default=1e-3) / 5
+        place.set(xscale="log", yscale="log", xlabel="milliseconds", ylabel=label)
+        for i, method in enumerate(dict.fromkeys(dial(r)[0] for r in here)):
+            colour = colours[i % len(colours)]
+            points = [(1e3 * r["median_s"], max(r[error], least), dial(r)[1]) for r in here
+                      if dial(r)[0] == method]  # in the order of the dial
+            place.plot(*zip(*[p[:2] for p in points]), marker="osD^v"[i % 5], linewidth=1, color=colour,
+                       markersize=7, markeredgecolor="white")
+            before = None
+            for x, y, words in points:
+                is_near = before and max(abs(math.log(x / before[0])), abs(math.log(y / before[1]))) < 0.15
+                place.annotate(words, (x, y), textcoords="offset points", xytext=(7, -17 if is_near else -8),
+                               fontsize=7.5, color="0.3")
+                before = x, y
+            highest = max(points, key=lambda p: p[1])[:2]
+            place.annotate(method, highest, textcoords="offset points", fontsize=9, color=ink(colour),
+                           xytext=(-6, 8) if len(points) > 1 else (7, 4))
+        place.margins(0.2)
+        low, high = place.get_xlim()
+        place.set_xlim(low, high * (high / low) ** 0.3)  # for the words
+        for axis, values in ((place.xaxis, [r["median_s"] for r in here]), (place.yaxis, [r[error] for r in here])):
+            plain_ticks(axis, steps=(1, 2, 5) if max(values) < 30 * max(min(values), 1e-30) else (1,))
+        said = claim_of_images(topic, setting, rows)
+        place.set_title(title + (":\n" + said if said else ""), fontsize=9.5)
+        place.grid(True, color="0.9", linewidth=0.6)
     figure.suptitle("Vectors and images: left is faster, down is more accurate", fontsize=13,
                     fontweight="bold")
-    figure.tight_layout(rect=(0, 0.015, 1, 0.99))
-    save(figure, folder, "images", context)
+    figure.tight_layout(rect=(0, 0.015, 1, 0.985))
+    save(figure, folder, "images", rows)
 
 
-def chart_scene(rows, folder, context):
+def words_images(rows, folder):
+    """What the panels of that chart say."""
+    lines = []
+    for topic, setting, _, title, _ in IMAGES:
+        if said := claim_of_images(topic, setting, rows):
+            lines.append(f"- {title}: {' '.join(said.split())}.")
+    write_between(os.path.join(folder, "README.md"), "images", lines)
+
+
+def chart_scene(rows, folder):
     """What each choice of a simulator's author changes in the image he gets."""
     rows = [r for r in rows if r["path"][0] == "scene"]
     if not rows:
@@ -467,59 +639,94 @@ def chart_scene(rows, folder, context):
     axes.set_title("Where precision shows in a GelTip's image, and where it is wasted",
                    fontsize=11, fontweight="bold")
     figure.tight_layout(rect=(0, 0.015, 1, 1))
-    save(figure, folder, "scene", context)
+    save(figure, folder, "scene", rows)
 
 
-def chart_stability(rows, folder, context):
-    """Error against how bad the triangles are, for every method: where each breaks."""
-    rows = [r for r in rows if r["path"][0] == "stability"]
+def words_scene(rows, folder):
+    """Each choice's change on 99 % of the pixels; bold: the quickest that keeps to one grey level."""
+    rows = [r for r in rows if r["path"][0] == "scene"]
     if not rows:
         return
-    panels = [("aspect", "Stretched: needles", "stretched by"),
-              ("obtuse", "Sheared: angles near 180 degrees", "shear"),
-              ("graded", "Graded: small cells beside large", "largest width / smallest"),
-              ("rough", "Rough: random heights (against exact)", "height, in cells")]
-    figure, axes = plt.subplots(2, 2, figsize=(11, 8), sharey=True)
-    hide_much = ("fast marching", "virtual source", "exact", "CGAL exact")
-    for place, (kind, title, label) in zip(axes.flat, panels):
-        here = [r for r in rows if r["path"][1] == kind]
+    lines = ["| grey levels, 99 % of those pixels within | |", "|---|---|"]
+    for topic in dict.fromkeys(r["path"][1] for r in rows):
+        here = [r for r in rows if r["path"][1] == topic]
+        kept = [r for r in here if r["levels_p99"] <= 1]
+        enough = min(kept, key=lambda r: r["median_s"]) if kept else None
+        cells = [f"**{r['path'][2]}: {r['levels_p99']:.0f}**" if r is enough else
+                 f"{r['path'][2]}: {r['levels_p99']:.0f}" for r in here]
+        lines.append(f"| {topic} | {', '.join(cells)} |")
+    write_between(os.path.join(folder, "README.md"), "scene", lines)
+
+
+STABILITY = {"aspect": ("needles", "stretched by"), "obtuse": ("angles near 180 degrees", "sheared by"),
+             "graded": ("small cells beside large", "largest width / smallest"),
+             "rough": ("random heights", "height, in cells")}
+# Their lines run among the others' or above the chart: they stand in the table of words_stability.
+NOT_IN_STABILITY = ("Dijkstra", "heat", "CGAL heat")
+
+
+def chart_stability(rows, folder):
+    """Largest error against how bad the triangles are: where each method breaks."""
+    rows = [r for r in rows if r["path"][0] == "stability" and "degree" in r and "mean" in r]
+    if not rows:
+        return
+    figure, axes = plt.subplots(2, 2, figsize=(11, 7.6), sharey=True)
+    figure.subplots_adjust(left=0.075, right=0.895, bottom=0.085, top=0.9, wspace=0.32, hspace=0.34)
+    for place, (kind, (title, label)) in zip(axes.flat, STABILITY.items()):
+        here = [r for r in rows if r["path"][1] == kind and r["path"][2] not in NOT_IN_STABILITY]
+        place.set(xscale="log", yscale="log", ylim=(1e-16, 1e2), xlabel=label)
+        ends = []
         for method in dict.fromkeys(r["path"][2] for r in here):
             colour, shape = style(method)
             hollow = method.startswith("CGAL")
-            points = sorted((r["degree"], r["mean"], r.get("most", r["mean"])) for r in here
-                            if r["path"][2] == method and "mean" in r and "degree" in r)
-            if not points:
-                continue
-            x, mean, most = ([max(v, 1e-16) for v in column] for column in zip(*points))
-            x = [v if v > 1e-16 else 0.3 for v in x]  # no shear, on a logarithmic axis
-            place.plot(x, mean, marker=shape, color=colour, markersize=8 if hollow else 7,
-                       linewidth=0.7 if hollow else 1.3, label=method, zorder=4 if hollow else 3,
+            points = sorted((r["degree"] or 0.3, max(r.get("most", r["mean"]), 1e-16)) for r in here
+                            if r["path"][2] == method)  # no shear: 0.3, on a logarithmic axis
+            place.plot(*zip(*points), marker=shape, color=colour, markersize=7 if hollow else 6,
+                       linewidth=0.8 if hollow else 1.5, zorder=4 if hollow else 3,
                        markerfacecolor="none" if hollow else colour,
                        markeredgecolor=colour if hollow else "white")
-            if method in hide_much:
-                place.plot(x, most, color=colour, linewidth=0.8, zorder=2,
-                           linestyle=(0, (1, 3)) if hollow else (0, (3, 2)))
-        place.set_xscale("log")
-        place.set_yscale("log")
+            ends.append((method.replace(", intrinsic Delaunay", "*"), colour, *points[-1]))
         plain_ticks(place.xaxis)
-        place.set_ylim(1e-16, 1e3)
         place.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 1])
         place.set_yticklabels(["1e-15", "1e-12", "1e-9", "1e-6", "0.01 %", "1 %", "100 %"])
-        place.grid(True, which="major", color="0.88", linewidth=0.6)
-        place.set_title(title, fontsize=10)
-        place.set_xlabel(label)
+        place.axhspan(1e-16, 1e-11, color="0.94", zorder=0)
+        place.grid(True, which="major", color="0.9", linewidth=0.6)
+        place.set_title(title.capitalize() + (" (the truth is the exact solver's)" if kind == "rough" else ""),
+                        fontsize=10)
+        if ends:
+            label_ends(place, ends)
+    figure.text(0.075, 0.006, "* on intrinsic Delaunay triangles", fontsize=8, color="0.3")
+    axes[0, 0].text(0.03, 2e-12, "grey: rounding", fontsize=8, color="0.3",
+                    transform=axes[0, 0].get_yaxis_transform())
     for place in axes[:, 0]:
-        place.set_ylabel("relative error (marks: mean; broken: largest)")
-    figure.suptitle("Bad triangles: where each method breaks, on a sheet of 40 x 40 cells",
-                    fontsize=13, fontweight="bold")
-    figure.tight_layout(rect=(0, 0.05, 1, 0.99))
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncol=len(labels), frameon=False, fontsize=8.5,
-                  bbox_to_anchor=(0.5, 0.015))
-    save(figure, folder, "stability", context)
+        place.set_ylabel("largest relative error")
+    exact = [r["most"] for r in rows if r["path"][2] == "exact"]
+    figure.suptitle("However bad the triangles, exact distances stay at rounding: "
+                    f"off by {max(exact):.0e} at most".replace("e-", "e\u2212") if exact else
+                    "Where each method breaks", fontsize=13, fontweight="bold")
+    save(figure, folder, "stability", rows)
 
 
-def chart_traced(rows, folder, context):
+def words_stability(rows, folder):
+    """A table of every method's mean and largest error, at the worst of each kind of triangles."""
+    rows = [r for r in rows if r["path"][0] == "stability" and "mean" in r]
+    if not rows:
+        return
+    kinds = [k for k in STABILITY if any(r["path"][1] == k for r in rows)]
+    lines = ["| mean, largest error at the worst | " + " | ".join(STABILITY[k][0] for k in kinds) + " |",
+             "|---" * (1 + len(kinds)) + "|"]
+    for method in [m for m in STYLE if any(r["path"][2] == m for r in rows)]:
+        cells = []
+        for kind in kinds:
+            here = [r for r in rows if r["path"][1:3] == [kind, method]]
+            worst = [max(r.get(key, r["mean"]) for r in here) for key in ("mean", "most") if here]
+            cells.append(", ".join(f"{x:.0e}" if x < 1e-6 else percent(x) for x in worst) or
+                         ("the truth" if method == "exact" else ""))
+        lines.append(f"| {method} | " + " | ".join(cells) + " |")
+    write_between(os.path.join(folder, "README.md"), "stability", lines)
+
+
+def chart_traced(rows, folder):
     """Light fields beside traced light: angle, and grey levels as a share of those without light."""
     rows = [r for r in rows if r["path"][0] == "traced"]
     if not rows:
@@ -580,10 +787,75 @@ def chart_traced(rows, folder, context):
     handles, labels = axes[2, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncol=len(labels), frameon=False, fontsize=8,
                   bbox_to_anchor=(0.5, 0.01))
-    save(figure, folder, "traced", context)
+    save(figure, folder, "traced", rows)
 
 
-def words_traced(rows, folder, context):
+LIGHT_FIELDS = {"linear": "#0072B2", "plane": "#B07800", "geodesic": "#000000", "transport": "#A0527F",
+                "near": "#009E73", "mirrored": "#7A4FBF", "gel": "#D55E00"}
+TRACED_BESIDES = ("linear_dimmed", "geodesic_dimmed", "rectified", "radial")
+
+
+def light_fields_of(rows):
+    """By field: angle and grey levels beside traced light, of every case."""
+    rows = [r for r in rows if r["path"][0] == "traced"]
+    names = dict.fromkeys(list(LIGHT_FIELDS) + [k[6:] for r in rows for k in r if k.startswith("angle_")])
+    fields = {}
+    for name in names:
+        here = [(r["angle_" + name], r["levels_" + name]) for r in rows
+                if "angle_" + name in r and "levels_" + name in r]
+        if here and name not in TRACED_BESIDES:
+            fields[name] = here
+    return fields, [r["levels_none"] for r in rows if "levels_none" in r]
+
+
+def chart_light_fields(rows, folder):
+    """Light fields by angle and by grey levels: a mark a field, bars where half of the cases lie."""
+    fields, none = light_fields_of(rows)
+    if not fields or not none:
+        return
+    figure, axes = plt.subplots(figsize=(8.2, 5.4))
+    for i, (name, cases) in enumerate(fields.items()):
+        colour = LIGHT_FIELDS.get(name, SPARE[i % len(SPARE)][0])
+        angles, levels = (sorted(c) for c in zip(*cases))
+        x, y = mean(angles), mean(levels)
+        quarter = len(cases) // 4
+        axes.plot([angles[quarter], angles[-1 - quarter]], [y, y], color=colour, linewidth=1.6, alpha=0.45)
+        axes.plot([x, x], [levels[quarter], levels[-1 - quarter]], color=colour, linewidth=1.6, alpha=0.45)
+        axes.plot(x, y, "o", color=colour, markersize=9, markeredgecolor="white", zorder=4)
+        to_left = name not in ("plane", "near")  # where no other's bars are
+        axes.annotate(name, (x, y), textcoords="offset points", xytext=(-8 if to_left else 8, 7), fontsize=11,
+                      color=ink(colour), zorder=5, ha="right" if to_left else "left")
+    axes.axhline(mean(none), color="0.35", linestyle=(0, (4, 2)), linewidth=1)
+    axes.text(0.99, mean(none) * 1.012, "no light at all", ha="right", va="bottom", fontsize=9, color="0.25",
+              transform=axes.get_yaxis_transform())
+    axes.set_xlim(left=0)
+    axes.set_ylim(0, 1.12 * max(mean(none), max(mean(c[1] for c in cases) for cases in fields.values())))
+    axes.set_xlabel("degrees between the field and traced light (weighted by irradiance)")
+    axes.set_ylabel("grey levels off where the membrane tilts by 20 degrees")
+    axes.grid(True, color="0.9", linewidth=0.6)
+    nearest = min(fields, key=lambda name: mean(c[1] for c in fields[name]))
+    angle, levels = (mean(c[k] for c in fields[nearest]) for k in (0, 1))
+    axes.set_title(f"Nearest to traced light comes \u201c{nearest}\u201d: {angle:.0f} degrees and "
+                   f"{levels:.1f} grey levels off\n(no light at all: {mean(none):.1f})", fontsize=12, fontweight="bold")
+    axes.text(0.985, 0.03, f"marks: mean of {len(none)} cases of\nsensor, gel and coating\n"
+              "bars: the middle half of them", fontsize=8.5, color="0.3", ha="right", transform=axes.transAxes)
+    figure.tight_layout(rect=(0, 0.02, 1, 1))
+    save(figure, folder, "field_errors", [r for r in rows if r["path"][0] == "traced"])
+
+
+def words_light_fields(rows, folder):
+    """A table of that chart."""
+    fields, none = light_fields_of(rows)
+    if not fields or not none:
+        return
+    lines = ["| mean of {} cases | {} |".format(len(none), " | ".join(fields)), "|---" * (1 + len(fields)) + "|",
+             "| degrees off | " + " | ".join(f"{mean(c[0] for c in x):.0f}" for x in fields.values()) + " |",
+             "| grey levels off (no light at all: {:.1f}) | ".format(mean(none)) +
+             " | ".join(f"{mean(c[1] for c in x):.1f}" for x in fields.values()) + " |"]
+    write_between(os.path.join(folder, "README.md"), "light fields", lines)
+
+
+def words_traced(rows, folder):
     """What the chart of traced light says, into README.md between its marks."""
     rows = [r for r in rows if r["path"][0] == "traced"]
     if not rows or not os.path.exists(os.path.join(folder, "README.md")):
@@ -644,16 +916,24 @@ def words_traced(rows, folder, context):
     write_between(os.path.join(folder, "README.md"), "traced", lines)
 
 
-def chart_calibration(_, folder, __):
-    """Error on photographs that were not fitted, by the number of presses and by time; its words."""
+def calibrations(folder):
+    """Of calibration.json: its rows by sensor, model and presses, sensors, models, and how it came about."""
     path = os.path.join(folder, "calibration.json")
     if not os.path.exists(path):
-        return
+        return {}, [], [], {}
     with open(path) as file:
         data = json.load(file)
     rows = {tuple(row["name"].split("/")[1:]): row for row in data["benchmarks"]}
     sensors = list(dict.fromkeys(name[0] for name in rows))
     models = [name[1] for name in rows if name[0] == sensors[0] and "frame_ms" in rows[name]]
+    return rows, sensors, models, data["context"]
+
+
+def chart_calibration(_, folder):
+    """Error on photographs that were not fitted, by the number of presses and by time."""
+    rows, sensors, models, context = calibrations(folder)
+    if not rows:
+        return
     colours = dict(zip(sensors, ("#0072B2", "#D55E00")))
     shapes = {"table": "o", "polynomial": "s", "lights": "^"}
     figure, (by_count, by_time) = plt.subplots(1, 2, figsize=(9.6, 4.2), sharey=True)
@@ -690,13 +970,14 @@ def chart_calibration(_, folder, __):
     figure.tight_layout(rect=(0, 0.1, 1, 0.99))
     figure.legend(handles=handles, loc="lower center", ncol=len(handles), frameon=False, fontsize=8,
                   bbox_to_anchor=(0.5, 0.03))
-    save(figure, folder, "calibration", data["context"])
-    write_between(os.path.join(folder, "README.md"), "calibration",
-                  words_calibration(rows, sensors, models))
+    save(figure, folder, "calibration", [{"context": context}])
 
 
-def words_calibration(rows, sensors, models):
+def words_calibration(_, folder):
     """What that chart says: how many presses are enough, which model, where the floor is."""
+    rows, sensors, models, _ = calibrations(folder)
+    if not rows:
+        return
     lines = ["| grey levels off | " + " | ".join(sensors) + " |", "|---" * (1 + len(sensors)) + "|"]
     counts = sorted(int(name[2]) for name in rows if name[:2] == (sensors[0], "table"))
     for model in models:
@@ -723,7 +1004,7 @@ def words_calibration(rows, sensors, models):
             " rendered from a table. Where nothing touches the gel its photographs differ from the"
             f" background by {floor:.1f}, noise and drift that no model knows:"
             f" {100 * floor / best['error']:.0f} % of what is left.")
-    return lines
+    write_between(os.path.join(folder, "README.md"), "calibration", lines)
 
 
 MEMBRANES = {"blur": ("#E69F00", "s", "a blur"), "springs": ("#009E73", "D", "springs"),
@@ -762,7 +1043,7 @@ def bulging_gain(groups):
     return math.exp(nearer / count), math.exp(longer / count)
 
 
-def chart_membranes(rows, folder, context):
+def chart_membranes(rows, folder):
     """Every membrane model beside the converged elastic layer: what it is off, and its time."""
     groups = membranes_of(rows)
     if not groups:
@@ -813,10 +1094,10 @@ def chart_membranes(rows, folder, context):
             labels.append(label)
     figure.legend(handles, labels, loc="lower center", ncol=5, frameon=False, fontsize=8.5,
                   bbox_to_anchor=(0.5, 0.012))
-    save(figure, folder, "membranes", context)
+    save(figure, folder, "membranes", rows)
 
 
-def words_membranes(rows, folder, context):
+def words_membranes(rows, folder):
     """What the chart of membranes says, into README.md between its marks."""
     groups = membranes_of(rows)
     if not groups:
@@ -848,7 +1129,7 @@ def write_between(path, mark, lines):
             file.write(head + begin + "\n".join(lines) + "\n" + end + rest.split(end)[1])
 
 
-def chart_scaling(folder):
+def chart_scaling(_, folder):
     """Samples a second by cores: what one core takes, measured, and what binds many, by a model."""
     path = os.path.join(folder, "scaling.json")
     if not os.path.exists(path):
@@ -879,8 +1160,7 @@ def chart_scaling(folder):
     axes.grid(alpha=0.3)
     axes.legend(loc="upper left", frameon=False)
     figure.tight_layout()
-    figure.savefig(os.path.join(folder, f"scaling.{KIND}"), dpi=110, facecolor="white")
-    plt.close(figure)
+    write_chart(figure, folder, "scaling")
 
 
 def main():
@@ -888,15 +1168,16 @@ def main():
                                                                 "..", "results")
     matplotlib.rcParams.update({"font.size": 9, "axes.spines.top": False,
                                 "axes.spines.right": False})
-    rows, context, failed = load(folder)
-    for chart in (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images,
-                  chart_scene, chart_stability, chart_traced, words_traced, chart_membranes,
-                  words_membranes, chart_calibration):
+    rows, failed = load(folder)
+    charts = (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images, chart_scene,
+              chart_stability, chart_light_fields, chart_traced, chart_membranes, chart_calibration, chart_scaling)
+    words = (words_distances, words_sphere, words_certificate, words_planner, words_images, words_scene,
+             words_stability, words_light_fields, words_traced, words_membranes, words_calibration)
+    for make in words if KIND == "words" else charts + words:
         try:
-            chart(rows, folder, context)
+            make(rows, folder)
         except (KeyError, IndexError, ValueError) as fault:
-            failed.append(f"{chart.__name__} is left out, for a row lacks something: {fault!r}")
-    chart_scaling(folder)
+            failed.append(f"{make.__name__} is left out, for a row lacks something: {fault!r}")
     for line in failed:
         print("not drawn:", line, file=sys.stderr)
     return 1 if failed else 0

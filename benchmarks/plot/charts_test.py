@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""charts.py draws methods and meshes that it does not know, and ends with a word, never a stack trace.
+"""charts.py draws methods and meshes that it does not know, ends with a word, never a stack trace, and the words of
+results/README.md are those that it writes of the results beside it.
 
 Ends with 77 where matplotlib is absent.
 """
 import importlib.util
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -33,10 +35,38 @@ def check(holds, what):
         sys.exit(f"charts_test.py: {what}")
 
 
+def words_of(folder):
+    """A folder's README.md once charts.py has written its words."""
+    done = subprocess.run([sys.executable, CHARTS, folder, "words"], capture_output=True, text=True)
+    check(done.returncode == 0, f"words end with {done.returncode}: {done.stderr}")
+    with open(os.path.join(folder, "README.md")) as file:
+        return file.read()
+
+
+def check_words():
+    """No figure in the words has another source than the results."""
+    results = os.path.join(os.path.dirname(CHARTS), "..", "results")
+    with open(os.path.join(results, "README.md")) as file:
+        words = file.read()
+    with tempfile.TemporaryDirectory() as folder:
+        copied = shutil.copytree(results, os.path.join(folder, "results"), ignore=shutil.ignore_patterns("*.png"))
+        check(words_of(copied) == words, "results/README.md is not what charts.py makes of the results")
+        # Other results, other words: the dearest plan now takes three times as long.
+        path = os.path.join(copied, "pareto.json")
+        with open(path) as file:
+            data = json.load(file)
+        plan = next(row for row in data["benchmarks"] if row["name"].startswith("plan/sphere/expected"))
+        plan["ratio"] = 3.0
+        with open(path, "w") as file:
+            json.dump(data, file)
+        check("3.00 times" in words_of(copied), "the planner's words are not from its results")
+
+
 def main():
     if importlib.util.find_spec("matplotlib") is None:
         print("skipped: no matplotlib")
         sys.exit(77)
+    check_words()
     row = {"real_time": 3.0, "time_unit": "ms", "mean": 0.002}
     rows = [dict(row, name="distance/tiny.obj/toy method/strong"),
             dict(row, name="distance/tiny.obj/foreign library/1.0", mean=0.01),
@@ -51,7 +81,8 @@ def main():
         for name in ("toy method", "foreign library", "tiny.obj"):
             check(name in charts.get(chart, ""), f"{name} is not in {chart}")
     check("toy method" in charts.get("stability", ""), "the toy method is not in stability")
-    check("toy light" in charts.get("traced", ""), "the toy light is not in traced")
+    for chart in ("traced", "field_errors"):
+        check("toy light" in charts.get(chart, ""), f"the toy light is not in {chart}")
     check("tiny.obj" in charts.get("planner", ""), "the mesh is not in planner")
 
     code, words, charts = draw({

@@ -82,7 +82,7 @@ struct Case {
       : name(std::move(case_name)), mesh(std::move(case_mesh)) {
     const Surface<double> surface(mesh);
     for (Index& s : sources) s %= surface.vertex_count();
-    const double turn = detail::MeshStatistics(surface).turn;
+    const double turn = detail::MeshStatistics<double>(surface).turn;
     if (is_smooth) floor = 0.3 * turn * turn;
     const ExactSolver<double> solver(surface);
     for (const Index s : sources) {

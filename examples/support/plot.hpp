@@ -52,7 +52,9 @@ class Plot {
       figure.pen(black, 1);
       figure.text(number(mark), at, bottom + 13, 12);
     }
+    std::size_t longest = 0;
     for (const double mark : y_.marks()) {
+      longest = std::max(longest, number(mark).size());
       const double at = bottom - y_.share(mark) * box.height;
       figure.pen(pale, 1);
       figure.line(box.x, at, box.x + box.width, at);
@@ -63,7 +65,8 @@ class Plot {
     figure.line(box.x, bottom, box.x + box.width, bottom);
     figure.line(box.x, box.y, box.x, bottom);
     figure.text(x_.label, box.x + box.width / 2, bottom + 33, 14);
-    figure.text(y_.label, box.x - 46, box.y + box.height / 2, 14, true);
+    figure.text(y_.label, box.x - std::max(46.0, 20 + 8.0 * static_cast<double>(longest)),
+                box.y + box.height / 2, 14, true);
     figure.text(title, box.x + box.width / 2, box.y - 16, 16);
   }
 

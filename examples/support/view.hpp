@@ -102,6 +102,16 @@ class View {
         figure, [&](const Point& p) { return interpolated(at_vertices, p); }, step, most, least);
   }
 
+  /// A value of the vertices at a point, linear in between.
+  [[nodiscard]] double interpolated(const std::vector<double>& at_vertices, const Point& p) const {
+    const auto corners = surface_.face(p.element[0]);
+    double sum = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      sum += p.weights[k] * at_vertices[static_cast<std::size_t>(corners[k])];
+    }
+    return sum;
+  }
+
   /// The edges of the mesh that can be seen.
   void draw_edges(Figure& figure) const {
     for (Index h = 0; h < surface_.halfedge_count(); ++h) {
@@ -160,15 +170,6 @@ class View {
 
   [[nodiscard]] Point point(Index u, Index v) const {
     return gelight::face_point<double>(raster_.face(u, v), raster_.barycentric(u, v));
-  }
-
-  [[nodiscard]] double interpolated(const std::vector<double>& at_vertices, const Point& p) const {
-    const auto corners = surface_.face(p.element[0]);
-    double sum = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      sum += p.weights[k] * at_vertices[static_cast<std::size_t>(corners[k])];
-    }
-    return sum;
   }
 
   [[nodiscard]] gelight::Rgb8 shaded(const Colour& colour, Index u, Index v) const {

@@ -23,6 +23,7 @@
   how template class detail::DistanceQueries<VirtualSourceSolver<T>, T>;                          \
   how template class detail::DistanceQueries<ExactSolver<T>, T>;                                  \
   how template class detail::DistanceQueries<HeatSolver<T>, T>;                                   \
+  how template class detail::DistanceQueries<DistancePlanner<T>, T>;                              \
   how template class TactileRenderer<T>;                                                          \
   how template SensorPreset<T> geltip<T>(Index, Index, T);                                        \
   how template SensorPreset<T> gelsight_mini<T>(Index, Index, T);                                 \

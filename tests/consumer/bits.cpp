@@ -47,7 +47,7 @@ void solve() {
   distances<T>("fast marching", gelight::FastMarchingSolver(mesh));
   distances<T>("virtual sources", gelight::VirtualSourceSolver(mesh));
   distances<T>("heat", gelight::HeatSolver(mesh));
-  add(gelight::DistancePlanner(mesh).distance(gelight::Index{0}).distances);
+  add(gelight::DistancePlanner(mesh).solve(gelight::Index{0}).distance);
   print("planner");
   const auto field = exact.solve(gelight::Index{0});
   for (gelight::Index v = 1; v < 600; v += 37) {

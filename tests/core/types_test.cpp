@@ -3,7 +3,10 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
+
+#include "gelight/core/bits.hpp"
 
 using namespace gelight;
 
@@ -27,4 +30,16 @@ TEST_CASE_TEMPLATE("lengths of zero and of what is not finite", T, float, double
   CHECK(detail::stable_norm(Vec3<T>(1, -inf, 0)) == inf);
   CHECK(std::isnan(detail::stable_norm(Vec3<T>(0, std::numeric_limits<T>::quiet_NaN(), 0))));
   CHECK(std::isnan(detail::stable_norm(Vec3<T>(inf, 1, std::numeric_limits<T>::quiet_NaN()))));
+}
+
+TEST_CASE("bits of numbers, there and back") {
+  // IEEE 754: sign, exponent plus bias, and what follows the leading one.
+  CHECK(detail::bit_cast<std::uint32_t>(1.0f) == 0x3f800000u);
+  CHECK(detail::bit_cast<std::uint32_t>(-0.0f) == 0x80000000u);
+  CHECK(detail::bit_cast<std::uint64_t>(-2.5) == 0xc004000000000000u);
+  static_assert(detail::bit_cast<double>(std::uint64_t{0x7ff0000000000000u}) ==
+                std::numeric_limits<double>::infinity());
+  for (const float x : {1e-45f, 0.1f, -3e38f}) {
+    CHECK(detail::bit_cast<float>(detail::bit_cast<std::int32_t>(x)) == x);
+  }
 }

@@ -381,7 +381,7 @@ TEST_CASE("faces without area and edges of no length: between straight lines and
     const double rounding = 1e-12 * longest_edge(surface);
     const Point p = point_of_flat_face(surface, random);
     const auto kept = solver.solve(p, {.keep_windows = true}), searched = solver.solve(p);
-    const auto longer = gelight::detail::SteinerGraph(surface, 12).distance({{p, 0}});
+    const auto longer = gelight::detail::SteinerGraph<double>(surface, 12).distance({{p, 0}});
     for (Index v = 0; v < surface.vertex_count(); ++v) {
       const double d = kept.distance(v);
       if (d == longer[v]) continue;
@@ -554,7 +554,7 @@ TEST_CASE("two vertices at one place but for rounding, a face between them: as i
     mesh.faces.push_back({c, a, v});
     CAPTURE(seed);
     const ExactSolver solver(mesh);
-    const gelight::detail::SteinerGraph graph(solver.surface(), 12);
+    const gelight::detail::SteinerGraph<double> graph(solver.surface(), 12);
     for (Index source = 0; source < v; source += 5) {
       const auto d = solver.distance(source);
       const auto longer = graph.distance({{vertex_point<double>(source), 0}});

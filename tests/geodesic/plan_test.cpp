@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "gelight/geodesic/measured_plan_costs.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
 #include "support/hard_meshes.hpp"
@@ -21,6 +22,9 @@
 
 using namespace gelight;
 using test::Random;
+
+static_assert(DistanceSolver<DistancePlanner<float>, float>);
+static_assert(DistanceSolver<DistancePlanner<double>, double>);
 
 namespace {
 
@@ -112,9 +116,9 @@ void check_promise(const Mesh<double>& mesh, Index source, const std::vector<dou
                    const PlanRequest& request) {
   CAPTURE(static_cast<int>(request.norm));
   CAPTURE(static_cast<int>(request.assurance));
-  const auto result = DistancePlanner(mesh, request).distance(source);
+  const auto result = DistancePlanner(mesh, request).solve(source);
   CAPTURE(result.reason);
-  const RelativeError error = error_of(result.distances, exact);
+  const RelativeError error = error_of(result.distance, exact);
   const double in_norm = request.norm == ErrorNorm::mean ? error.mean : error.max;
   CHECK(in_norm <= request.tolerance);
   CHECK(result.satisfies);
@@ -227,10 +231,10 @@ TEST_CASE("the error is that of the numbers that are returned, in their type") {
           const PlanRequest request{.tolerance = tolerance, .assurance = assurance};
           const std::vector<Source<float>> sources{{vertex_point<float>(100), start}};
           const auto answer =
-              DistancePlanner(mesh, request).distance(std::span<const Source<float>>(sources));
+              DistancePlanner(mesh, request).solve(std::span<const Source<float>>(sources));
           CAPTURE(answer.reason);
           const auto ways = ExactSolver(Surface<double>(mesh)).distance(Index{100});
-          const double error = test::true_error(answer.distances, start, ways, request);
+          const double error = test::true_error(answer.distance, start, ways, request);
           if (answer.satisfies) CHECK(error <= tolerance);
           if (answer.achieved == Assurance::certified) CHECK(error <= answer.error);
           if (tolerance < 1e-8) CHECK_FALSE(answer.satisfies);
@@ -252,11 +256,11 @@ TEST_CASE("nothing changes where all start distances grow by the same, of either
       for (const double tolerance : {0.1, 0.01, 1e-4}) {
         const DistancePlanner planner(
             mesh, {.tolerance = tolerance, .norm = norm, .assurance = assurance});
-        const auto answer = planner.distance(std::span<const Source<double>>(sources));
+        const auto answer = planner.solve(std::span<const Source<double>>(sources));
         for (const double start : {-1024.0, -100.0, -0.5, 3.0, 65536.0}) {
           auto later = sources;
           for (auto& source : later) source.distance += start;
-          const auto other = planner.distance(std::span<const Source<double>>(later));
+          const auto other = planner.solve(std::span<const Source<double>>(later));
           CAPTURE(other.reason);
           CHECK(other.method == answer.method);
           CHECK(other.achieved == answer.achieved);
@@ -277,7 +281,7 @@ TEST_CASE("samples that happen to be right satisfy nobody where more is expected
                                                  .assurance = Assurance::sampled,
                                                  .samples = samples,
                                                  .time_limit = 1e-7});
-    for (Index source = 0; source < 81; ++source) CHECK_FALSE(planner.distance(source).satisfies);
+    for (Index source = 0; source < 81; ++source) CHECK_FALSE(planner.solve(source).satisfies);
   }
 }
 
@@ -291,7 +295,7 @@ TEST_CASE("targets that cannot be checked are not said to be") {
                                          .samples = 3,
                                          .targets = std::move(targets)});
     const std::vector<Source<double>> sources{{vertex_point<double>(5), start}};
-    const auto answer = planner.distance(std::span<const Source<double>>(sources));
+    const auto answer = planner.solve(std::span<const Source<double>>(sources));
     CAPTURE(answer.reason);
     CHECK(answer.satisfies);
     CHECK((answer.achieved == Assurance::sampled) == (answer.checked > 0));
@@ -329,12 +333,12 @@ TEST_CASE("a mesh beyond experience is said to be, and no method is trusted unch
             .tolerance = tolerance, .norm = norm, .assurance = Assurance::expected};
         const DistancePlanner planner(mesh, request);
         CHECK_FALSE(planner.plan().unfamiliar.empty());
-        const auto answer = planner.distance(11);
+        const auto answer = planner.solve(11);
         CAPTURE(answer.reason);
         const bool is_trusted = answer.reason.find("not checked") != std::string::npos;
         CHECK((answer.method == "exact" || !is_trusted));
         CHECK(answer.satisfies);
-        CHECK(test::true_error(answer.distances, 0, exact, request) <= tolerance);
+        CHECK(test::true_error(answer.distance, 0, exact, request) <= tolerance);
       }
     }
   }
@@ -348,7 +352,7 @@ TEST_CASE("a largest error is never told from a few samples") {
       const auto answer = DistancePlanner(mesh, {.tolerance = tolerance,
                                                  .norm = ErrorNorm::max,
                                                  .assurance = Assurance::sampled})
-                              .distance(20);
+                              .solve(20);
       CAPTURE(answer.reason);
       CHECK(answer.satisfies);
       CHECK((answer.achieved == Assurance::certified || answer.method == "exact"));
@@ -370,20 +374,20 @@ TEST_CASE("a query can be cancelled wherever it asks, tells how far it is, and c
       };
       const DistancePlanner planner(
           mesh, {.tolerance = tolerance, .assurance = assurance, .cancelled = hook});
-      const auto answer = planner.distance(130);
+      const auto answer = planner.solve(130);
       const DistancePlanner other(mesh, {.tolerance = tolerance, .assurance = assurance});
-      CHECK(answer.distances == other.distance(130).distances);
+      CHECK(answer.distance == other.solve(130).distance);
       CHECK(told <= 1);
       const int all = asked;
       CHECK(all >= 2);
       for (last = 1; last <= all; last = last * 2 + 1) {
         asked = 0;
         told = 0;
-        CHECK_THROWS_AS((void)planner.distance(130), Cancelled);
+        CHECK_THROWS_AS((void)planner.solve(130), Cancelled);
         CHECK(asked == last);
         asked = std::numeric_limits<int>::min();
         told = 0;
-        CHECK(planner.distance(130).distances == answer.distances);
+        CHECK(planner.solve(130).distance == answer.distance);
       }
     }
   }
@@ -400,7 +404,7 @@ TEST_CASE("samples are exact distances, from vertices and from other points") {
                                          .norm = ErrorNorm::max,
                                          .assurance = Assurance::sampled,
                                          .targets = targets});
-    const auto result = planner.distance(std::span<const Source<double>>(sources));
+    const auto result = planner.solve(std::span<const Source<double>>(sources));
     CHECK(result.method == "exact");
     CHECK(result.achieved == Assurance::sampled);
     CHECK(result.checked == 3);
@@ -433,7 +437,7 @@ TEST_CASE("paths tell how far fast marching is off") {
       }
       const double error = sum / static_cast<double>(targets.size());
       CAPTURE(error);
-      detail::PathErrorOf<double> traced(surface, sources, given, targets);
+      detail::PathError<double> traced(surface, sources, given, targets);
       traced.trace(256);
       CHECK(traced.at_most(0) < 2 * error + 1e-12);
       CHECK(traced.at_most(2.5) > 0.95 * error - 1e-12);
@@ -458,7 +462,7 @@ TEST_CASE("a path back is as long as a straight line where the mesh is flat") {
         const Vec3<double> p = at(vertex_point<double>(v));
         distances.push_back((p - at(source)).norm() * (1 + distortion * std::sin(p.x() / 5)));
       }
-      detail::BacktraceOf<double> way(surface, {{source, 0}}, distances);
+      detail::Backtrace<double> way(surface, {{source, 0}}, distances);
       for (Index v = 0; v < surface.vertex_count(); v += 7) {
         const double d = (at(vertex_point<double>(v)) - at(source)).norm();
         if (d < 3) continue;
@@ -483,7 +487,7 @@ TEST_CASE("cheap for a loose tolerance, exact for a tight one; a certificate whe
   CHECK(plan(1e-6, Assurance::expected, 100).method == "exact");
   CHECK(plan(0.2, Assurance::expected, 100).seconds < plan(1e-6, Assurance::expected, 100).seconds);
   const auto result =
-      DistancePlanner(mesh, {.tolerance = 0.05, .assurance = Assurance::certified}).distance(7);
+      DistancePlanner(mesh, {.tolerance = 0.05, .assurance = Assurance::certified}).solve(7);
   CHECK(result.achieved == Assurance::certified);
   CHECK(result.error <= 0.05);
 }
@@ -497,10 +501,10 @@ TEST_CASE("where experience says too little, fast marching is tried, and kept wh
     const DistancePlanner planner(mesh, {.tolerance = tolerance, .assurance = Assurance::expected});
     CHECK(planner.plan().method == "fast_marching");
     CHECK(planner.plan().expected_error > tolerance);
-    const auto result = planner.distance(130);
+    const auto result = planner.solve(130);
     CAPTURE(result.reason);
     CHECK(result.satisfies);
-    CHECK(error_of(result.distances, exact).mean <= tolerance);
+    CHECK(error_of(result.distance, exact).mean <= tolerance);
     kept += result.method == "fast_marching";
     given_up += result.reason.find("escalated") != std::string::npos;
   }
@@ -513,16 +517,17 @@ TEST_CASE("a certificate that fails is given up, and exact distances are returne
   const auto exact = ExactSolver(mesh).distance(130);
   int given_up = 0, certified = 0;
   for (double tolerance = 0.1; tolerance > 0.01; tolerance *= 0.8) {
-    const auto result = DistancePlanner(mesh, {.tolerance = tolerance}).distance(130);
+    const auto result = DistancePlanner(mesh, {.tolerance = tolerance}).solve(130);
     CAPTURE(result.reason);
     CHECK(result.satisfies);
-    CHECK(error_of(result.distances, exact).mean <= tolerance);
+    CHECK(error_of(result.distance, exact).mean <= tolerance);
     certified += result.achieved == Assurance::certified;
     if (result.reason.find("escalated") == std::string::npos) continue;
     ++given_up;
     CHECK(result.method == "exact");
     CHECK(result.achieved == Assurance::sampled);
-    CHECK(result.distances == exact);
+    CHECK(result.distance == exact);
+    CHECK(DistancePlanner(mesh, {.tolerance = tolerance}).distance(130) == result.distance);
   }
   CHECK(given_up > 0);
   CHECK(certified > 0);
@@ -549,11 +554,11 @@ TEST_CASE("a mesh too coarse for the smooth surface: solve on that, or refine, a
     CAPTURE(planner.plan().reason);
     CHECK(planner.plan().method == "smooth");
     CHECK(planner.plan().refine_to == 0);
-    const auto result = planner.distance(0);
+    const auto result = planner.solve(0);
     CHECK(result.satisfies);
     CHECK(result.method == "smooth");
     CHECK(result.achieved == Assurance::expected);
-    CHECK(error_of(result.distances, great_circles(coarse)).mean <= tolerance);
+    CHECK(error_of(result.distance, great_circles(coarse)).mean <= tolerance);
   }
   for (const double tolerance : {4e-5, 2e-5}) {
     const DistancePlanner planner(coarse, smooth(tolerance));
@@ -562,15 +567,15 @@ TEST_CASE("a mesh too coarse for the smooth surface: solve on that, or refine, a
     REQUIRE(plan.refine_to > 0);
     CHECK_FALSE(plan.expected_to_satisfy);
     CHECK(plan.reason.find("refine to edges of") == 0);
-    CHECK_FALSE(planner.distance(0).satisfies);
+    CHECK_FALSE(planner.solve(0).satisfies);
     // Refined as told, it satisfies, and it does against great circles.
     int level = 3;
     for (double h = 0.15; h > plan.refine_to; h /= 2) ++level;
     REQUIRE(level < 6);
     const auto fine = icosphere<double>(level);
-    const auto result = DistancePlanner(fine, smooth(tolerance)).distance(0);
+    const auto result = DistancePlanner(fine, smooth(tolerance)).solve(0);
     CHECK(result.satisfies);
-    CHECK(error_of(result.distances, great_circles(fine)).mean <= tolerance);
+    CHECK(error_of(result.distance, great_circles(fine)).mean <= tolerance);
   }
 }
 
@@ -581,7 +586,7 @@ TEST_CASE("limits of time and memory are kept, and said to be in the way") {
   CHECK(hurried.plan().method != "exact");
   CHECK(hurried.plan().seconds <= 1e-3);
   CHECK_FALSE(hurried.plan().expected_to_satisfy);
-  CHECK_FALSE(hurried.distance(3).satisfies);
+  CHECK_FALSE(hurried.solve(3).satisfies);
   const DistancePlanner cramped(mesh, {.tolerance = 1e-6, .memory_limit = 1000});
   CHECK(cramped.plan().reason.find("no method keeps the limits") != std::string::npos);
 }
@@ -590,21 +595,21 @@ TEST_CASE("only the targets matter") {
   const auto mesh = icosphere<double>(4);
   const DistancePlanner planner(mesh,
                                 {.tolerance = 0.05, .norm = ErrorNorm::max, .targets = {12, 30}});
-  const auto result = planner.distance(3);
+  const auto result = planner.solve(3);
   const auto exact = ExactSolver(mesh).distance(3);
   CHECK(result.satisfies);
   for (const std::size_t v : {12u, 30u}) {
-    CHECK(std::abs(result.distances[v] / exact[v] - 1) <= result.error);
+    CHECK(std::abs(result.distance[v] / exact[v] - 1) <= result.error);
   }
 }
 
 TEST_CASE("in single precision, with parts out of reach") {
   const std::vector<Mesh<float>> parts{icosphere<float>(2), grid<float>(4, 4)};
   const auto mesh = joined<float>(parts);
-  const auto result = DistancePlanner(mesh, {.tolerance = 0.1}).distance(7);
+  const auto result = DistancePlanner(mesh, {.tolerance = 0.1}).solve(7);
   CHECK(result.satisfies);
-  for (std::size_t v = 0; v < result.distances.size(); ++v) {
-    CHECK(std::isfinite(result.distances[v]) == (v < 162));
+  for (std::size_t v = 0; v < result.distance.size(); ++v) {
+    CHECK(std::isfinite(result.distance[v]) == (v < 162));
   }
 }
 
@@ -615,7 +620,7 @@ TEST_CASE("what cannot be used is refused") {
   CHECK_THROWS_AS(DistancePlanner(mesh, {.samples = 0}), InvalidInput);
   CHECK_THROWS_AS(DistancePlanner(mesh, {.targets = {9}}), InvalidInput);
   CHECK_THROWS_AS(DistancePlanner(mesh, {.time_limit = -1}), InvalidInput);
-  CHECK_THROWS_AS((void)DistancePlanner(mesh).distance(Index{9}), InvalidInput);
+  CHECK_THROWS_AS((void)DistancePlanner(mesh).solve(Index{9}), InvalidInput);
 }
 
 TEST_CASE("sources of parts that do not touch are on their own, however far apart they start") {
@@ -629,14 +634,115 @@ TEST_CASE("sources of parts that do not touch are on their own, however far apar
       CAPTURE(start);
       const std::vector<Source<double>> sources{{vertex_point<double>(5), 0},
                                                 {vertex_point<double>(split), start}};
-      const auto answer = planner.distance(std::span<const Source<double>>(sources));
+      const auto answer = planner.solve(std::span<const Source<double>>(sources));
       const double allowed = std::max(0.15, tolerance);
       for (std::size_t v = 0; v < exact.size(); ++v) {
-        CHECK(std::abs(answer.distances[v] - exact[v]) <= allowed * exact[v] + 0.02);
+        CHECK(std::abs(answer.distance[v] - exact[v]) <= allowed * exact[v] + 0.02);
       }
-      CHECK(answer.distances.back() >= start);
+      CHECK(answer.distance.back() >= start);
       // Numbers that large hold no way: the answer says so.
       if (std::abs(start) > 1e15) CHECK_FALSE(answer.satisfies);
     }
   }
+}
+
+TEST_CASE("a method of the caller's own is chosen where it is cheapest, and checked like ours") {
+  const auto mesh = rough_sphere(3, 0.1);
+  const auto exact = ExactSolver(mesh).distance(130);
+  int made = 0, asked = 0;
+  // Exact distances, all too long by a share.
+  const auto own = [&](double share, double told) {
+    return PlanMethod{
+        "mine", {1, 1, 0, 1}, {told, told}, [&, share](const Surface<double>& surface) {
+          ++made;
+          return [&, share,
+                  solver = ExactSolver<double>(surface)](std::span<const Source<double>> sources) {
+            ++asked;
+            auto distances = solver.distance(sources);
+            for (double& d : distances) d *= 1 + share;
+            return distances;
+          };
+        }};
+  };
+  for (const auto assurance : {Assurance::expected, Assurance::sampled, Assurance::certified}) {
+    const DistancePlanner planner(
+        mesh, {.tolerance = 0.1, .assurance = assurance, .methods = {own(0.001, 0.002)}});
+    CHECK(planner.plan().method == "mine");
+    for (int i = 0; i < 3; ++i) {
+      const auto answer = planner.solve(130);
+      CAPTURE(answer.reason);
+      CHECK(answer.method == "mine");
+      CHECK(answer.satisfies);
+      CHECK(answer.achieved >= assurance);
+      CHECK(error_of(answer.distance, exact).mean == doctest::Approx(0.001).epsilon(1e-6));
+      CHECK(answer.error >= 0.999e-3);
+    }
+  }
+  CHECK(made == 3);  // once a planner
+  CHECK(asked == 9);
+
+  // What it is off is told wrong: where anything is checked, exact distances follow.
+  for (const auto assurance : {Assurance::sampled, Assurance::certified}) {
+    const DistancePlanner planner(
+        mesh, {.tolerance = 0.05, .assurance = assurance, .methods = {own(0.2, 0.002)}});
+    CHECK(planner.plan().method == "mine");
+    const auto answer = planner.solve(130);
+    CAPTURE(answer.reason);
+    CHECK(answer.method == "exact");
+    CHECK(answer.satisfies);
+    CHECK(answer.distance == exact);
+  }
+}
+
+TEST_CASE("a method of the caller's own that cannot be one is refused") {
+  const auto mesh = icosphere<double>(2);
+  const auto named = [](std::size_t count, double value) {
+    return PlanMethod{"mine", {1, 1, 0, 1}, {0, 0}, [=](const Surface<double>&) {
+                        return [=](std::span<const Source<double>>) {
+                          return std::vector<double>(count, value);
+                        };
+                      }};
+  };
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto planned = [&](PlanMethod method) {
+    return DistancePlanner(
+        mesh, {.tolerance = 0.5, .assurance = Assurance::expected, .methods = {std::move(method)}});
+  };
+  CHECK_NOTHROW((void)planned(named(162, 0)).solve(0));
+  CHECK_THROWS_AS((void)planned(named(161, 0)).solve(0), InvalidInput);
+  CHECK_THROWS_AS((void)planned(named(162, nan)).solve(0), InvalidInput);
+  CHECK_THROWS_AS((void)planned(named(162, -1)).solve(0), InvalidInput);
+  PlanMethod none = named(162, 0);
+  none.make = nullptr;
+  CHECK_THROWS_AS((void)planned(none), InvalidInput);
+  PlanMethod better = named(162, 0);
+  better.error = {0.2, 0.1};
+  CHECK_THROWS_AS((void)planned(better), InvalidInput);
+  PlanMethod unknown = named(162, 0);
+  unknown.cost.query_ns = nan;
+  CHECK_THROWS_AS((void)planned(unknown), InvalidInput);
+  PlanRequest request;
+  request.costs.paths.growth = nan;
+  CHECK_THROWS_AS((void)DistancePlanner(mesh, request), InvalidInput);
+}
+
+TEST_CASE("what methods cost decides, and can be measured where the program runs") {
+  const auto mesh = icosphere<double>(3);
+  PlanRequest request{.tolerance = 0.05, .assurance = Assurance::expected};
+  CHECK(DistancePlanner(mesh, request).plan().method != "exact");
+  request.costs.exact = {1e-3, 1e-3, 0, 1};
+  CHECK(DistancePlanner(mesh, request).plan().method == "exact");
+
+  const PlanCosts costs = measured_plan_costs();
+  for (const MethodCost& cost : {costs.dijkstra, costs.virtual_source, costs.fast_marching,
+                                 costs.exact, costs.certificate, costs.paths}) {
+    CHECK(cost.query_ns > 0);
+    CHECK(std::isfinite(cost.growth));
+    CHECK(cost.bytes > 0);
+  }
+  CHECK(costs.dijkstra.query_ns < costs.exact.query_ns);
+  CHECK(costs.sample_share > 0);
+  CHECK_THROWS_AS((void)measured_plan_costs(CancelHook([] { return true; })), Cancelled);
+  request.costs = costs;
+  CHECK(DistancePlanner(mesh, request).solve(0).satisfies);
 }

@@ -209,7 +209,8 @@ TEST_CASE("pieces of no length are points; bad input") {
   CHECK_THROWS_AS((void)solver.solve(std::span<const Segment<float>>()), InvalidInput);
   const std::vector<Segment<float>> side{
       {vertex_point<float>(mesh.faces[0][0]), vertex_point<float>(mesh.faces[0][1])}};
-  for (const float spacing : {0.0F, 1e-9F, std::numeric_limits<float>::quiet_NaN()}) {
+  for (const float spacing : {0.0F, 1e-9F, std::numeric_limits<float>::infinity(),
+                              std::numeric_limits<float>::quiet_NaN()}) {
     CHECK_THROWS_AS(
         (void)sources_along(Surface<float>(mesh), std::span<const Segment<float>>(side), spacing),
         InvalidInput);

@@ -233,6 +233,33 @@ TEST_CASE("noise: never worse than the mesh by more than a tenth, and it says so
   }
 }
 
+TEST_CASE("a path is as long as its distance says, rough or smooth, and runs where it says") {
+  for (const double noise : {0.0, 0.03, 0.1, 0.3}) {
+    Random random(12);
+    test::SmoothCase c = test::spheroid(3, 0.5, 0.2, random);
+    c.mesh = test::scans::noisy(c.mesh, noise, random);
+    const SmoothDistanceSolver solver(c.mesh);
+    for (const double start : {0.0, 2.0, -2.0}) {
+      const Source<double> source{face_point<double>(11, {0.2, 0.5, 0.3}), start};
+      const auto solved = solver.solve(std::span<const Source<double>>(&source, 1));
+      Index rough = 0;
+      for (Index v = 0; v < std::ssize(c.mesh.positions); ++v) {
+        const auto path = solver.path(solved, v);
+        const auto i = static_cast<std::size_t>(v);
+        CHECK(start + path.length == doctest::Approx(solved.distance[i]).epsilon(1e-12));
+        if (path.trust != SmoothTrust::rough) continue;
+        ++rough;
+        double chords = 0;
+        for (std::size_t k = 1; k < path.positions.size(); ++k) {
+          chords += (path.positions[k] - path.positions[k - 1]).norm();
+        }
+        CHECK(chords == doctest::Approx(path.length).epsilon(1e-12));
+      }
+      CHECK((rough > 0) == (noise > 0.02));
+    }
+  }
+}
+
 TEST_CASE("scale, float, parts, cancelling and the mesh's orientation") {
   Random random(2);
   const test::SmoothCase c = test::spheroid(3, 0.5, 0.2, random);

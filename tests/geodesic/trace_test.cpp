@@ -7,13 +7,17 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/nearest.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/transport/log_map.hpp"
 #include "support/hard_meshes.hpp"
+#include "support/refusal.hpp"
 #include "support/scan_meshes.hpp"
 
 using namespace gelight;
@@ -260,7 +264,7 @@ TEST_CASE("edges of no length are points; three faces on an edge end it") {
   mesh.faces = {{0, 1, 4}, {1, 5, 4}, {1, 2, 5}, {2, 3, 5}, {3, 4, 5}, {3, 0, 4}};
   const Surface<double> surface(mesh);
   Random random(3);
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 5000; ++i) {
     const double a = test::uniform(random, -pi, pi);
     const Vec3<double> d(std::cos(a), std::sin(a), 0);
     for (const double off : {0.0, 1e-3}) {
@@ -278,6 +282,155 @@ TEST_CASE("edges of no length are points; three faces on an edge end it") {
       trace_geodesic(pages, face_point<double>(0, {0.3, 0.4, 0.3}), Vec3<double>(-1, 0, 0), 5.0);
   CHECK(path.back().kind == SurfacePoint<double>::Kind::edge);
   CHECK(path.size() == 2);
+}
+
+namespace {
+
+// A face of a mesh, at random.
+std::array<Index, 3>& some_face(Mesh<double>& mesh, Random& random) {
+  const auto count = static_cast<Index>(mesh.faces.size());
+  return mesh.faces[static_cast<std::size_t>(test::uniform_index(random, count))];
+}
+std::array<double, 3>& place(Mesh<double>& mesh, Index v) {
+  return mesh.positions[static_cast<std::size_t>(v)];
+}
+
+// Any mesh, and what is in the way of a straight line: edges of no length, or next to none, caps
+// of no area under an edge; of any size and at any distance from the origin.
+Mesh<double> awkward_mesh(int kind, Random& random) {
+  Mesh<double> mesh = test::small_random_mesh(kind, random);
+  for (Index i = test::uniform_index(random, 3); i > 0; --i) {
+    const auto face = some_face(mesh, random);
+    place(mesh, face[0]) = place(mesh, face[1]);
+    const double off = std::pow(10, test::uniform(random, -20, -3));
+    if (i == 2) place(mesh, face[0])[0] += off;
+  }
+  for (Index i = test::uniform_index(random, 3); i > 0; --i) {
+    const auto face = some_face(mesh, random);
+    const double t = test::uniform(random, 0, 1);
+    std::array<double, 3> p{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      p[c] = (1 - t) * place(mesh, face[0])[c] + t * place(mesh, face[1])[c];
+    }
+    mesh.positions.push_back(p);
+    mesh.faces.push_back({face[0], face[1], static_cast<Index>(mesh.positions.size()) - 1});
+  }
+  const double scale = std::pow(10, test::uniform(random, -6, 6));
+  const double offset = kind % 3 == 0 ? std::pow(10, test::uniform(random, 0, 6)) : 0;
+  for (auto& p : mesh.positions) {
+    for (double& x : p) x = (x + offset) * scale;
+  }
+  return mesh;
+}
+
+// Whether a straight line may end at a point: at a border, at an edge of three faces, and at a
+// vertex with such edges or with faces that are oriented against each other.
+bool may_end_at(const Surface<double>& surface, const SurfacePoint<double>& p) {
+  using Kind = SurfacePoint<double>::Kind;
+  const auto is_plain = [&](Index h) {
+    const Index t = surface.twin(h);
+    return t != h && surface.is_manifold(h) && surface.origin(t) != surface.origin(h);
+  };
+  if (p.kind == Kind::face) return false;
+  if (p.kind == Kind::edge) {
+    const Index h = surface.find_halfedge(p.element[0], p.element[1]);
+    if (surface.length(h) > 0) return surface.is_border(h) || !surface.is_manifold(h);
+  }
+  for (const Index h : surface.corners(p.element[0])) {
+    for (const Index g : {h, surface.next(h), surface.previous(h)}) {
+      if (!is_plain(g) || surface.length(g) < 1e-12 * surface.length(surface.next(g))) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("where edges have no length, faces no area and fans meet it is whole, or refused") {
+  Random random(8);
+  int whole = 0, refused = 0;
+  for (int kind = 0; kind < 600; ++kind) {
+    const auto mesh = awkward_mesh(kind, random);
+    std::optional<Surface<double>> taken;
+    if (test::refusal([&] { taken.emplace(mesh); }) != "accepted") continue;
+    const Surface<double>& surface = *taken;
+    for (int i = 0; i < 12; ++i) {
+      const auto from = test::random_point(mesh, random);
+      const Vec3<double> d(test::uniform(random, -1, 1), test::uniform(random, -1, 1),
+                           test::uniform(random, -1, 1));
+      const double asked = detail::mean_edge_length(surface) * test::uniform(random, 0.1, 5);
+      Path<double> path;
+      const std::string words =
+          test::refusal([&] { path = trace_geodesic(surface, from, d, asked); });
+      if (words != "accepted") {
+        const bool is_right = test::contains(words, "no area") ||
+                              test::contains(words, "too little area") ||
+                              test::contains(words, "is in the plane of none") ||
+                              test::contains(words, "at a right angle");
+        CHECK_MESSAGE(is_right, words);
+        ++refused;
+        continue;
+      }
+      for (const auto& p : path) {
+        const std::string fault = test::refusal([&] { surface.require_point(p); });
+        CHECK_MESSAGE(fault == "accepted", fault);
+      }
+      check_pieces(surface, path);
+      const double got = length(surface, path);
+      CHECK(got <= asked * (1 + 1e-6));
+      const bool is_short = got < asked * (1 - 1e-6);
+      CHECK_MESSAGE((!is_short || may_end_at(surface, path.back())), kind, ": ", got, " of ",
+                    asked);
+      whole += !is_short;
+    }
+  }
+  CHECK(whole > 1000);
+  CHECK(refused > 100);
+}
+
+TEST_CASE("in float a path of a hundred thousand pieces is as long as was asked") {
+  const Surface<float> ball(icosphere<float>(2));
+  const auto from = face_point<float>(3, {0.2f, 0.3f, 0.5f});
+  const auto path = trace_geodesic(ball, from, Vec3<float>(1, 0.3f, 0.2f), 20000.0f);
+  CHECK(path.size() > 80000);
+  CHECK(length(ball, path) == doctest::Approx(20000).epsilon(1e-5));
+}
+
+TEST_CASE("a direction in a face's plane leads into it, however far from the origin") {
+  Random random(9);
+  for (const double offset : {0.0, 1e3, 1e6}) {
+    for (int kind = 0; kind < 90; ++kind) {
+      // With pages on some edges and caps of no area under others, at places of float's.
+      Mesh<double> mesh = test::small_random_mesh(kind, random);
+      const auto under = some_face(mesh, random);
+      mesh.positions.push_back(place(mesh, under[0]));
+      for (std::size_t c = 0; c < 3; ++c) {
+        mesh.positions.back()[c] = (place(mesh, under[0])[c] + place(mesh, under[1])[c]) / 2;
+      }
+      mesh.faces.push_back({under[0], under[1], static_cast<Index>(mesh.positions.size()) - 1});
+      for (auto& p : mesh.positions) {
+        for (double& x : p) x += offset;
+      }
+      const Surface<double> surface(mesh);
+      for (int i = 0; i < 10; ++i) {
+        const Index f = test::uniform_index(random, surface.face_count() - 1);
+        const auto [a, b, c] = surface.face(f);
+        const Vec3<double> ab = surface.position(b) - surface.position(a);
+        const Vec3<double> ac = surface.position(c) - surface.position(a);
+        if (cross(ab, ac).norm() < 1e-2 * std::max(ab.squaredNorm(), ac.squaredNorm())) continue;
+        const auto to = face_point<double>(f, {0.2, 0.4 + test::uniform(random, -0.2, 0.2), 0});
+        auto end = to;
+        end.weights[2] = 1 - end.weights[0] - end.weights[1];
+        for (const auto& from : {vertex_point<double>(a), edge_point(a, b, 0.3)}) {
+          // As whoever has places of points only would have it.
+          const Vec3<double> way = surface.position(end) - surface.position(from);
+          const auto path = trace_geodesic(surface, from, way, way.norm());
+          CHECK(path.size() == 2);
+          CHECK(surface.difference(path.back(), end).norm() <= 1e-8 * way.norm() + 1e-14 * offset);
+        }
+      }
+    }
+  }
 }
 
 TEST_CASE("bad input and cancelling") {

@@ -131,6 +131,34 @@ TEST_CASE("the outermost pixels: none, or the extrapolated surface's") {
   CHECK((alone(0, 0) - Vec3<double>(0, 0, -1)).norm() < 1e-13);
 }
 
+TEST_CASE_TEMPLATE("however steep a rim is, its normals face the camera", T, float, double) {
+  std::mt19937 random(17);
+  const auto between = [&](double low, double high) {
+    return low * std::pow(high / low, std::uniform_real_distribution<double>(0, 1)(random));
+  };
+  int steep = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    const Camera<T> eye{static_cast<T>(between(0.5, 500)),    static_cast<T>(between(0.5, 500)),
+                        static_cast<T>(between(0.1, 10)),     static_cast<T>(between(0.1, 10)),
+                        static_cast<Index>(1 + random() % 6), static_cast<Index>(1 + random() % 6)};
+    const double contrast = between(1.01, 300), scale = between(1e-6, 1e6);
+    Image<T> depth(eye.width, eye.height);
+    for (T& z : depth.pixels()) z = static_cast<T>(scale * between(1, contrast));
+    const auto normals = sobel_normals(depth, eye, BorderNormals::extrapolated);
+    for (Index y = 0; y < eye.height; ++y) {
+      for (Index x = 0; x < eye.width; ++x) {
+        const Vec3<double> n = normals(x, y).template cast<double>();
+        const Vec3<double> ray =
+            eye.ray(static_cast<T>(x), static_cast<T>(y)).template cast<double>();
+        CHECK(std::abs(n.norm() - 1) < 1e-5);
+        CHECK(n.dot(ray) < 1e-6 * ray.norm());
+        if (eye.width > 1) steep += depth(0, y) < depth(1, y) / 2;
+      }
+    }
+  }
+  CHECK(steep > 100);
+}
+
 TEST_CASE("a depth that is not known leaves its eight neighbours and itself without a normal") {
   auto depth = rough();
   const auto whole = sobel_normals(depth, camera);

@@ -127,4 +127,9 @@ TEST_CASE("what is no 16-bit grey PNG, or has no unit, is no depth map") {
   for (const double unit : {0.0, -1e-5, nan, std::numeric_limits<double>::infinity()}) {
     CHECK(test::contains(refused(grey, unit), "unit"));
   }
+  // Larger than float's numbers, which would say that nothing is there.
+  for (const float unit : {6e33f, 1e38f}) {
+    CHECK(test::contains(test::refusal([&] { (void)read_depth_png<float>(grey, unit); }),
+                         "makes inf"));
+  }
 }

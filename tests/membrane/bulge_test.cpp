@@ -306,6 +306,20 @@ TEST_CASE("at rest, with holes, at the border, and what is not known") {
   }
 }
 
+TEST_CASE("more cells than there are pixels are as many as there are pixels") {
+  const Camera<double> eye{200, 200, 19.5, 14.5, 40, 30};
+  Image<double> object(40, 30, std::numeric_limits<double>::infinity());
+  for (Index y = 8; y < 25; ++y) {
+    for (Index x = 11; x < 33; ++x) object(x, y) = 0.03 - 1e-4 + 1e-6 * std::hypot(x - 20, y - 15);
+  }
+  const Image<double> gel_at_rest(40, 30, 0.03);
+  const auto surface = [&](Index cells) {
+    return BulgingMembrane<double>(eye, 0.03, {}, {.cells = cells}).depth(object, gel_at_rest);
+  };
+  const Image<double> own = surface(40);
+  for (const Index cells : {41, 2000, 2000000000}) CHECK(surface(cells) == own);
+}
+
 TEST_CASE("bad input is named") {
   const auto eye = camera(40, 30, 1e-4);
   const auto says = [&](const Gel& gel, const BulgeOptions& options = {}, double depth = rest) {

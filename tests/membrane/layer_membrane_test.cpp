@@ -107,6 +107,26 @@ TEST_CASE("by a force, and with a hole in what is seen") {
   for (const double z : surface.pixels()) CHECK(std::isfinite(z));
 }
 
+TEST_CASE("a contact that is far from converged is not shown") {
+  const Image<double> gel_at_rest(100, 80, rest);
+  auto depth = ball(50, 40);  // rough
+  for (Index y = 0; y < 80; ++y) {
+    for (Index x = 0; x < 100; ++x) depth(x, y) += pitch * ((7 * x + 13 * y + x * y) % 5);
+  }
+  const ElasticLayer<double> layer(camera(), rest, {1e5, 0.48, 3e-3},
+                                   {.most_iterations = 1, .sideways = false});
+  const auto contact = layer.press(depth);
+  REQUIRE(!contact.converged);
+  REQUIRE(contact.residual > LayerMembrane<double>::most_residual);
+  const LayerMembrane<double> hasty(layer);
+  auto work = hasty.make_workspace(100, 80);
+  Image<double> surface(100, 80, 7);
+  CHECK_THROWS_AS(
+      hasty.press_into(surface, {depth.view(), gel_at_rest.view(), {0, 0, 100, 80}}, work),
+      InvalidInput);
+  for (const double z : surface.pixels()) CHECK(z == 7);
+}
+
 TEST_CASE("a renderer's Gaussian for a gel that it is told") {
   const Gel gel{1e5, 0.3, 3e-3};
   const auto options = TactileOptions::for_gel(gel, 2e-3, pitch);
@@ -115,4 +135,8 @@ TEST_CASE("a renderer's Gaussian for a gel that it is told") {
   CHECK(options.smoothing_radius < 4 * options.smoothing_sigma + 1);
   CHECK_THROWS_AS((void)TactileOptions::for_gel(gel, 2e-3, 0), InvalidInput);
   CHECK_THROWS_AS((void)TactileOptions::for_gel(gel, -1, pitch), InvalidInput);
+  // A Gaussian too wide for an image, or for an integer.
+  for (const double tiny : {1e-9, 1e-13, 1e-300}) {
+    CHECK_THROWS_AS((void)TactileOptions::for_gel(gel, 2e-3, tiny), InvalidInput);
+  }
 }

@@ -19,7 +19,7 @@ namespace {
 
 detail::SymmetricMatrix<double> laplacian_and_one(const Mesh<double>& mesh) {
   const auto triangulation = intrinsic_triangulation(Surface(mesh));
-  const auto pattern = std::make_shared<detail::SymmetricPattern>(triangulation);
+  const auto pattern = std::make_shared<detail::SymmetricPattern<double>>(triangulation);
   auto matrix = cotan_laplacian(triangulation, pattern);
   for (Index v = 0; v < pattern->size(); ++v) matrix.values[pattern->diagonal(v)] += 1;
   return matrix;

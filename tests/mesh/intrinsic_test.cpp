@@ -13,14 +13,14 @@ using namespace gelight;
 
 namespace {
 
-double area_of(const IntrinsicTriangulation& mesh) {
+double area_of(const IntrinsicTriangulation<double>& mesh) {
   double area = 0;
   for (const auto& face : planar_faces(mesh)) area += face.x1 * face.y2 / 2;
   return area;
 }
 
 // Twins agree in length and ends, and no angles opposite an edge sum to more than pi.
-void check_delaunay(const IntrinsicTriangulation& mesh) {
+void check_delaunay(const IntrinsicTriangulation<double>& mesh) {
   const auto faces = planar_faces(mesh);
   const auto weight = [&](Index h) {
     return half_cotangents(faces[h / 3])[static_cast<std::size_t>(h % 3)];

@@ -2,15 +2,20 @@
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <limits>
 
 #include "gelight/mesh/shapes.hpp"
+#include "support/hard_meshes.hpp"
+#include "support/refusal.hpp"
 
 using gelight::Index;
 using gelight::nearest_point;
 using gelight::nearest_vertex;
 using gelight::Surface;
 using gelight::Vec3;
+namespace test = gelight::test;
 
 TEST_CASE(
     "over a sheet the nearest point is below, beside it on the border, beyond a corner there") {
@@ -57,4 +62,53 @@ TEST_CASE("faces without area are their sides, and positions that are not finite
   CHECK_THROWS_WITH_AS((void)nearest_point<double>(line, {0, nan, 0}),
                        "the position (0, nan, 0) is not finite", gelight::InvalidInput);
   CHECK_THROWS_AS((void)nearest_vertex<double>(line, {0, nan, 0}), gelight::InvalidInput);
+}
+
+namespace {
+
+// Sheets of any size and turn, and positions over them as high as you like: what is below is known.
+template <class T>
+void check_feet(double scale, test::Random& random) {
+  const Eigen::Quaterniond turn(test::uniform(random, -1, 1), test::uniform(random, -1, 1),
+                                test::uniform(random, -1, 1), test::uniform(random, 0.1, 1));
+  const Eigen::Matrix3d axes = scale * turn.normalized().toRotationMatrix();
+  gelight::Mesh<double> flat = gelight::grid<double>(4, 3, 4, 3);
+  gelight::Mesh<T> mesh;
+  mesh.faces = flat.faces;
+  for (const auto& [x, y, z] : flat.positions) {
+    const Vec3<T> p = (axes * Vec3<double>(x, y, z)).cast<T>();
+    mesh.positions.push_back({p[0], p[1], p[2]});
+  }
+  const Surface<T> sheet(mesh);
+  const double rounding = 64 * double{std::numeric_limits<T>::epsilon()};
+  for (int i = 0; i < 60; ++i) {
+    const double height = std::pow(10, test::uniform(random, -3, 4)) * (i % 2 == 0 ? 1 : -1);
+    const Vec3<double> foot(test::uniform(random, 0, 4), test::uniform(random, 0, 3), 0);
+    const Vec3<T> over = (axes * (foot + Vec3<double>(0, 0, height))).cast<T>();
+    const auto point = nearest_point(sheet, over);
+    CHECK(test::refusal([&] { sheet.require_point(point); }) == "accepted");
+    const double off = (sheet.position(point).template cast<double>() - axes * foot).norm();
+    // Distances that differ by rounding alone are of places as far apart as the root of that.
+    const double root = std::sqrt(std::numeric_limits<double>::epsilon());
+    CHECK(off <= scale * (rounding * (4 + std::abs(height)) + 4 * root * std::abs(height)));
+    const Index v = nearest_vertex(sheet, sheet.position(point));
+    const double to_v = double{(sheet.position(v) - sheet.position(point)).stableNorm()};
+    CHECK(to_v <= scale * std::sqrt(0.5) * (1 + rounding));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("what is nearest is a point of the surface, however far and however large that is") {
+  test::Random random(3);
+  for (const double scale : {1e-15, 1e-6, 1.0, 1e6, 1e15}) {
+    check_feet<double>(scale, random);
+    check_feet<float>(scale, random);
+  }
+  for (const double scale : {1e-60, 1e60}) check_feet<double>(scale, random);
+  const Surface sheet(gelight::grid<double>(2, 2));
+  CHECK(test::contains(test::refusal([&] {
+                         (void)nearest_point<double>(sheet, {0, 1e80, 0});
+                       }),
+                       "too far out"));
 }

@@ -16,9 +16,9 @@ namespace {
 struct Operators {
   explicit Operators(const Mesh<double>& mesh)
       : triangulation(intrinsic_triangulation(Surface(mesh))),
-        laplacian(cotan_laplacian(triangulation,
-                                  std::make_shared<detail::SymmetricPattern>(triangulation))) {}
-  IntrinsicTriangulation triangulation;
+        laplacian(cotan_laplacian(
+            triangulation, std::make_shared<detail::SymmetricPattern<double>>(triangulation))) {}
+  IntrinsicTriangulation<double> triangulation;
   detail::SymmetricMatrix<double> laplacian;
 };
 

@@ -2,11 +2,17 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <map>
 #include <set>
 #include <string>
+#include <vector>
 
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/views/mesh_view.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/refusal.hpp"
@@ -72,6 +78,66 @@ TEST_CASE("borders, fins, flipped faces and unused vertices are held") {
   CHECK_FALSE(surface.is_manifold(0));
   CHECK(surface.is_border(1));
   CHECK(surface.corners(5).empty());
+}
+
+TEST_CASE("half-edges of an edge are a cycle in the order of their numbers, however many faces") {
+  gelight::test::Random random(21);
+  for (int i = 0; i < 200; ++i) {
+    // Few vertices, so that many edges have three faces and more.
+    const Index vertices = 5 + i % 8;
+    Mesh<double> mesh;
+    for (Index v = 0; v < vertices; ++v) {
+      mesh.positions.push_back({gelight::test::uniform(random, -1, 1),
+                                gelight::test::uniform(random, -1, 1),
+                                gelight::test::uniform(random, -1, 1)});
+    }
+    std::set<std::set<Index>> known;
+    for (int k = 0; k < 3 * vertices; ++k) {
+      const std::array<Index, 3> face{gelight::test::uniform_index(random, vertices),
+                                      gelight::test::uniform_index(random, vertices),
+                                      gelight::test::uniform_index(random, vertices)};
+      const std::set<Index> corners(face.begin(), face.end());
+      if (corners.size() == 3 && known.insert(corners).second) mesh.faces.push_back(face);
+    }
+    const Surface surface(mesh);
+    std::map<std::set<Index>, std::vector<Index>> edges;
+    for (Index h = 0; h < surface.halfedge_count(); ++h) {
+      edges[{surface.origin(h), surface.tip(h)}].push_back(h);
+    }
+    for (const auto& [ends, of_edge] : edges) {
+      for (std::size_t k = 0; k < of_edge.size(); ++k) {
+        CHECK(surface.twin(of_edge[k]) == of_edge[(k + 1) % of_edge.size()]);
+        CHECK(surface.length(of_edge[k]) == surface.length(of_edge[0]));
+      }
+    }
+    // A face once more, turned: whatever lies between the two.
+    const Index again = gelight::test::uniform_index(random, surface.face_count());
+    const std::array<Index, 3> face = surface.face(again);
+    mesh.faces.push_back({face[1], face[0], face[2]});
+    CHECK(message_of(mesh) == "faces " + std::to_string(again) + " and " +
+                                  std::to_string(surface.face_count()) +
+                                  " have the same three vertices");
+  }
+}
+
+TEST_CASE("the short edge's length is that which a tenth of the half-edges fall short of") {
+  gelight::test::Random random(22);
+  for (const double scale : {1e-60, 1e-6, 1.0, 1e6, 1e60}) {
+    for (int i = 0; i < 20; ++i) {
+      auto mesh = gelight::test::small_random_mesh(i, random);
+      for (auto& p : mesh.positions) {
+        for (double& x : p) x *= scale;
+      }
+      if (i % 4 == 0) mesh.positions[1] = mesh.positions[0];
+      const Surface surface(mesh);
+      std::vector<double> lengths;
+      for (Index h = 0; h < surface.halfedge_count(); ++h) {
+        if (surface.length(h) > 0) lengths.push_back(surface.length(h));
+      }
+      std::sort(lengths.begin(), lengths.end());
+      CHECK(gelight::detail::short_edge_length(surface) == lengths[lengths.size() / 10]);
+    }
+  }
 }
 
 TEST_CASE("bad meshes are refused with the value and its place") {

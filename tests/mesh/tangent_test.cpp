@@ -35,7 +35,7 @@ Mesh<double> cone(Index count, double angle) {
 
 TEST_CASE("frames are orthonormal, right-handed and tangent") {
   const auto mesh = icosphere<double>(3);
-  const TangentFrames frames{Surface(mesh)};
+  const TangentFrames<double> frames{Surface(mesh)};
   for (Index v = 0; v < 642; ++v) {
     const auto& basis = frames.basis(v);
     const auto& p = mesh.positions[static_cast<std::size_t>(v)];
@@ -48,7 +48,7 @@ TEST_CASE("frames are orthonormal, right-handed and tangent") {
 
 TEST_CASE("an edge and its twin transport inversely") {
   const Surface surface(torus(2.0, 0.7, 20, 9));
-  const TangentFrames frames(surface);
+  const TangentFrames<double> frames(surface);
   for (Index h = 0; h < surface.halfedge_count(); ++h) {
     CHECK(std::abs(frames.transport(h) * frames.transport(surface.twin(h)) - 1.0) < 1e-12);
     CHECK(std::abs(std::polar(1.0, frames.angle_back(h) - frames.angle(surface.twin(h))) - 1.0) <
@@ -59,7 +59,7 @@ TEST_CASE("an edge and its twin transport inversely") {
 TEST_CASE("in a flat sheet, angles are those of space and transport does nothing") {
   const auto mesh = grid<double>(4, 3, 2.0, 1.0);
   const Surface surface(mesh);
-  const TangentFrames frames(surface);
+  const TangentFrames<double> frames(surface);
   for (Index h = 0; h < surface.halfedge_count(); ++h) {
     const Index from = surface.origin(h), to = surface.tip(h);
     const Vec3<double> edge = surface.position(to) - surface.position(from);
@@ -75,7 +75,7 @@ TEST_CASE("in a flat sheet, angles are those of space and transport does nothing
 TEST_CASE("holonomy round a cone's apex is its angle defect") {
   for (const double angle : {1.0, 3.0, 5.0, 2 * pi}) {
     const Surface surface(cone(12, angle));
-    const TangentFrames frames(surface);
+    const TangentFrames<double> frames(surface);
     std::complex<double> round = 1;
     for (Index f = 0; f < 12; ++f) round *= frames.transport(3 * f + 1);  // the rim, once round
     CHECK(std::abs(round - std::polar(1.0, 2 * pi - angle)) < 1e-12);

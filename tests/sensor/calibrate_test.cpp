@@ -250,6 +250,20 @@ TEST_CASE("bad input is named") {
     CHECK(contains(told, word));
     CHECK(contains(told, "the background"));
   }
+  // With no circle, of a ball that the image shows a small part of: not searched for without end.
+  for (const double huge : {1e3, 1e9, 1e300}) {
+    const std::string told = said([&](BallPress& p) {
+      p.contact.radius = 0;
+      p.ball_radius = huge;
+    });
+    CHECK(contains(told, known[1].name));
+    CHECK(contains(told, "none is searched for"));
+  }
+  CHECK(said([](BallPress& p) { p.ball_radius = std::nextafter(p.contact.radius, 1e9); }) ==
+        "accepted");
+  CalibrationOptions endless;
+  endless.bulge_length = 1e9;
+  CHECK(contains(refusal([&] { (void)calibrate(background, known, endless); }), "a bulge of"));
   CalibrationOptions too_many;
   too_many.lights = 9;
   CHECK(contains(refusal([&] { (void)calibrate(background, known, too_many); }), "9 lights"));

@@ -7,10 +7,13 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <locale>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "gelight/membrane/tension.hpp"
+#include "gelight/sensor/calibrate.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "support/refusal.hpp"
 
@@ -78,7 +81,129 @@ Image<std::array<double, 3>> predicted(const CalibratedSensor& sensor, double cx
   return out;
 }
 
+// As in many languages: 1.234,5.
+struct PointsForThousands : std::numpunct<char> {
+  char do_decimal_point() const override { return ','; }
+  char do_thousands_sep() const override { return '.'; }
+  std::string do_grouping() const override { return "\3"; }
+};
+
+// All numbers of a reflectance.
+std::vector<double> numbers(const FittedReflectance& reflectance) {
+  if (const auto* const m = std::get_if<LightsReflectance>(&reflectance)) {
+    std::vector<double> all{m->softness, m->falloff, m->shininess, m->height};
+    const auto add = [&](const auto& three) {
+      for (std::size_t i = 0; i < 3; ++i) all.push_back(three[static_cast<Index>(i)]);
+    };
+    for (const NearLight& light : m->lights) {
+      add(light.place);
+      all.insert(all.end(), light.diffuse.begin(), light.diffuse.end());
+      all.insert(all.end(), light.specular.begin(), light.specular.end());
+    }
+    for (const Change& three : {m->ambient, m->contact, m->free_share}) {
+      all.insert(all.end(), three.begin(), three.end());
+    }
+    return all;
+  }
+  const auto of = [](const auto& m) {
+    std::vector<double> all{m.reach};
+    all.insert(all.end(), m.touched.begin(), m.touched.end());
+    all.insert(all.end(), m.free.begin(), m.free.end());
+    return all;
+  };
+  if (const auto* const m = std::get_if<TableReflectance>(&reflectance)) return of(*m);
+  return of(std::get<PolynomialReflectance>(reflectance));
+}
+
 }  // namespace
+
+TEST_CASE("a sensor's file brings its numbers back to the last bit, whatever the locale") {
+  const std::string path =
+      (std::filesystem::temp_directory_path() / "calibrated_bits_test.sensor").string();
+  std::vector<FittedReflectance> all = reflectances();
+  all.emplace_back(LightsReflectance{});  // without a light
+  for (const FittedReflectance& reflectance : all) {
+    Image<Rgb8> wide(1200, 3, {1, 2, 3});
+    wide(7, 1) = {10, 13, 32};
+    const CalibratedSensor made{wide, reflectance, 1000 / 7.0, {1 / 3.0, -2e-9, 1e5 / 3}};
+    const std::locale before =
+        std::locale::global(std::locale(std::locale::classic(), new PointsForThousands));
+    write_sensor(path, made);
+    std::locale::global(before);
+    const CalibratedSensor sensor = read_sensor(path);
+    CHECK(sensor.background == made.background);
+    CHECK(sensor.bulge_length == made.bulge_length);
+    CHECK(sensor.level == made.level);
+    CHECK(numbers(sensor.reflectance) == numbers(made.reflectance));
+  }
+  std::filesystem::remove(path);
+}
+
+TEST_CASE(
+    "a reflectance without its numbers, or with what is none, is refused by whoever reads it") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto table = std::get<TableReflectance>(reflectances()[2]);
+  const auto polynomial = std::get<PolynomialReflectance>(reflectances()[1]);
+  const auto lights = std::get<LightsReflectance>(reflectances()[0]);
+  std::vector<FittedReflectance> bad;
+  const auto spoilt = [&](auto model, auto&& spoil) {
+    spoil(model);
+    bad.emplace_back(model);
+  };
+  spoilt(TableReflectance{}, [](auto&) {});
+  spoilt(table, [](auto& m) { m.touched.pop_back(); });
+  spoilt(table, [](auto& m) { m.free.push_back(0); });
+  spoilt(table, [](auto& m) { m.nodes = 7; });
+  spoilt(table, [](auto& m) { m.nodes = -5; });
+  spoilt(table, [](auto& m) { m.reach = 0; });
+  spoilt(table, [&](auto& m) { m.free[99] = nan; });
+  spoilt(polynomial, [](auto& m) { m.degree = 9; });
+  spoilt(polynomial, [](auto& m) { m.degree = -1; });
+  spoilt(polynomial, [&](auto& m) { m.touched[3] = nan; });
+  spoilt(polynomial, [&](auto& m) { m.reach = nan; });
+  spoilt(lights, [](auto& m) { m.softness = 0; });
+  spoilt(lights, [](auto& m) { m.shininess = -1; });
+  spoilt(lights, [&](auto& m) { m.lights[1].place.y() = nan; });
+  const std::string path =
+      (std::filesystem::temp_directory_path() / "calibrated_bad_test.sensor").string();
+  for (const FittedReflectance& reflectance : bad) {
+    const CalibratedSensor sensor{gradient(), reflectance, 9, {}};
+    const std::string told = refusal([&] { write_sensor(path, sensor); });
+    CHECK(told != "accepted");
+    CHECK(!std::filesystem::exists(path));
+    CHECK(refusal([&] { (void)CalibratedReflectance<float>(sensor); }) == told);
+    CHECK(refusal([&] { (void)predict(sensor, {50, 50, 10}, 30); }) == told);
+  }
+}
+
+TEST_CASE(
+    "a circle that is none of the ball's, and an endless bulge, are refused rather than tried") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  CalibratedSensor sensor{gradient(), reflectances()[0], 9, {}};
+  const auto refused = [&](const Circle& circle, double radius) {
+    return refusal([&] { (void)predict(sensor, circle, radius); }) != "accepted";
+  };
+  CHECK(refused({50, 50, 10}, 10));
+  CHECK(refused({50, 50, 10}, 5));
+  CHECK(refused({50, 50, 10}, 0));
+  CHECK(refused({50, 50, 10}, -30));
+  CHECK(refused({50, 50, 10}, nan));
+  CHECK(refused({50, 50, 10}, infinity));
+  CHECK(refused({50, 50, -1}, 30));
+  CHECK(refused({50, 50, nan}, 30));
+  CHECK(refused({nan, 50, 10}, 30));
+  CHECK(!refused({50, 50, 0}, 30));
+  CHECK(!refused({50, 50, std::nextafter(30.0, 0.0)}, 30));  // nearly upright at the rim
+  for (const double length : {1e5, 1e300, infinity, nan, -1.0}) {
+    sensor.bulge_length = length;
+    CHECK(refused({50, 50, 10}, 30));
+    CHECK(refusal([&] { (void)rim_height(10, 30, length); }) != "accepted");
+  }
+  CHECK(rim_height(10, 30, 0) == 0);
+  CHECK(refusal([] { (void)rim_height(30, 30, 5); }) ==
+        "a ball of radius 30 touches in a circle of radius 30");
+}
 
 TEST_CASE("the renderer makes of a sensor's file what the fit predicts") {
   const std::string path =

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -63,16 +64,19 @@ struct Seen {
 };
 
 // Through the public renderers, whole frames, beside light along exact geodesics at every pixel of
-// the fine mesh and a Gaussian out to 8 sigma.
+// the fine mesh, or light through the gel where that is asked for, and a Gaussian out to 8 sigma.
 Seen seen_by(const SensorAt& sensor_at, const SensorPlanRequest& request, const SensorPlan& plan,
              int contacts, Random& random) {
   auto sensor = sensor_at(request.reference_edge);
   sensor.options.smoothing_radius =
       static_cast<Index>(std::ceil(8 * sensor.options.smoothing_sigma));
-  const auto reference = tactile_renderer(sensor);
+  const GelLight gel(sensor.membrane, GelSheet<double>{.thickness = sensor.gel.thickness});
+  const auto reference =
+      request.light == PlannedLight::gel ? tactile_renderer(sensor, gel) : tactile_renderer(sensor);
   const auto rest = rasterize(sensor.membrane, sensor.camera);
   const Surface<double> surface(sensor.membrane);
-  const auto single = planned_renderer<float>(sensor_at, plan);
+  std::optional<TactileRenderer<float>> single;
+  if (plan.single_precision) single.emplace(planned_renderer<float>(sensor_at, plan));
   const auto twice = planned_renderer<double>(sensor_at, plan);
   Seen seen;
   for (int i = 0; i < contacts; ++i) {
@@ -112,8 +116,8 @@ Seen seen_by(const SensorAt& sensor_at, const SensorPlanRequest& request, const 
     for (std::size_t k = 0; k < depth.pixels().size(); ++k) {
       rounded.pixels()[k] = static_cast<float>(depth.pixels()[k]);
     }
-    const auto ours = plan.single_precision ? single.render(rounded) : twice.render(depth);
-    const auto& at_rest = plan.single_precision ? single.rest_image() : twice.rest_image();
+    const auto ours = plan.single_precision ? single->render(rounded) : twice.render(depth);
+    const auto& at_rest = plan.single_precision ? single->rest_image() : twice.rest_image();
     for (std::size_t k = 0; k < ours.pixels().size(); ++k) {
       const Rgb8 &one = ours.pixels()[k], &other = truth.pixels()[k];
       if (one == at_rest.pixels()[k] && other == reference.rest_image().pixels()[k]) continue;
@@ -160,6 +164,52 @@ TEST_CASE("the promised share holds for contacts that the planner has not seen")
   // Two and a half standard errors of a few contacts are not all: 56 of 59 sensors kept the share.
   CHECK(planned - kept <= 1 + planned / 10);
   CHECK(worst > 0.5);  // no more than twice the pixels that may be off are
+}
+
+TEST_CASE("light through the gel is planned, and the share holds, where that is the right light") {
+  Random random(11);
+  for (const bool is_mini : {true, false}) {
+    const SensorAt pad = [=](double edge) {
+      auto sensor = is_mini ? gelsight_mini<double>(96, 72, edge) : sts<double>(96, 72, edge);
+      sensor.options.smoothing_sigma = 2;
+      return sensor;
+    };
+    SensorPlanRequest request = random_request(random);
+    request.light = PlannedLight::gel;
+    request.tolerance = 24;
+    const SensorPlan plan = plan_sensor(pad, request);
+    CAPTURE(plan.reason);
+    CHECK(plan.light <= PlannedLight::gel);
+    CHECK(plan.satisfies == plan.needed.empty());
+    if (!plan.satisfies) continue;
+    const Seen seen = seen_by(pad, request, plan, 40, random);
+    REQUIRE(seen.all > 500);
+    CHECK(1 - seen.good / seen.all <= 2 * (1 - request.share));
+  }
+}
+
+TEST_CASE(
+    "a plan that does not satisfy its request has no renderer, nor one in less than it wants") {
+  const SensorAt tip = [](double edge) { return geltip<double>(32, 24, edge); };
+  SensorPlan plan;
+  plan.satisfies = true;
+  plan.edge_length = 0.002;
+  plan.light = PlannedLight::plane;
+  plan.single_precision = false;
+  const auto refusal = [&](const SensorPlan& bad) {
+    return test::refusal([&] { (void)planned_renderer<float>(tip, bad); });
+  };
+  CHECK(refusal(plan) == "the plan wants double, the renderer is of float");
+  CHECK(planned_renderer<double>(tip, plan).rest_image().width() == 32);
+  plan.single_precision = true;
+  CHECK(refusal(plan) == "accepted");
+  plan.light_grid = 0;
+  CHECK(refusal(plan) == "the plan has light at every 0 pixels");
+  CHECK(refusal(SensorPlan{}) ==
+        "the plan does not satisfy its request: it is none of plan_sensor's");
+  plan.satisfies = false;
+  plan.needed = "finer edges";
+  CHECK(refusal(plan) == "the plan does not satisfy its request: finer edges");
 }
 
 TEST_CASE("no dearer than half as much again as the cheapest in hindsight") {

@@ -3,13 +3,16 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "gelight/image/raster.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/hard_meshes.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -108,6 +111,71 @@ TEST_CASE("points of the border are where they are, whatever the mesh") {
                        "an LED 3 wide"));
 }
 
+TEST_CASE("parts of an LED lie evenly along any border") {
+  // Two sheets: of the first, which has a hole, the border is of edges long, short and of no
+  // length; faces are oriented any way. Some corners of both are one vertex.
+  test::Random random(4);
+  for (int kind = 0; kind < 40; ++kind) {
+    Mesh<double> mesh = grid<double>(6, 6, 6, 6);
+    std::erase_if(mesh.faces, [](const auto& face) {
+      return std::find(face.begin(), face.end(), 24) != face.end();
+    });
+    const Mesh<double> second = grid<double>(2, 2, 2, 2);
+    std::vector<Index> now(second.positions.size());
+    for (std::size_t v = 0; v < now.size(); ++v) {
+      now[v] = v == 0 ? 48 : static_cast<Index>(mesh.positions.size());
+      if (v == 0) continue;
+      const auto [x, y, z] = second.positions[v];
+      mesh.positions.push_back({x + 6, y + 6, z});
+    }
+    for (const auto& [a, b, c] : second.faces) {
+      const auto of = [&](Index v) { return now[static_cast<std::size_t>(v)]; };
+      mesh.faces.push_back({of(a), of(b), of(c)});
+    }
+    // Along the lower side, x of vertices 1 to 5 is at 0, 1e-9 or anywhere in order.
+    std::vector<double> xs;
+    for (int i = 1; i <= 5; ++i) xs.push_back(test::uniform(random, 0, 6));
+    if (kind % 2 == 0) xs[0] = 0, xs[1] = kind % 4 == 0 ? 1e-9 : 0;
+    std::sort(xs.begin(), xs.end());
+    for (std::size_t i = 0; i < 5; ++i) mesh.positions[i + 1][0] = xs[i];
+    for (auto& face : mesh.faces) {
+      if (test::uniform(random, 0, 1) < 0.4) std::swap(face[0], face[1]);
+    }
+    const Surface<double> surface(mesh);
+    const double width = test::uniform(random, 0, 10);
+    const Index count = 1 + kind % 7;
+    for (const auto& middle : {vertex_point<double>(0), edge_point<double>(0, 1, 0.3),
+                               edge_point<double>(1, 0, 1), edge_point<double>(7, 0, 0.2)}) {
+      const auto points = points_along_border(surface, middle, width, count);
+      // Round the square, from its corner at the origin.
+      const auto turns = [&](const SurfacePoint<double>& point) {
+        const Vec3<double> p = surface.position(point);
+        const auto is = [](double x, double y) { return std::abs(x - y) < 1e-12; };
+        CHECK((is(p.x(), 0) || is(p.y(), 0) || is(p.x(), 6) || is(p.y(), 6)));
+        if (is(p.y(), 0)) return p.x();
+        if (is(p.x(), 6)) return 6 + p.y();
+        return is(p.y(), 6) ? 18 - p.x() : 24 - p.y();
+      };
+      REQUIRE(std::ssize(points) == count);
+      std::vector<double> along;
+      for (const auto& point : points) {
+        along.push_back(std::remainder(turns(point) - turns(middle), 24));
+      }
+      std::sort(along.begin(), along.end());
+      for (std::size_t i = 0; i < along.size(); ++i) {
+        const double truth = width * ((double(i) + 0.5) / count - 0.5);
+        CHECK(std::abs(along[i] - truth) < 1e-12);
+      }
+    }
+    // The hole's border is 6.8 long, by which its LEDs are bounded.
+    CHECK(test::contains(test::refusal([&] {
+                           (void)points_along_border<double>(surface, vertex_point<double>(23), 5,
+                                                             2);
+                         }),
+                         "an LED 5 wide"));
+  }
+}
+
 TEST_CASE("a wide LED has a seam of so many steps as it has parts") {
   auto sensor = geltip<double>(16, 12, 0.001);
   const Surface<double> surface(sensor.membrane);
@@ -196,6 +264,31 @@ TEST_CASE("a sensor without a colour for each LED is refused") {
   sensor.colours.pop_back();
   CHECK_THROWS_WITH_AS((void)tactile_renderer(sensor), "there are 3 LEDs and 2 colours",
                        InvalidInput);
+}
+
+TEST_CASE(
+    "a sensor whose camera sees nothing of its membrane is refused, and an LED that it has not") {
+  for (const float away : {-0.1f, 5.0f}) {
+    auto sensor = gelsight_mini(32, 24, 0.002f);
+    for (auto& p : sensor.membrane.positions) p[away < 0 ? 2 : 0] += away;
+    CHECK(test::refusal([&] { (void)tactile_renderer(sensor, LinearLight(sensor.membrane)); }) ==
+          "the camera sees nothing of the membrane");
+  }
+  const auto sensor = gelsight_mini(32, 24, 0.002f);
+  const Surface<float> surface(sensor.membrane);
+  const LinearLight light(sensor.membrane);
+  CHECK(test::refusal([&] { (void)led_field(sensor, surface, 3, light, {}); }) ==
+        "LED 3 of a sensor with 3");
+  // A light model of one's own that forgets a point.
+  struct Forgetful {
+    std::vector<Vec3<float>> field(const Led<float>&, std::span<const SurfacePoint<float>> points,
+                                   const CancelHook& = {}) const {
+      return std::vector<Vec3<float>>(points.size() - 1, Vec3<float>(0, 0, 1));
+    }
+  };
+  const std::vector points(4, vertex_point<float>(0));
+  CHECK(test::refusal([&] { (void)led_field(sensor, surface, 0, Forgetful{}, points); }) ==
+        "the light model gives 3 directions for 4 points");
 }
 
 TEST_CASE("a sensor that cannot be is refused") {

@@ -74,6 +74,21 @@ struct NormalMap {
   }
 };
 
+// Break while told to: the membrane before a row is shown, the reflectance in the middle of them.
+bool is_brittle = false;
+struct Brittle : Rigid {
+  void press_into(ImageView<float> surface, const Press<float>& press, Workspace& work) const {
+    if (is_brittle) throw InvalidInput("the membrane breaks");
+    Rigid::press_into(surface, press, work);
+  }
+};
+struct BrittleMap : NormalMap {
+  void shade_row(const ColourRow<float>& out, const SurfaceRow<float>& row) const {
+    if (is_brittle && row.y > 60) throw InvalidInput("the reflectance breaks");
+    NormalMap::shade_row(out, row);
+  }
+};
+
 constexpr Index width = 150, height = 110;
 const Camera<float> camera{130, 120, 74, 53, width, height};
 
@@ -157,6 +172,39 @@ TEST_CASE("frames of any membrane and reflectance: sparse, whole and in a sequen
     check_frames(ShadowedMembrane<float>(camera, GaussianMembrane<float>(3, 9)), phong, mask);
     check_frames(springs, NormalMap{}, mask);
   }
+}
+
+TEST_CASE("a sequence goes on after a frame in which the membrane or the reflectance threw") {
+  const Image<float> rest = curved_rest();
+  const Brittle membrane;
+  const BrittleMap shine;
+  const TactileRenderer whole(camera, rest, Rigid{}, NormalMap{});
+  const TactileRenderer one(camera, rest, membrane, NormalMap{});
+  const TactileRenderer other(camera, rest, Rigid{}, shine);
+  std::mt19937 random(23);
+  const auto check = [&](const auto& renderer) {
+    auto frame = renderer.rest_frame();
+    int thrown = 0;
+    for (int i = 0; i < 30; ++i) {
+      const Image<float> contact = pressed(random, rest, i % 3 == 2);
+      const bool breaks = random() % 2 == 0;
+      is_brittle = breaks;
+      for (int again = 0; again < 2; ++again) {
+        try {
+          renderer.render_next_into(frame, contact);
+          CHECK(frame.image == whole.render(contact));
+        } catch (const InvalidInput&) {
+          ++thrown;
+          CHECK(breaks);
+        }
+        is_brittle = breaks && random() % 2 == 0;  // it may bear the same contact at the second try
+      }
+    }
+    is_brittle = false;
+    CHECK(thrown > 5);
+  };
+  check(one);
+  check(other);
 }
 
 TEST_CASE("the seam itself changes nothing: the default membrane plugged in, and one of sigma 0") {

@@ -192,7 +192,7 @@ std::string has_holonomy(const Mesh<double>& mesh) {
     return "";
   }
   const Surface<double> surface(mesh);
-  const TangentFrames frames(surface);
+  const TangentFrames<double> frames(surface);
   const auto corner = [&](Index h) {
     const double a = surface.length(h), b = surface.length(Surface<double>::previous(h));
     const double c = surface.length(Surface<double>::next(h));

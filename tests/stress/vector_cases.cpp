@@ -46,7 +46,7 @@ void holonomy(Findings& findings, Precision precision) {
     const auto mesh = test::cone(angle, 16, radii);
     in(precision, mesh, [&](const auto& own, double rounding) {
       const Surface<double> surface(own);
-      const TangentFrames frames(surface);
+      const TangentFrames<double> frames(surface);
       std::complex<double> round = 1;
       for (Index j = 0; j < 16; ++j) {
         const Index h = surface.find_halfedge(1 + j, 1 + (j + 1) % 16);

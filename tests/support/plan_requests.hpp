@@ -287,11 +287,10 @@ Verdict<T> answered(const RandomRequest& asked) {
   }
   for (auto& source : ways) source.distance -= start;
   Verdict<T> verdict;
-  verdict.answer =
-      DistancePlanner(mesh, asked.request).distance(std::span<const Source<T>>(sources));
+  verdict.answer = DistancePlanner(mesh, asked.request).solve(std::span<const Source<T>>(sources));
   const auto exact =
       ExactSolver(Surface<double>(mesh)).distance(std::span<const Source<double>>(ways));
-  verdict.error = true_error(verdict.answer.distances, start, exact, asked.request);
+  verdict.error = true_error(verdict.answer.distance, start, exact, asked.request);
   return verdict;
 }
 

@@ -11,6 +11,31 @@
 
 namespace gelight {
 
+namespace detail {
+
+/// Threads that are waited for when this ends: std::jthread, which Emscripten's library has not.
+class Threads {
+ public:
+  Threads() = default;
+  Threads(const Threads&) = delete;
+  Threads& operator=(const Threads&) = delete;
+  ~Threads() { join(); }
+
+  template <class Work>
+  void start(const Work& work) {
+    threads_.emplace_back(work);
+  }
+  void join() {
+    for (std::thread& thread : threads_) thread.join();
+    threads_.clear();
+  }
+
+ private:
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace detail
+
 /// Calls `work(i)` for every i in [0, count), in any order, on up to `threads` threads at once, the
 /// caller's among them (0: as many as the machine has). Returns when all is done. An exception ends
 /// the calls not yet begun and is thrown again here. Starting a thread takes some 20 us.
@@ -29,11 +54,11 @@ void parallel_for(Index count, unsigned threads, const Work& work) {
       next = count;
     }
   };
-  std::vector<std::jthread> others;
+  detail::Threads others;
   const auto useful = static_cast<unsigned>(std::max(Index{1}, count));
-  for (unsigned t = 1; t < std::min(threads, useful); ++t) others.emplace_back(run);
+  for (unsigned t = 1; t < std::min(threads, useful); ++t) others.start(run);
   run();
-  others.clear();
+  others.join();
   if (failure) std::rethrow_exception(failure);
 }
 

@@ -2,9 +2,10 @@
 
 // Loops over rows of pixels, compiled so that they are vectorised, for the processor's wider
 // registers where it has them: `vectorised([&] { ... })` runs its work in a copy that is compiled
-// with all that it calls for AVX2, or in a plain one, as the processor is. Fused multiply-adds are
-// left out: they round differently, and the same program shall give the same numbers on every
-// processor. Elsewhere than with GCC or Clang on x86-64 there is nothing to choose.
+// with all that it calls for AVX-512 (by GCC), for AVX2, or in a plain one, as the processor is.
+// Fused multiply-adds are left out: they round differently, and the same program shall give the
+// same numbers on every processor. AVX-512 has them built in, and only GCC lets a function do
+// without. Elsewhere than with GCC or Clang on x86-64 there is nothing to choose.
 //
 // At -O2, which is what most people build with, GCC's cost model (`very-cheap` since version 12, no
 // vectorisation at all before) leaves nearly every one of these loops as it stands, which makes
@@ -19,6 +20,9 @@
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__AVX2__)
 #define GELIGHT_CHOOSES_REGISTERS
 #endif
+#if defined(GELIGHT_CHOOSES_REGISTERS) && !defined(__clang__) && defined(__OPTIMIZE__)
+#define GELIGHT_CHOOSES_AVX512
+#endif
 
 namespace gelight::detail {
 
@@ -26,6 +30,19 @@ namespace gelight::detail {
 template <class Work>
 GELIGHT_ROWS __attribute__((target("avx2"))) auto run_wide(const Work& work) {
   return work();
+}
+#endif
+
+#if defined(GELIGHT_CHOOSES_AVX512)
+template <class Work>
+__attribute__((flatten, target("avx512f,avx512vl,avx512bw,avx512dq"),
+               optimize("tree-vectorize", "vect-cost-model=dynamic", "fp-contract=off"))) auto
+run_widest(const Work& work) {
+  return work();
+}
+[[nodiscard]] inline bool has_avx512() {
+  return __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512vl") != 0 &&
+         __builtin_cpu_supports("avx512bw") != 0 && __builtin_cpu_supports("avx512dq") != 0;
 }
 #endif
 
@@ -37,6 +54,9 @@ GELIGHT_ROWS auto run_plain(const Work& work) {
 /// Does `work()`, loops over some rows of pixels; returns what it returns.
 template <class Work>
 auto vectorised(const Work& work) {
+#if defined(GELIGHT_CHOOSES_AVX512)
+  if (has_avx512()) return run_widest(work);
+#endif
 #if defined(GELIGHT_CHOOSES_REGISTERS)
   if (__builtin_cpu_supports("avx2") != 0) return run_wide(work);
 #endif

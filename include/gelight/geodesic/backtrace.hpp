@@ -19,16 +19,15 @@ namespace gelight::detail {
 /// Paths back to the sources through approximate distances. Each step crosses a face to where these
 /// say that the rest is shortest, the wave a circle about the place that has the distances of an
 /// edge's ends. A way that is off by little is longer by the square of that only, so that such
-/// paths' lengths are much nearer to the exact distances than what led them there. (A template only
-/// so that it costs nothing to include.)
+/// paths' lengths are much nearer to the exact distances than what led them there.
 template <std::floating_point Real>
-class BacktraceOf {
+class Backtrace {
  public:
   using Mesh = Surface<double>;
 
   /// Keeps a reference to the surface, and paths where that is asked.
-  BacktraceOf(const Mesh& surface, Sources sources, const std::vector<double>& distances,
-              bool keeps_path = false)
+  Backtrace(const Mesh& surface, Sources sources, const std::vector<double>& distances,
+            bool keeps_path = false)
       : surface_(surface),
         sources_(std::move(sources)),
         is_near_(distances.size(), 0),
@@ -266,7 +265,7 @@ class BacktraceOf {
 
   const Mesh& surface_;
   Sources sources_;
-  Starts starts_;
+  Starts<double> starts_;
   Array<double> distances_;  // of each vertex, less its start
   Array<char> is_near_;      // of each vertex: whether a straight line leads to a source
 

@@ -61,16 +61,15 @@ struct DistanceBounds {
 
 namespace detail {
 
-/// Bounds of the distance from sources whose start distances count from the least of them. (A
-/// template only so that it costs nothing to include.)
+/// Bounds of the distance from sources whose start distances count from the least of them.
 template <std::floating_point Real>
 class BoundFinder {
  public:
-  BoundFinder(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces)
+  BoundFinder(const Surface<Real>& surface, const PlanarFaces<Real>& faces)
       : surface_(surface), faces_(faces) {}
 
   [[nodiscard]] Array<Real> upper(const Sources& sources, const CancelHook& cancelled = {}) const {
-    return UpperMarchOf<Real>(surface_, faces_)(sources, cancelled);
+    return UpperMarch<Real>(surface_, faces_)(sources, cancelled);
   }
 
   /// From distances that are infinite where no path leads, and finite and not negative elsewhere:
@@ -78,7 +77,7 @@ class BoundFinder {
   /// steep.
   [[nodiscard]] Array<Real> lower(const Sources& sources, Array<Real> distances,
                                   const CancelHook& cancelled = {}) const {
-    const LowerPotentialOf<Real> potential(surface_, faces_);
+    const LowerPotential<Real> potential(surface_, faces_);
     const auto check = [&](double done) { cancelled.check(done, "the lower bounds"); };
     check(0);
     const Array<Real> as_given = potential.bounds(distances, sources);
@@ -95,7 +94,7 @@ class BoundFinder {
 
  private:
   const Surface<Real>& surface_;
-  const PlanarFacesOf<Real>& faces_;
+  const PlanarFaces<Real>& faces_;
 };
 
 /// To the next number in this direction, but for zero and infinity.
@@ -108,7 +107,7 @@ template <std::floating_point T>
 /// Bounds that count from where the sources start, from such that count from zero.
 template <std::floating_point T, std::floating_point Real>
 [[nodiscard]] DistanceBounds<T> moved(const Array<Real>& lower, const Array<Real>& upper,
-                                      const StartsOf<Real>& starts) {
+                                      const Starts<Real>& starts) {
   DistanceBounds<T> out;
   out.lower.reserve(upper.size());
   out.upper.reserve(upper.size());
@@ -142,7 +141,7 @@ class Certifier {
   /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
   explicit Certifier(const M& mesh)
-      : surface_(mesh), faces_(std::make_shared<const detail::PlanarFaces>(surface_)) {}
+      : surface_(mesh), faces_(std::make_shared<const detail::PlanarFaces<double>>(surface_)) {}
 
   /// Bounds on the distance from a vertex, from the nearest of several, or of several points with
   /// start distances, given distances from there: one for each vertex. Any number may be wrong.
@@ -183,7 +182,7 @@ class Certifier {
   }
 
   Surface<double> surface_;
-  std::shared_ptr<const detail::PlanarFaces> faces_;
+  std::shared_ptr<const detail::PlanarFaces<double>> faces_;
 };
 
 template <std::floating_point T>

@@ -56,7 +56,7 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
  private:
   friend class detail::DistanceQueries<DijkstraSolver<T>, T>;
   using Real = typename detail::WorkingPrecision<T>::Real;
-  using Queue = detail::BucketQueueOf<Real>;
+  using Queue = detail::BucketQueue<Real>;
 
   void set_up(const DijkstraOptions& options);
 
@@ -98,20 +98,18 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
 
   // Each edge once at either end, whatever number of faces it has.
   void link() {
+    const auto stands_for_edge = [&](Index h) { return surface_.twin(h) <= h; };
+    std::size_t count = 0;
+    for (Index h = 0; h < surface_.halfedge_count(); ++h) count += 2 * stands_for_edge(h);
+    edges_.reserve(count);
+    begin_.reserve(static_cast<std::size_t>(surface_.vertex_count()) + 1);
     begin_.push_back(0);
-    detail::Array<Edge> around;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      around.clear();
-      for (const Index h : surface_.corners(v)) {
-        around.push_back({surface_.length(h), surface_.tip(h)});
-        const Index in = surface_.previous(h);
-        around.push_back({surface_.length(in), surface_.origin(in)});
+      for (const Index out : surface_.corners(v)) {
+        const Index in = surface_.previous(out);
+        if (stands_for_edge(out)) edges_.push_back({surface_.length(out), surface_.tip(out)});
+        if (stands_for_edge(in)) edges_.push_back({surface_.length(in), surface_.origin(in)});
       }
-      std::sort(around.begin(), around.end(),
-                [](const Edge& a, const Edge& b) { return a.tip < b.tip; });
-      const auto end = std::unique(around.begin(), around.end(),
-                                   [](const Edge& a, const Edge& b) { return a.tip == b.tip; });
-      edges_.insert(edges_.end(), around.begin(), end);
       begin_.push_back(static_cast<Index>(edges_.size()));
     }
     step_ = detail::short_edge_length(surface_);
@@ -123,7 +121,7 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   detail::Array<Index> begin_;  // of each vertex, and one more: where its edges begin
   detail::Array<Edge> edges_;
   std::shared_ptr<detail::Pool<Queue>> queues_ = std::make_shared<detail::Pool<Queue>>();
-  std::shared_ptr<const detail::SteinerGraphOf<Real>> graph_;  // where there are Steiner points
+  std::shared_ptr<const detail::SteinerGraph<Real>> graph_;  // where there are Steiner points
 };
 
 template <std::floating_point T>
@@ -131,7 +129,7 @@ void DijkstraSolver<T>::set_up(const DijkstraOptions& options) {
   detail::require(options.steiner_points >= 0, "the number of Steiner points is ",
                   options.steiner_points, ", less than 0");
   if (options.steiner_points > 0) {
-    graph_ = std::make_shared<const detail::SteinerGraphOf<Real>>(surface_, options.steiner_points);
+    graph_ = std::make_shared<const detail::SteinerGraph<Real>>(surface_, options.steiner_points);
   } else {
     link();
   }

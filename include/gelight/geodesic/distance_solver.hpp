@@ -77,14 +77,12 @@ template <std::floating_point Real>
 /// What the distances of a query count from while it lasts: the start distance of the earliest
 /// source, of each connected part where those differ. So numbers are no larger than the parts.
 template <std::floating_point Real>
-struct StartsOf {
+struct Starts {
   Real common = 0;        // of all parts, 0 where they differ
   Array<Real> of_vertex;  // where they differ
 
   [[nodiscard]] Real at(Index v) const { return of_vertex.empty() ? common : of_vertex[v]; }
 };
-
-using Starts = StartsOf<double>;
 
 /// A number no less than the length of any shortest path.
 template <std::floating_point Real>
@@ -105,8 +103,8 @@ template <std::floating_point Real>
 /// Moves the start distances so that the earliest of each connected part is 0, and returns what
 /// those were. Sources that others have overtaken before they start are dropped.
 template <std::floating_point Real>
-[[nodiscard]] StartsOf<Real> move_to_zero(const Surface<Real>& surface,
-                                          std::vector<Source<Real>>& sources) {
+[[nodiscard]] Starts<Real> move_to_zero(const Surface<Real>& surface,
+                                        std::vector<Source<Real>>& sources) {
   const auto is_earlier = [](const auto& a, const auto& b) { return a.distance < b.distance; };
   const auto [first, last] = std::minmax_element(sources.begin(), sources.end(), is_earlier);
   const Real earliest = first->distance;
@@ -133,7 +131,7 @@ template <std::floating_point Real>
 
   const auto starts_so = [&](const auto& part) { return part.second == earliest; };
   if (std::all_of(parts.begin(), parts.end(), starts_so)) return {earliest, {}};
-  StartsOf<Real> starts{0, Array<Real>(components.size(), 0)};
+  Starts<Real> starts{0, Array<Real>(components.size(), 0)};
   for (const auto& [part, start] : parts) starts.of_vertex[part] = start;
   for (Index v = 0; v < surface.vertex_count(); ++v) {
     starts.of_vertex[v] = starts.of_vertex[components[v]];  // a part's least vertex comes first

@@ -159,14 +159,14 @@ class ExactField {
   using Real = typename detail::WorkingPrecision<T>::Real;
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
-  using PlanarFaces = detail::PlanarFacesOf<Real>;
-  using Propagation = detail::WindowPropagationOf<Real>;
-  using Limits = detail::PropagationLimitsOf<Real>;
-  using Origin = detail::OriginOf<Real>;
-  using Arrival = detail::ArrivalOf<Real>;
+  using PlanarFaces = detail::PlanarFaces<Real>;
+  using Propagation = detail::WindowPropagation<Real>;
+  using Limits = detail::PropagationLimits<Real>;
+  using Origin = detail::Origin<Real>;
+  using Arrival = detail::Arrival<Real>;
   using Weights = std::array<Real, 3>;
-  using PastVertex = detail::PastVertexOf<Real>;
-  using Way = detail::WayOf<Real>;
+  using PastVertex = detail::PastVertex<Real>;
+  using Way = detail::Way<Real>;
 
   // Rounding of the unfolded images, with room: paths that differ by less are equally short.
   static constexpr T default_tolerance = std::max(T(1e-12), 16 * std::numeric_limits<T>::epsilon());
@@ -293,7 +293,7 @@ class ExactField {
     for (Index h = 3 * f; h < 3 * f + 3; ++h) {
       if (weights[static_cast<std::size_t>((h + 2) % 3)] == 0) continue;
       const Vec2<Real> at = in_frame(h, weights);
-      windows_->for_each(h, [&](const detail::WindowColumnsOf<Real>& w, std::ptrdiff_t count) {
+      windows_->for_each(h, [&](const detail::WindowColumns<Real>& w, std::ptrdiff_t count) {
         for (std::ptrdiff_t i = 0; i < count; ++i) {
           const Real start = origins_[w.origin[i]].start, rest = limit - start;
           const Real dx = at.x() - w.x[i], dy = at.y() - w.y[i];
@@ -388,7 +388,7 @@ class ExactField {
   }
 
   // Takes what a propagation found, or gives it back.
-  void exchange(Propagation& propagation, detail::WindowStoreOf<Real>& windows) {
+  void exchange(Propagation& propagation, detail::WindowStore<Real>& windows) {
     std::swap(distances_, propagation.distances);
     std::swap(arrivals_, propagation.arrivals);
     std::swap(origins_, propagation.origins);
@@ -406,7 +406,7 @@ class ExactField {
     }
     origins_ = propagation.origins;
     if (propagation.keeps_any()) {
-      windows_ = std::make_shared<const detail::WindowStoreOf<Real>>(std::move(propagation.kept));
+      windows_ = std::make_shared<const detail::WindowStore<Real>>(std::move(propagation.kept));
       propagation.kept = {};
     }
   }
@@ -638,8 +638,8 @@ class ExactField {
   [[nodiscard]] std::vector<Point> trace(const End& end) const {
     if (!end.back.empty()) return end.back;
     if (!(end.distance < unreachable<Real>)) return {};
-    const detail::LineBacktraceOf<Real> tracer(surface_, *faces_, sources_, distances_, arrivals_,
-                                               origins_, fronts_);
+    const detail::LineBacktrace<Real> tracer(surface_, *faces_, sources_, distances_, arrivals_,
+                                             origins_, fronts_);
     std::vector<Point> path = tracer.back(end.point, end.at, end.last);
     if (!fronts_.empty()) return path;
     const Real error = path_error(path, end.distance);
@@ -691,8 +691,8 @@ class ExactField {
   }
 
   [[nodiscard]] std::vector<Point> backtrace_by_windows(const Point& p, Real distance) const {
-    detail::WindowBacktraceOf<Real> backtrace(surface_, *faces_, sources_, distances_, arrivals_,
-                                              origins_, *windows_);
+    detail::WindowBacktrace<Real> backtrace(surface_, *faces_, sources_, distances_, arrivals_,
+                                            origins_, *windows_);
     return backtrace.back(p, distance);
   }
 
@@ -720,16 +720,16 @@ class ExactField {
 
   Mesh surface_;
   std::shared_ptr<const PlanarFaces> faces_;
-  detail::StartsOf<Real> starts_;
-  std::vector<Source<Real>> sources_;          // their distances less those
-  std::vector<detail::FrontOf<Real>> fronts_;  // of segments, theirs likewise
+  detail::Starts<Real> starts_;
+  std::vector<Source<Real>> sources_;               // their distances less those
+  std::vector<detail::SegmentFront<Real>> fronts_;  // of segments, theirs likewise
   Real bound_ = unreachable<Real>;
   detail::Array<Real> distances_;    // of each vertex, less its start
   detail::Array<Arrival> arrivals_;  // of each vertex
   detail::Array<Origin> origins_;
-  std::shared_ptr<const detail::WindowStoreOf<Real>> windows_;  // where any were kept
-  detail::Array<char> kept_faces_;                              // which, or empty for all
-  bool bends_anywhere_ = false;                                 // with a reset radius
+  std::shared_ptr<const detail::WindowStore<Real>> windows_;  // where any were kept
+  detail::Array<char> kept_faces_;                            // which, or empty for all
+  bool bends_anywhere_ = false;                               // with a reset radius
   CancelHook cancelled_;
   std::size_t max_memory_ = std::numeric_limits<std::size_t>::max();
 };
@@ -877,10 +877,10 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   friend class PathSolver;
   using Real = typename detail::WorkingPrecision<T>::Real;
   using Point = SurfacePoint<Real>;
-  using PlanarFaces = detail::PlanarFacesOf<Real>;
+  using PlanarFaces = detail::PlanarFaces<Real>;
   using Sources = std::vector<Source<Real>>;
-  using Workspace = detail::WindowPropagationOf<Real>;
-  using Limits = detail::PropagationLimitsOf<Real>;
+  using Workspace = detail::WindowPropagation<Real>;
+  using Limits = detail::PropagationLimits<Real>;
   using Pool = detail::Pool<Workspace>;
   using Borrowed = typename Pool::Borrowed;
 
@@ -898,7 +898,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   // Segments, and the points of them from which their ends and the corners of their faces are
   // reached.
   struct Curves {
-    std::vector<detail::FrontOf<Real>> fronts;
+    std::vector<detail::SegmentFront<Real>> fronts;
     Sources sources;
   };
   [[nodiscard]] Curves curves_of(std::span<const Segment<T>> segments) const {
@@ -911,7 +911,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     }
     return out;
   }
-  void add_points(const detail::FrontOf<Real>& front, Sources& sources) const {
+  void add_points(const detail::SegmentFront<Real>& front, Sources& sources) const {
     const Point begin = face_point(front.face, front.begin),
                 end = face_point(front.face, front.end);
     const Vec3<Real> way = surface_.difference(begin, end);
@@ -928,8 +928,9 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     }
   }
 
-  [[nodiscard]] ExactField<T> solve_checked(Sources sources, const ExactOptions<T>& options,
-                                            std::vector<detail::FrontOf<Real>> fronts = {}) const;
+  [[nodiscard]] ExactField<T> solve_checked(
+      Sources sources, const ExactOptions<T>& options,
+      std::vector<detail::SegmentFront<Real>> fronts = {}) const;
 
   // The shortest path between two points, if it is no longer than `longest`, by windows that can be
   // part of such a path alone; empty else.
@@ -940,13 +941,13 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     workspace.run(surface_, *faces_, sources, limits);
   }
 
-  [[nodiscard]] detail::StartsOf<Real> normalise(Sources& sources) const {
+  [[nodiscard]] detail::Starts<Real> normalise(Sources& sources) const {
     for (auto& source : sources) source.point = detail::simplified(surface_, source.point);
     return detail::move_to_zero(surface_, sources);
   }
 
   [[nodiscard]] Limits limits_of(const ExactOptions<T>& options,
-                                 const detail::StartsOf<Real>& starts) const {
+                                 const detail::Starts<Real>& starts) const {
     Limits limits;
     limits.distance = Real{options.max_distance} - starts.common;
     limits.starts = starts.of_vertex;
@@ -1032,7 +1033,7 @@ auto ExactSolver<T>::solve_vertices(Sources sources) const -> detail::Array<Real
 
 template <std::floating_point T>
 auto ExactSolver<T>::solve_checked(Sources sources, const ExactOptions<T>& options,
-                                   std::vector<detail::FrontOf<Real>> fronts) const
+                                   std::vector<detail::SegmentFront<Real>> fronts) const
     -> ExactField<T> {
   require_options(options);
   ExactField<T> field(surface_);
@@ -1072,7 +1073,7 @@ auto ExactSolver<T>::path_within(const Point& from, const Point& to, Real longes
   const Borrowed workspace(*pool_);
   run(*workspace, field.sources_, limits);
   field.bound_ = (*workspace).bound();
-  const auto windows = std::make_shared<detail::WindowStoreOf<Real>>();
+  const auto windows = std::make_shared<detail::WindowStore<Real>>();
   field.windows_ = windows;
   field.exchange(*workspace, *windows);
   std::vector<Point> path = field.trace(field.nearest(to));

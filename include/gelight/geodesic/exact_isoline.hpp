@@ -198,7 +198,7 @@ class ArcTracer {
   }
 
   // Straight from a segment, on both sides.
-  void add_front(const FrontOf<Real>& front, Real level) {
+  void add_front(const SegmentFront<Real>& front, Real level) {
     const Vec2<Real> a = place(front.begin), b = place(front.end), way = stable_unit(b - a);
     const Real away = level - front.start;
     if (way.isZero(0) || !(away > 0)) return;
@@ -211,7 +211,7 @@ class ArcTracer {
   }
 
   [[nodiscard]] bool is_from_front(Index origin) const {
-    using Kind = typename OriginOf<Real>::Kind;
+    using Kind = typename Origin<Real>::Kind;
     while (field_.origins_[origin].kind == Kind::crossing) {
       origin = field_.origins_[origin].previous;
     }

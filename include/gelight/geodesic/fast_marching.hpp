@@ -135,7 +135,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   struct Front : detail::Waves<Node> {
     using detail::Waves<Node>::nodes;
     detail::Array<double> starts;  // of each wave
-    detail::BucketQueue queue;
+    detail::BucketQueue<double> queue;
 
     void reset(Index vertices, double step) {
       detail::Waves<Node>::reset(vertices);
@@ -234,17 +234,21 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     spokes_.push_back(spoke);
   }
 
-  // By their half-edges.
-  static detail::Array<Corner> measured_corners(const Surface<double>& surface) {
-    detail::Array<Corner> corners(static_cast<std::size_t>(surface.halfedge_count()));
+  static detail::Array<PlanarFace> laid_out_faces(const Surface<double>& surface) {
+    detail::Array<PlanarFace> faces;
+    faces.reserve(static_cast<std::size_t>(surface.face_count()));
     for (Index h = 0; h < surface.halfedge_count(); h += 3) {
-      const auto [x1, x2, y2] = detail::laid_out(
-          detail::mollified({surface.length(h), surface.length(h + 1), surface.length(h + 2)}, 1));
-      corners[h] = {x1 * x2, x1 * y2};
-      corners[h + 1] = {x1 * (x1 - x2), x1 * y2};
-      corners[h + 2] = {x2 * (x2 - x1) + y2 * y2, x1 * y2};
+      faces.push_back(detail::laid_out(
+          detail::mollified({surface.length(h), surface.length(h + 1), surface.length(h + 2)}, 1)));
     }
-    return corners;
+    return faces;
+  }
+
+  /// The corner of a face at its k-th vertex.
+  static Corner corner_of(const PlanarFace& face, Index k) {
+    const auto& [x1, x2, y2] = face;
+    const double dot = k == 0 ? x1 * x2 : k == 1 ? x1 * (x1 - x2) : x2 * (x2 - x1) + y2 * y2;
+    return {dot, x1 * y2};
   }
 
   // Distance of the third vertex of a face from an edge at whose ends it is `a` and `b`, the first
@@ -287,7 +291,7 @@ void FastMarchingSolver<T>::set_up() {
   double sum = 0;
   for (Index h = 0; h < surface_.halfedge_count(); ++h) sum += surface_.length(h);
   most_delay_ = most_delay_in_edges * sum / surface_.halfedge_count();
-  const auto corners = measured_corners(surface_);
+  const auto faces = laid_out_faces(surface_);
   detail::OneRing spokes(surface_);
   begin_.reserve(static_cast<std::size_t>(surface_.vertex_count()) + 1);
   spokes_.reserve(static_cast<std::size_t>(surface_.halfedge_count()) +
@@ -299,7 +303,8 @@ void FastMarchingSolver<T>::set_up() {
     begin_.push_back(static_cast<Index>(spokes_.size()));
     spokes.visit(v, [&](Index edge, Index corner) {
       const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
-      add_spoke(end, surface_.length(edge), corner < 0 ? Corner{no_face, 0} : corners[corner]);
+      add_spoke(end, surface_.length(edge),
+                corner < 0 ? Corner{no_face, 0} : corner_of(faces[corner / 3], corner % 3));
     });
   }
   begin_.push_back(static_cast<Index>(spokes_.size()));

@@ -62,17 +62,17 @@ struct HeatOptions {
 namespace detail {
 
 /// Heat and Poisson systems of a surface, each factored when it is first solved; shared by the
-/// solvers that use them. (A template only so that it costs nothing to include.)
+/// solvers that use them.
 template <std::floating_point Real>
-struct HeatSystemOf {
-  using Pattern = SymmetricPatternOf<Real>;
-  using Dissection = DissectionOf<Real>;
+struct HeatSystem {
+  using Pattern = SymmetricPattern<Real>;
+  using Dissection = detail::Dissection<Real>;
 
   Real time_factor = 1;
   bool is_delaunay = false;
   Real mean_edge = 0;
   Real unit = 1;  // of the lengths below: the mean edge, or 1 if that is zero
-  IntrinsicTriangulationOf<Real> mesh;
+  IntrinsicTriangulation<Real> mesh;
   Array<PlanarFace> faces;
   Array<Index> component;  // of each vertex
   std::shared_ptr<const Pattern> pattern;
@@ -80,8 +80,8 @@ struct HeatSystemOf {
   SymmetricMatrix<Real> laplacian;
   SymmetricMatrix<Real> heat;
 
-  HeatSystemOf(const Surface<Real>& surface, Real time, bool intrinsic,
-               LinearBackend<Real> backend = nullptr, const CancelHook& cancelled = {})
+  HeatSystem(const Surface<Real>& surface, Real time, bool intrinsic,
+             LinearBackend<Real> backend = nullptr, const CancelHook& cancelled = {})
       : time_factor(time), is_delaunay(intrinsic), surface_(surface) {
     require(time_factor > 0 && std::isfinite(time_factor), "the heat's time factor is ",
             time_factor, ", not a positive number");
@@ -201,8 +201,6 @@ struct HeatSystemOf {
   Lazy<Factor> lazy_heat_, lazy_poisson_;
 };
 
-using HeatSystem = HeatSystemOf<double>;
-
 }  // namespace detail
 
 /// Distances by heat, and how far they are to be trusted.
@@ -258,7 +256,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   /// time factor, triangulation and backend then hold instead of the options'. Throws InvalidInput
   /// for systems of any other surface.
   HeatSolver(Surface<Real> surface, const HeatOptions& options,
-             std::shared_ptr<const detail::HeatSystemOf<Real>> system)
+             std::shared_ptr<const detail::HeatSystem<Real>> system)
       : surface_(std::move(surface)), options_(options), system_(std::move(system)) {
     set_up(options);
   }
@@ -279,7 +277,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   ///@}
 
   /// The factored systems, for solvers that share them.
-  [[nodiscard]] const std::shared_ptr<const detail::HeatSystemOf<Real>>& system() const {
+  [[nodiscard]] const std::shared_ptr<const detail::HeatSystem<Real>>& system() const {
     return system_;
   }
 
@@ -293,7 +291,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     detail::Array<Real> distance;  // from the start
     detail::Array<char> is_exact;  // of each vertex
     bool is_too_far = false;
-    detail::StartsOf<Real> starts{};
+    detail::Starts<Real> starts{};
 
     [[nodiscard]] Real distance_of(Index v) const { return starts.at(v) + distance[v]; }
   };
@@ -552,17 +550,17 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
       any = true;
     }
     if (!any) return;
-    border_heat_ = detail::HeatSystemOf<Real>::with_held(system_->heat, is_border_);
+    border_heat_ = detail::HeatSystem<Real>::with_held(system_->heat, is_border_);
     border_factor_ = system_->factor(border_heat_, cancelled);
   }
 
   Surface<Real> surface_;
   HeatOptions options_;
-  std::shared_ptr<const detail::HeatSystemOf<Real>> system_;
+  std::shared_ptr<const detail::HeatSystem<Real>> system_;
   std::optional<ExactSolver<Real>> exact_;
   detail::Array<char> is_border_;  // of each vertex, where heat is held at zero there
   detail::SymmetricMatrix<Real> border_heat_;
-  typename detail::HeatSystemOf<Real>::Factor border_factor_;
+  typename detail::HeatSystem<Real>::Factor border_factor_;
 };
 
 template <std::floating_point T>
@@ -575,7 +573,7 @@ void HeatSolver<T>::set_up(const HeatOptions& options) {
   if (system_ != nullptr) {
     system_->require_made_of(surface_);
   } else {
-    system_ = std::make_shared<detail::HeatSystemOf<Real>>(
+    system_ = std::make_shared<detail::HeatSystem<Real>>(
         surface_, options.time_factor, options.intrinsic_delaunay, options.backend, cancelled);
   }
   if (options.exact_radius > 0) exact_.emplace(surface_);

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "gelight/core/error.hpp"
@@ -31,13 +31,14 @@ template <std::floating_point T>
 /// for a point that is not of the surface, and for a length that T cannot hold.
 template <std::floating_point T>
 [[nodiscard]] T length(const Surface<T>& surface, const Path<T>& path) {
-  T sum = 0;
+  double sum = 0;
   for (std::size_t i = 1; i < path.size(); ++i) {
     for (const auto& point : {path[i - 1], path[i]}) surface.require_point(point);
-    sum += detail::stable_norm(surface.difference(path[i - 1], path[i]));
+    sum += double{detail::stable_norm(surface.difference(path[i - 1], path[i]))};
   }
-  detail::require(std::isfinite(sum), "the path is ", sum, " long, more than its type can hold");
-  return sum;
+  detail::require(sum <= double{std::numeric_limits<T>::max()}, "the path is ", sum,
+                  " long, more than its type can hold");
+  return static_cast<T>(sum);
 }
 
 /// A face that holds each piece of a path: one fewer than it has points. Of several, where a piece

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -23,6 +25,8 @@
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
+#include "gelight/geodesic/plan_costs.hpp"
+#include "gelight/geodesic/planning/measured_costs.hpp"
 #include "gelight/geodesic/planning/mesh_statistics.hpp"
 #include "gelight/geodesic/planning/method_models.hpp"
 #include "gelight/geodesic/planning/path_error.hpp"
@@ -61,6 +65,18 @@ enum class Assurance {
   certified
 };
 
+/// A method of the caller's own for DistancePlanner to choose from.
+struct PlanMethod {
+  /// Distance of every vertex from the nearest of points with start distances.
+  using Query = std::function<std::vector<double>(std::span<const Source<double>>)>;
+
+  std::string name;     ///< What plans and answers call it.
+  MethodCost cost;      ///< As measured on the machine of the request's costs.
+  RelativeError error;  ///< What it is off at most from one source, on meshes as the planned one.
+  /// Sets the method up. What it returns is const and safe from several threads.
+  std::function<Query(const Surface<double>&)> make;
+};
+
 /// What a caller wants of distances, and what they may cost.
 struct PlanRequest {
   double tolerance = 0.01;           ///< Largest relative error allowed, in the norm below.
@@ -75,6 +91,9 @@ struct PlanRequest {
   double memory_limit = unreachable<double>;  ///< Bytes beyond the mesh, as estimated.
   /// By how much the machine is slower than the one of the estimates (benchmarks/results).
   double slowness = 1;
+  /// What the methods cost; measured_plan_costs() measures the machine that runs it.
+  PlanCosts costs = detail::measured_costs;
+  std::vector<PlanMethod> methods{};  ///< Others to choose from.
   /// Asked now and then during a query, by its thread; where it answers true, that ends with
   /// Cancelled.
   CancelHook cancelled{};
@@ -82,7 +101,8 @@ struct PlanRequest {
 
 /// What was chosen, and why.
 struct DistancePlan {
-  std::string method;  ///< The solver: dijkstra, fast_marching, virtual_source, exact or smooth.
+  std::string method;  ///< The solver: dijkstra, fast_marching, virtual_source, exact, smooth
+                       ///< or one of the caller's own.
   bool expected_to_satisfy = true;  ///< Whether tolerance, assurance and limits can all be met.
   /// In the norm and against the truth asked for, from one source; with what rounding to the
   /// caller's type takes. Where it is more than the tolerance though that is expected to be
@@ -103,10 +123,10 @@ struct DistancePlan {
 /// Distances with what is known about them.
 template <std::floating_point T>
 struct PlannedDistances {
-  std::vector<T> distances;  ///< Of each vertex, +infinity where no path leads.
-  std::string method;        ///< The one whose distances these are, after any escalation.
+  std::vector<T> distance;  ///< Of each vertex, +infinity where no path leads.
+  std::string method;       ///< The one whose distances these are, after any escalation.
   Assurance achieved = Assurance::expected;  ///< How the error is known.
-  /// Of `distances` as they are, rounding included. Certified: a bound, in the norm asked for.
+  /// Of `distance` as it is, rounding included. Certified: a bound, in the norm asked for.
   /// Sampled: the largest of the targets that were checked, which may be beyond a tolerance of the
   /// mean where their mean is not. Else what is expected, in that norm.
   double error = 0;
@@ -123,9 +143,25 @@ namespace detail {
 template <std::floating_point Real>
 class PlannedSolvers {
  public:
-  PlannedSolvers(const Surface<Real>& surface, const std::vector<Index>& targets)
-      : surface_(surface) {
+  PlannedSolvers(const Surface<Real>& surface, const std::vector<Index>& targets,
+                 const std::vector<PlanMethod>& own)
+      : surface_(surface), own_(own.size()) {
     for (const Index v : targets) options_.targets.push_back(vertex_point<Real>(v));
+  }
+
+  [[nodiscard]] std::vector<Real> distance(const PlanMethod& method, std::size_t number,
+                                           const Sources& sources,
+                                           const CancelHook& cancelled) const {
+    cancelled.check(0, "the planned query");
+    auto distances = own_[number].get([&] { return method.make(surface_); })(sources);
+    require(distances.size() == static_cast<std::size_t>(surface_.vertex_count()), "the method ",
+            method.name, " gave ", distances.size(), " distances of ", surface_.vertex_count(),
+            " vertices");
+    for (std::size_t v = 0; v < distances.size(); ++v) {
+      require(distances[v] >= 0, "the method ", method.name, " gave ", distances[v], " at vertex ",
+              v);
+    }
+    return distances;
   }
 
   [[nodiscard]] std::vector<Real> distance(Method method, const Sources& sources,
@@ -155,8 +191,8 @@ class PlannedSolvers {
     return SmoothDistanceSolver<Real>(surface_, {.cancelled = cancelled}).solve(from);
   }
 
-  [[nodiscard]] const PlanarFacesOf<Real>& faces() const {
-    return faces_.get([&] { return PlanarFacesOf<Real>(surface_); });
+  [[nodiscard]] const PlanarFaces<Real>& faces() const {
+    return faces_.get([&] { return PlanarFaces<Real>(surface_); });
   }
 
  private:
@@ -176,7 +212,8 @@ class PlannedSolvers {
   Lazy<FastMarchingSolver<Real>> fast_marching_;
   Lazy<ExactSolver<Real>> exact_;
   Lazy<SmoothDistanceSolver<Real>> smooth_;
-  Lazy<PlanarFacesOf<Real>> faces_;
+  Lazy<PlanarFaces<Real>> faces_;
+  std::vector<Lazy<PlanMethod::Query>> own_;
 };
 
 }  // namespace detail
@@ -224,10 +261,11 @@ class PlannedSolvers {
 /// Construction is linear in the mesh; solvers are made when first needed. Queries are const
 /// and safe from several threads.
 template <std::floating_point T>
-class DistancePlanner {
+class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
  public:
   /// Throws InvalidInput as Surface does, for a tolerance that is not positive, fewer than one
-  /// source or sample, a limit or slowness that is not positive, a target out of range.
+  /// source or sample, a limit or slowness that is not positive, a target out of range, a cost or
+  /// error that is negative or NaN, a method that nothing makes.
   template <TriangleMesh M>
   explicit DistancePlanner(const M& mesh, PlanRequest request = {})
       : surface_(mesh), request_(std::move(request)), statistics_(surface_) {
@@ -237,17 +275,22 @@ class DistancePlanner {
   /// What was chosen for the request, and why.
   [[nodiscard]] const DistancePlan& plan() const { return plan_; }
 
-  /// Distances of all vertices from a vertex, several, or points with start distances. Throws
-  /// InvalidInput as a solver does, Cancelled where the request's hook says so.
+  /// Distances of all vertices from a vertex, several, or points with start distances, and how
+  /// far they are to be trusted (`distance` gives the distances alone). Throws InvalidInput as a
+  /// solver does, Cancelled where the request's hook says so.
   ///@{
-  [[nodiscard]] PlannedDistances<T> distance(Index vertex) const {
-    return distance(std::span<const Index>(&vertex, 1));
+  [[nodiscard]] PlannedDistances<T> solve(Index vertex) const {
+    return solve(std::span<const Index>(&vertex, 1));
   }
-  [[nodiscard]] PlannedDistances<T> distance(std::span<const Index> vertices) const;
-  [[nodiscard]] PlannedDistances<T> distance(std::span<const Source<T>> sources) const;
+  [[nodiscard]] PlannedDistances<T> solve(std::span<const Index> vertices) const;
+  [[nodiscard]] PlannedDistances<T> solve(std::span<const Source<T>> sources) const;
   ///@}
 
+  /// The mesh's surface.
+  [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+
  private:
+  friend class detail::DistanceQueries<DistancePlanner<T>, T>;
   using Method = detail::Method;
   using Real = std::common_type_t<T, double>;  // double; by T, so that nothing is compiled unused
   using Solvers = detail::PlannedSolvers<Real>;
@@ -271,6 +314,7 @@ class DistancePlanner {
   static constexpr double mean_gain = 25, max_gain = 8, lifted_cost = 7;
   // What comparing numbers takes.
   static constexpr double arithmetic = 8 * std::numeric_limits<double>::epsilon();
+  static constexpr std::size_t own = static_cast<std::size_t>(Method::own);  // how many are ours
   // The shares of a query after which a method and all of its checks are done, where exact
   // distances may have to follow; and of one method that the solver takes.
   static constexpr double first_method = 0.3, solving = 0.6;
@@ -284,6 +328,29 @@ class DistancePlanner {
                     r.time_limit, " s, ", r.memory_limit, " bytes and the slowness ", r.slowness,
                     " are not all positive");
     for (const Index v : r.targets) surface_.require_vertex(v);
+    for (const PlanMethod& method : r.methods) {
+      const auto& [mean, max] = method.error;
+      detail::require(mean >= 0 && max >= mean, "the method ", method.name, " has a mean error of ",
+                      mean, " and a largest one of ", max);
+      detail::require(method.make != nullptr, "the method ", method.name,
+                      " has nothing to make it");
+      require_cost(method.name, method.cost);
+    }
+    const PlanCosts& c = r.costs;
+    for (std::size_t i = 0; i < own; ++i) {
+      const auto method = static_cast<Method>(i);
+      require_cost(detail::name_of(method), detail::cost_of(method, c));
+    }
+    require_cost("certificate", c.certificate);
+    require_cost("paths", c.paths);
+    detail::require(c.sample_share >= 0 && std::isfinite(c.sample_share),
+                    "the share of a sample is ", c.sample_share);
+  }
+  static void require_cost(std::string_view name, const MethodCost& cost) {
+    for (const double number : {cost.setup_ns, cost.query_ns, cost.bytes}) {
+      detail::require(number >= 0 && std::isfinite(number), "a cost of ", name, " is ", number);
+    }
+    detail::require(std::isfinite(cost.growth), "the growth of ", name, " is ", cost.growth);
   }
 
   // --- choosing ----------------------------------------------------------------------------------
@@ -311,13 +378,29 @@ class DistancePlanner {
     return request_.truth == DistanceTruth::smooth ? Assurance::expected : request_.assurance;
   }
 
+  // The caller's own that a method is, if it is one.
+  [[nodiscard]] const PlanMethod* own_method(Method method) const {
+    return method < Method::own ? nullptr : &request_.methods[number_of(method)];
+  }
+  static std::size_t number_of(Method method) { return static_cast<std::size_t>(method) - own; }
+  [[nodiscard]] std::string name_of(Method method) const {
+    return method < Method::own ? detail::name_of(method) : own_method(method)->name;
+  }
+  [[nodiscard]] const MethodCost& cost_of(Method method) const {
+    return method < Method::own ? detail::cost_of(method, request_.costs)
+                                : own_method(method)->cost;
+  }
+  [[nodiscard]] RelativeError error_of(Method method) const {
+    return method < Method::own ? Models(statistics_).of(method) : own_method(method)->error;
+  }
+
   // Of the method, and of what T cannot hold.
   [[nodiscard]] double expected_error(Method method) const {
     constexpr double rounding = std::numeric_limits<T>::epsilon() / 2;
-    return in_norm(Models(statistics_).of(method)) + in_norm({rounding / 2, rounding});
+    return in_norm(error_of(method)) + in_norm({rounding / 2, rounding});
   }
   [[nodiscard]] double provable(Method method) const {
-    return in_norm(Models(statistics_).provable(method));
+    return in_norm(Models(statistics_).provable(error_of(method)));
   }
   [[nodiscard]] bool is_familiar() const { return *Models(statistics_).unfamiliar() == 0; }
 
@@ -363,29 +446,28 @@ class DistancePlanner {
     return check == Check::samples || check == Check::paths_and_samples;
   }
 
-  [[nodiscard]] double seconds(const detail::MethodCost& cost) const {
+  [[nodiscard]] double seconds(const MethodCost& cost) const {
     return request_.slowness * cost.seconds(surface_.vertex_count(), request_.sources);
   }
   // With what it costs on average that the exact solver has to be called where paths tell so.
   [[nodiscard]] double seconds_with_checks(Method method) const {
     const Check check = check_of(method, 1);
-    double sum = seconds(detail::cost_of(method));
-    if (check == Check::certificate) sum += seconds(detail::certificate_cost);
+    double sum = seconds(cost_of(method));
+    if (check == Check::certificate) sum += seconds(request_.costs.certificate);
     if (has_paths(check)) {
       const double share = expected_error(method) / share_of_method();
-      sum += seconds(detail::paths_cost);
-      sum += std::min(1.0, (is_familiar() ? failing : 1) * share) *
-             seconds(detail::cost_of(Method::exact));
+      sum += seconds(request_.costs.paths);
+      sum += std::min(1.0, (is_familiar() ? failing : 1) * share) * seconds(cost_of(Method::exact));
     }
     if (has_samples(check)) {
-      sum += request_.samples * detail::sample_share * seconds(detail::cost_of(Method::exact));
+      sum += request_.samples * request_.costs.sample_share * seconds(cost_of(Method::exact));
     }
     return sum;
   }
   [[nodiscard]] double bytes(Method method) const {
     const bool is_proved = check_of(method, 1) == Check::certificate;
-    const double checks = is_proved ? detail::certificate_cost.bytes : 0;
-    return surface_.vertex_count() * std::max(detail::cost_of(method).bytes, checks);
+    const double checks = is_proved ? request_.costs.certificate.bytes : 0;
+    return surface_.vertex_count() * std::max(cost_of(method).bytes, checks);
   }
 
   [[nodiscard]] bool satisfies(Method method) const {
@@ -405,7 +487,8 @@ class DistancePlanner {
   void choose() {
     std::optional<Method> cheapest, best;
     Method smallest = Method::dijkstra;
-    for (const Method method : detail::all_methods) {
+    for (std::size_t i = 0; i < own + request_.methods.size(); ++i) {
+      const auto method = static_cast<Method>(i);
       if (bytes(method) < bytes(smallest)) smallest = method;
       if (!within_limits(method)) continue;
       if (satisfies(method) &&
@@ -415,7 +498,7 @@ class DistancePlanner {
       if (!best || expected_error(method) < expected_error(*best)) best = method;
     }
     chosen_ = cheapest ? *cheapest : best ? *best : smallest;
-    plan_.method = detail::cost_of(chosen_).name;
+    plan_.method = name_of(chosen_);
     plan_.expected_to_satisfy = cheapest.has_value() && floor() < request_.tolerance;
     plan_.expected_error = expected_error(chosen_) + floor();
     plan_.unfamiliar = Models(statistics_).unfamiliar();
@@ -428,7 +511,7 @@ class DistancePlanner {
 
   // The mesh itself is too coarse.
   void lift() {
-    const double exact = seconds(detail::cost_of(Method::exact));
+    const double exact = seconds(cost_of(Method::exact));
     plan_.method = "smooth";
     plan_.expected_error = lifted_error();
     plan_.seconds = lifted_cost * exact;
@@ -488,14 +571,14 @@ class DistancePlanner {
   /// Sources whose start distances count from the earliest of them, and what that is.
   struct Query {
     detail::Sources sources;
-    detail::Starts starts;
+    detail::Starts<double> starts;
   };
   /// What a method says: ways from the earliest start distance, and the distances that are
   /// returned.
   struct Answer {
     std::vector<double> ways;
     std::vector<T> distances;
-    const detail::Starts& starts;
+    const detail::Starts<double>& starts;
 
     // As the distances have it, which were rounded.
     [[nodiscard]] double way(Index v) const {
@@ -515,6 +598,9 @@ class DistancePlanner {
   void set_up();
 
   [[nodiscard]] PlannedDistances<T> run(detail::Sources sources) const;
+  [[nodiscard]] std::vector<T> solve_vertices(detail::Sources sources) const {
+    return run(std::move(sources)).distance;
+  }
   [[nodiscard]] bool may_escalate() const {
     return chosen_ != Method::exact && plan_.expected_to_satisfy && within_limits(Method::exact);
   }
@@ -523,11 +609,11 @@ class DistancePlanner {
     const SmoothDistances<Real> found = solvers_->smooth(query.sources, request_.cancelled);
     PlannedDistances<T> result;
     result.method = plan_.method;
-    result.distances.reserve(found.distance.size());
+    result.distance.reserve(found.distance.size());
     double not_smooth = 0;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const auto i = static_cast<std::size_t>(v);
-      result.distances.push_back(
+      result.distance.push_back(
           detail::distance_as<T>(query.starts.at(v) + found.distance[i], "vertex ", v));
       not_smooth += found.trust[i] == SmoothTrust::rough;
     }
@@ -542,8 +628,12 @@ class DistancePlanner {
 
   [[nodiscard]] PlannedDistances<T> attempt(Method method, const Query& query,
                                             const CancelHook& hook) const {
-    Answer answer{
-        solvers_->distance(method, query.sources, hook.part(0, solving)), {}, query.starts};
+    const CancelHook part = hook.part(0, solving);
+    Answer answer{method < Method::own ? solvers_->distance(method, query.sources, part)
+                                       : solvers_->distance(*own_method(method), number_of(method),
+                                                            query.sources, part),
+                  {},
+                  query.starts};
     answer.distances.reserve(answer.ways.size());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const double way = answer.ways[static_cast<std::size_t>(v)];
@@ -551,8 +641,8 @@ class DistancePlanner {
     }
     const Finding found = find_error(method, query, answer, hook.part(solving, 1));
     PlannedDistances<T> result;
-    result.method = detail::cost_of(method).name;
-    result.distances = std::move(answer.distances);
+    result.method = name_of(method);
+    result.distance = std::move(answer.distances);
     result.achieved =
         request_.truth == DistanceTruth::smooth ? Assurance::expected : found.achieved;
     result.error = found.checked > 0 ? found.worst_checked : found.error + floor();
@@ -636,7 +726,7 @@ class DistancePlanner {
   [[nodiscard]] double error_between(const detail::Array<double>& lower,
                                      const detail::Array<double>& upper,
                                      const Answer& answer) const {
-    const auto bounds = detail::moved<Real>(lower, upper, detail::StartsOf<Real>{});
+    const auto bounds = detail::moved<Real>(lower, upper, detail::Starts<Real>{});
     DistanceBounds<Real> at_targets;
     std::vector<double> there;
     for_each_target([&](Index target) {
@@ -716,7 +806,7 @@ class DistancePlanner {
   // allowed these are.
   [[nodiscard]] Finding trace(const Query& query, const Answer& answer,
                               const std::vector<Index>& targets, const CancelHook& hook) const {
-    detail::PathErrorOf<Real> traced(surface_, query.sources, answer.ways, targets);
+    detail::PathError<Real> traced(surface_, query.sources, answer.ways, targets);
     const double share = share_of_method();
     double error = unreachable<double>;
     // Where waves of several sources meet, few vertices have most of the error.
@@ -767,7 +857,7 @@ class DistancePlanner {
 
   Surface<double> surface_;
   PlanRequest request_;
-  detail::MeshStatisticsOf<Real> statistics_;
+  detail::MeshStatistics<Real> statistics_;
   Method chosen_ = Method::exact;
   DistancePlan plan_;
   std::shared_ptr<const Solvers> solvers_;
@@ -776,23 +866,23 @@ class DistancePlanner {
 template <std::floating_point T>
 void DistancePlanner<T>::set_up() {
   require_request();
-  solvers_ = std::make_shared<const Solvers>(surface_, request_.targets);
+  solvers_ = std::make_shared<const Solvers>(surface_, request_.targets, request_.methods);
   choose();
 }
 
 template <std::floating_point T>
-auto DistancePlanner<T>::distance(std::span<const Index> vertices) const -> PlannedDistances<T> {
+auto DistancePlanner<T>::solve(std::span<const Index> vertices) const -> PlannedDistances<T> {
   return run(detail::checked_sources(surface_, vertices));
 }
 
 template <std::floating_point T>
-auto DistancePlanner<T>::distance(std::span<const Source<T>> sources) const -> PlannedDistances<T> {
+auto DistancePlanner<T>::solve(std::span<const Source<T>> sources) const -> PlannedDistances<T> {
   return run(detail::checked_sources(surface_, sources));
 }
 
 template <std::floating_point T>
 auto DistancePlanner<T>::run(detail::Sources sources) const -> PlannedDistances<T> {
-  detail::Starts starts = detail::move_to_zero(surface_, sources);
+  detail::Starts<double> starts = detail::move_to_zero(surface_, sources);
   const Query query{std::move(sources), std::move(starts)};
   if (is_lifted()) return lifted(query);
   const bool is_last = !may_escalate();

@@ -60,7 +60,7 @@ template <std::floating_point Real>
   if (targets.empty()) return 0;
   const auto reached = static_cast<Real>(targets.size() + known.size());
   const Real share = static_cast<Real>(targets.size()) / reached;
-  BacktraceOf<Real> way(surface, std::move(known), distance);
+  Backtrace<Real> way(surface, std::move(known), distance);
   const auto error_at = [&](Index v) {
     const auto [length, left, has_arrived] = way.walk(v);
     const Real d = std::max(0.0, distance[v]);

@@ -56,7 +56,7 @@ void for_each_place(const Surface<T>& surface, const SurfacePoint<T>& point, con
 
 /// A segment as one face has it: the shares of its ends.
 template <std::floating_point T>
-struct FrontOf {
+struct SegmentFront {
   Index face = -1;
   std::array<T, 3> begin{}, end{};
   T start = 0;
@@ -85,14 +85,15 @@ template <std::floating_point Real>
 /// A segment in each of the faces that hold it. Throws InvalidInput for points that are not of the
 /// surface, where none holds both, and a start that is not finite.
 template <std::floating_point Real, std::floating_point T>
-[[nodiscard]] std::vector<FrontOf<Real>> fronts_of(const Surface<Real>& surface,
-                                                   const Segment<T>& segment, std::size_t number) {
+[[nodiscard]] std::vector<SegmentFront<Real>> fronts_of(const Surface<Real>& surface,
+                                                        const Segment<T>& segment,
+                                                        std::size_t number) {
   for (const auto& point : {segment.begin, segment.end}) surface.require_point(point);
   require(std::isfinite(segment.distance), "segment ", number, " starts with distance ",
           segment.distance, ", which is not finite");
   const auto begin = simplified(surface, segment.begin.template cast<Real>());
   const auto end = simplified(surface, segment.end.template cast<Real>());
-  std::vector<FrontOf<Real>> out;
+  std::vector<SegmentFront<Real>> out;
   for_each_place(surface, begin, [&](Index f, const std::array<Real, 3>& a) {
     for_each_place(surface, end, [&](Index g, const std::array<Real, 3>& b) {
       if (f == g) out.push_back({f, a, b, Real{segment.distance}});
@@ -106,13 +107,14 @@ template <std::floating_point Real, std::floating_point T>
 
 /// Points on segments no more than `spacing` apart, as sources of solvers that know no segments:
 /// distances are too long by less than spacing^2 / (8 distance), and their own error. Throws
-/// InvalidInput for a segment that leaves its face and a spacing that is not positive or less than
-/// a millionth of a segment.
+/// InvalidInput for a segment that leaves its face and a spacing that is not positive, not finite
+/// or less than a millionth of a segment.
 template <std::floating_point T>
 [[nodiscard]] std::vector<Source<T>> sources_along(const Surface<T>& surface,
                                                    std::span<const Segment<T>> segments,
                                                    T spacing) {
-  detail::require(spacing > 0, "the spacing is ", spacing, ", not positive");
+  detail::require(spacing > 0 && std::isfinite(spacing), "the spacing is ", spacing,
+                  ", not a positive number");
   std::vector<Source<T>> out;
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const auto front = detail::fronts_of(surface, segments[i], i)[0];

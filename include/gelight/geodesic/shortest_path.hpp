@@ -84,7 +84,7 @@ class PathSolver {
  private:
   using Real = typename detail::WorkingPrecision<T>::Real;
   using Point = SurfacePoint<Real>;
-  using Search = detail::EdgeSearchOf<Real>;
+  using Search = detail::EdgeSearch<Real>;
   using Pool = detail::Pool<Search>;
 
   // A straight path is longer by rounding than the length that the search finds for it; and the
@@ -124,7 +124,7 @@ class PathSolver {
       path = (*search).path(surface(), from, to, cancelled_);
     }
     if (path.size() < 3) return path;
-    return detail::StraightenerOf<Real>(surface(), *exact_.faces_)(path, cancelled_);
+    return detail::Straightener<Real>(surface(), *exact_.faces_)(path, cancelled_);
   }
 
   CancelHook cancelled_;
@@ -156,7 +156,7 @@ auto PathSolver<T>::straightened(const Path<T>& path) const -> Path<T> {
                     points.size() - 1, " of the path and the next");
     points.push_back(point);
   }
-  return cast(detail::StraightenerOf<Real>(surface(), *exact_.faces_)(points, cancelled_));
+  return cast(detail::Straightener<Real>(surface(), *exact_.faces_)(points, cancelled_));
 }
 
 template <TriangleMesh M>

@@ -63,7 +63,8 @@ struct SmoothDistances {
   ExactField<double> mesh;         ///< The distances on the mesh that they are made of.
 };
 
-/// A path on the smooth surface.
+/// A path on the smooth surface; where trust is rough, on the mesh. Its length and the source's
+/// start distance sum to the distance.
 template <std::floating_point T>
 struct SmoothPath {
   std::vector<Vec3<T>> positions;  ///< Where it runs, beginning at the source.
@@ -166,9 +167,15 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     Lift lift(*faces_);
     const Lifted found = lift.measure(on_mesh);
     out.trust = trust(found);
-    out.length = detail::distance_as<T>(found.shortest(), "a point");
+    const bool is_rough = out.trust == SmoothTrust::rough;
+    out.length = detail::distance_as<T>(is_rough ? lift.on_mesh() : found.shortest(), "a point");
     out.direction = found.direction.template cast<T>();
-    for (const auto& p : lift.places()) out.positions.push_back(p.template cast<T>());
+    if (is_rough) {
+      for (const auto& p : on_mesh)
+        out.positions.push_back(surface().position(p).template cast<T>());
+    } else {
+      for (const auto& p : lift.places()) out.positions.push_back(p.template cast<T>());
+    }
     return out;
   }
   ///@}
@@ -176,10 +183,10 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
  private:
   friend class detail::DistanceQueries<SmoothDistanceSolver<T>, T>;
   using Real = typename detail::WorkingPrecision<T>::Real;
-  using Fans = detail::FansOf<Real>;
-  using Faces = detail::CurvedFacesOf<Real>;
-  using Lift = detail::LiftedPathOf<Real>;
-  using Lifted = detail::LiftedLengthOf<Real>;
+  using Fans = detail::Fans<Real>;
+  using Faces = detail::CurvedFaces<Real>;
+  using Lift = detail::LiftedPath<Real>;
+  using Lifted = detail::LiftedLength<Real>;
 
   SmoothDistanceSolver(const Surface<Real>& surface, std::span<const std::array<T, 3>> normals,
                        bool has_normals, SmoothOptions<T> options)
@@ -192,7 +199,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     if (has_normals) require_normals(fans, normals);
     detail::Array<Vec3<Real>> of_fans;
     of_fans.reserve(static_cast<std::size_t>(fans.count()));
-    detail::FittedNormalsOf<Real> fitted(fans);
+    detail::FittedNormals<Real> fitted(fans);
     for (Index fan = 0; fan < fans.count(); ++fan) {
       const Index v = fans.vertex(fan);
       const bool is_given = has_normals && fans.corners(fan).size() == surface.corners(v).size();

@@ -82,9 +82,24 @@ class StraightWalk {
     const double x = out.x.dot(to_apex);
     const Vec3<double> up = to_apex - x * out.x;
     const double y = stable_norm(up);
-    out.y = y > 0 ? Vec3<double>(up / y) : Vec3<double>(0, 0, 0);
-    out.apex = {x, y};
+    const bool is_flat = !(y > on_it * std::max(out.length, stable_norm(to_apex)));
+    out.y = is_flat ? Vec3<double>(0, 0, 0) : Vec3<double>(up / y);
+    out.apex = {x, is_flat ? 0 : y};
     return out;
+  }
+  // What a direction has at a right angle to a frame's face; where that has no area, to its line.
+  [[nodiscard]] static double off_plane(const Frame& face, const Vec3<double>& way) {
+    return (way - way.dot(face.x) * face.x - way.dot(face.y) * face.y).norm();
+  }
+  // By how much a direction between two places of h's face may be off its plane: positions are
+  // rounded by what they are from the origin.
+  [[nodiscard]] double in_plane_of(Index h) const {
+    const double longest = std::max({length(h), length(Mesh::next(h)), length(Mesh::previous(h))});
+    double farthest = 0;
+    for (const Index g : {h, Mesh::next(h), Mesh::previous(h)}) {
+      farthest = std::max(farthest, place(surface_.origin(g)).cwiseAbs().maxCoeff());
+    }
+    return in_plane + double{share_rounding<T>} * farthest / std::max(longest, shortest_length);
   }
   // Angle of h's face at h's origin.
   [[nodiscard]] double corner(Index h) const {
@@ -93,6 +108,15 @@ class StraightWalk {
     const Vec3<double> b = place(surface_.apex(h)) - origin;
     return std::atan2(stable_norm(gelight::cross(a, b)), a.dot(b));
   }
+
+  // Corners round a place, in order, by their half-edges; over edges of no length those of the
+  // vertices at their other ends belong to it.
+  struct Ring {
+    std::vector<Index> halfedges;
+    std::vector<double> angles;
+    double total = 0;
+    bool is_closed = false;
+  };
 
   // --- how it begins -----------------------------------------------------------------------------
 
@@ -103,13 +127,15 @@ class StraightWalk {
     Vec2<double> direction;
     for (Index h = 3 * f; h < 3 * f + 3; ++h) {
       const Frame face = frame(h);
+      require(face.apex.y() > 0, "face ", f, " has no area and no directions");
       const auto k = static_cast<std::size_t>(h % 3);
       const double at_tip = double{from.weights[(k + 1) % 3]};
       const double at_apex = double{from.weights[(k + 2) % 3]};
       const Vec2<double> at(at_tip * face.length + at_apex * face.apex.x(),
                             at_apex * face.apex.y());
-      const Vec2<double> d = stable_unit(Vec2<double>(way.dot(face.x), way.dot(face.y)));
-      require(d.squaredNorm() > 0, "the direction is at a right angle to face ", f);
+      const Vec2<double> flat(way.dot(face.x), way.dot(face.y));
+      require(flat.norm() > in_plane, "the direction is at a right angle to face ", f);
+      const Vec2<double> d = stable_unit(flat);
       if (!(d.y() < 0)) continue;
       const double t = at.y() / -d.y();
       if (!(t < least)) continue;
@@ -118,8 +144,8 @@ class StraightWalk {
       x_out = at.x() + t * d.x();
       direction = d;
     }
-    // Where a face has no area, there is no way into it.
-    require(out >= 0, "face ", f, " has no area and no directions");
+    // Of a face so thin, the three edges' frames disagree on what is out.
+    require(out >= 0, "face ", f, " has too little area for a direction");
     if (least >= left_) {
       const double rest = least - left_;
       return end_in(out, {x_out - rest * direction.x(), -rest * direction.y()});
@@ -130,6 +156,7 @@ class StraightWalk {
 
   void leave_edge(const SurfacePoint<T>& from, const Vec3<double>& way) {
     const Index first = surface_.find_halfedge(from.element[0], from.element[1]);
+    if (!(length(first) > 0)) return leave_vertex(from.element[0], way);
     // The face in which the direction lies; else that on which side of the edge it points, in the
     // plane that halves the angle between two faces, which is unfolded.
     Index best = first;
@@ -139,17 +166,18 @@ class StraightWalk {
     do {
       const Frame face = frame(h);
       const double side = way.dot(face.y);
-      const double off = std::abs(way.dot(gelight::cross(face.x, face.y)));
-      if (off <= in_plane && side >= 0) most = unreachable<double>, best = h;
+      if (off_plane(face, way) <= in_plane_of(h) && side >= 0) most = unreachable<double>, best = h;
       if (side > most) most = side, best = h;
       across = h == first ? face.y : Vec3<double>(across - face.y);
       h = surface_.twin(h);
     } while (h != first);
     const Frame face = frame(best);
-    if (surface_.is_border(first) && way.dot(face.y) < -in_plane) return;  // out over it
+    if (surface_.is_border(first) && way.dot(face.y) < -in_plane_of(best)) return;  // out over it
+    require(most == unreachable<double> || surface_.is_manifold(first),
+            "the edge between vertices ", from.element[0], " and ", from.element[1],
+            " has more than two faces, and the direction is in the plane of none");
     Vec2<double> d(way.dot(face.x), way.dot(face.y));
-    if (most < unreachable<double> && surface_.twin(first) != first &&
-        surface_.is_manifold(first)) {
+    if (most < unreachable<double> && !surface_.is_border(first)) {
       d.y() = std::abs(way.dot(stable_unit(across)));
     }
     require(d.norm() > in_plane, "the direction is at a right angle to the edge between vertices ",
@@ -167,38 +195,58 @@ class StraightWalk {
   void leave_vertex(Index vertex, const Vec3<double>& way) {
     require(!surface_.corners(vertex).empty(), "vertex ", vertex,
             " is in no face, no way leads from it");
-    for (const Index h : surface_.corners(vertex)) {
-      const Frame face = frame(h);
-      const double x = way.dot(face.x), y = way.dot(face.y);
-      const double off = std::abs(way.dot(gelight::cross(face.x, face.y)));
-      const double angle = std::atan2(y, x), opening = std::atan2(face.apex.y(), face.apex.x());
-      if (off <= in_plane && angle >= -in_plane && angle <= opening + in_plane) {
-        return leave_corner(h, std::clamp(angle, 0.0, opening), opening);
+    const std::vector<Joined> place = joined(vertex);
+    std::vector<Index> faces;
+    for (const auto& [other, before] : place) {
+      for (const Index h : surface_.corners(other)) {
+        faces.push_back(Mesh::face_of(h));
+        if (!(length(h) > 0)) continue;
+        const Frame face = frame(h);
+        const double x = way.dot(face.x), y = way.dot(face.y), tolerance = in_plane_of(h);
+        const double angle = std::atan2(y, x), opening = std::atan2(face.apex.y(), face.apex.x());
+        if (off_plane(face, way) <= tolerance && angle >= -tolerance &&
+            angle <= opening + tolerance) {
+          return leave_corner(h, std::clamp(angle, 0.0, opening), opening);
+        }
       }
     }
-    const auto [h, angle] = in_tangent_plane(vertex, way);
+    const Ring ring = ring_of(first_of(surface_.corners(vertex)[0]));
+    require(has_all(ring, faces), "the faces at vertex ", vertex,
+            " are no single fan of one orientation, and the direction is in the plane of none");
+    const auto [h, angle] = in_tangent_plane(vertex, ring, way);
     if (h >= 0) leave_corner(h, angle, corner(h));
+  }
+
+  // Whether a ring has each of these faces that is more than a point.
+  [[nodiscard]] bool has_all(const Ring& ring, const std::vector<Index>& faces) const {
+    return std::all_of(faces.begin(), faces.end(), [&](Index f) {
+      const bool is_point = !(std::max({length(3 * f), length(3 * f + 1), length(3 * f + 2)}) > 0);
+      return is_point || std::any_of(ring.halfedges.begin(), ring.halfedges.end(),
+                                     [&](Index h) { return Mesh::face_of(h) == f; });
+    });
   }
 
   // The corner into which a direction of a vertex' tangent plane leads, with angles scaled as in
   // TangentFrames.
-  [[nodiscard]] std::pair<Index, double> in_tangent_plane(Index vertex,
+  [[nodiscard]] std::pair<Index, double> in_tangent_plane(Index vertex, const Ring& ring,
                                                           const Vec3<double>& way) const {
     Vec3<double> normal(0, 0, 0);
-    for (const Index h : surface_.corners(vertex)) {
-      const Frame face = frame(h);
-      normal += corner(h) * stable_unit(gelight::cross(face.x, face.y));
+    for (std::size_t i = 0; i < ring.halfedges.size(); ++i) {
+      const Frame face = frame(ring.halfedges[i]);
+      normal += ring.angles[i] * gelight::cross(face.x, face.y);
     }
+    require(normal.norm() > in_plane * ring.total, "the faces at vertex ", vertex,
+            " have no common tangent plane, and the direction is in the plane of none");
     normal = stable_unit(normal);
-    const Vec3<double> x = stable_unit(Vec3<double>(way - way.dot(normal) * normal));
-    require(x.squaredNorm() > 0, "the direction is at a right angle to the surface at vertex ",
+    const Vec3<double> part = way - way.dot(normal) * normal;
+    require(part.norm() > in_plane, "the direction is at a right angle to the surface at vertex ",
             vertex);
+    const Vec3<double> x = stable_unit(part);
     const Vec3<double> y = gelight::cross(normal, x);
     const auto flat = [&](Index other) {
       const Vec3<double> to = place(other) - place(vertex);
       return std::complex<double>(to.dot(x), to.dot(y));
     };
-    const Ring ring = ring_of(first_of(surface_.corners(vertex)[0]));
     const double scale = ring.is_closed ? 2 * pi / ring.total : 1;
     std::complex<double> turn = 0;
     double sum = 0;
@@ -217,14 +265,41 @@ class StraightWalk {
 
   // --- round a vertex ----------------------------------------------------------------------------
 
-  // Corners round a place, in order, by their half-edges; over edges of no length those of the
-  // vertices at their other ends belong to it.
-  struct Ring {
-    std::vector<Index> halfedges;
-    std::vector<double> angles;
-    double total = 0;
-    bool is_closed = false;
+  // A vertex at a place, and which of those before it an edge of no length joins it to.
+  struct Joined {
+    Index vertex;
+    std::size_t before;
   };
+  // The vertices at a vertex' place, itself first.
+  [[nodiscard]] std::vector<Joined> joined(Index vertex) const {
+    std::vector<Joined> out{{vertex, 0}};
+    const auto reach = [&](Index v, std::size_t before) {
+      const auto is_v = [&](const Joined& other) { return other.vertex == v; };
+      if (std::none_of(out.begin(), out.end(), is_v)) out.push_back({v, before});
+    };
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      for (const Index h : surface_.corners(out[i].vertex)) {
+        if (!(length(h) > 0)) reach(surface_.tip(h), i);
+        if (!(length(Mesh::previous(h)) > 0)) reach(surface_.apex(h), i);
+      }
+    }
+    return out;
+  }
+  // To a vertex; from one at the same place along the edges of no length between them.
+  void go_to(Index vertex) {
+    if (path_.back().kind == Kind::vertex && path_.back().element[0] != vertex) {
+      const std::vector<Joined> place = joined(vertex);
+      const auto at = std::find_if(place.begin(), place.end(), [&](const Joined& other) {
+        return other.vertex == path_.back().element[0];
+      });
+      if (at != place.end()) {
+        for (std::size_t i = at->before; i > 0; i = place[i].before) {
+          append(vertex_point<T>(place[i].vertex));
+        }
+      }
+    }
+    append(vertex_point<T>(vertex));
+  }
 
   // The half-edge from the place after that of a corner, or -1 at a border or where faces are
   // turned over.
@@ -287,7 +362,7 @@ class StraightWalk {
   // Goes on from a vertex that was reached in h's face, h's origin, with the way back at an angle
   // from h.
   void pass_vertex(Index h, double back) {
-    append(vertex_point<T>(surface_.origin(h)));
+    go_to(surface_.origin(h));
     if (!(left_ > 0)) return finish();
     const Ring ring = ring_of(first_of(h));
     double from = back;
@@ -296,7 +371,7 @@ class StraightWalk {
     }
     double onward = 0;
     if (ring.is_closed) {
-      onward = std::fmod(from + 1.5 * ring.total, ring.total);
+      onward = std::fmod(std::fmod(from, ring.total) + 1.5 * ring.total, ring.total);
     } else {
       from = std::clamp(from, 0.0, ring.total);
       // At a border there is a straight way on where one side is at least half a turn.
@@ -313,6 +388,7 @@ class StraightWalk {
 
   // From h's origin into its face, at an angle of the corner's.
   void leave_corner(Index h, double angle, double opening) {
+    go_to(surface_.origin(h));
     if (angle <= on_it) return go_along(h, 0, true);
     if (angle >= opening - on_it) {
       const Index in = Mesh::previous(h);
@@ -336,7 +412,7 @@ class StraightWalk {
   // --- across a face -----------------------------------------------------------------------------
 
   void cross_face() {
-    if ((++crossings_ & 4095) == 0) watch();
+    if ((++crossings_ & 4095) == 0 && !gets_on()) return finish();
     const Index h = halfedge_;
     const Vec3<double> origin = place(surface_.origin(h));
     const Vec3<double> to_apex = place(surface_.apex(h)) - origin;
@@ -347,7 +423,9 @@ class StraightWalk {
     const double dx = direction_.x(), dy = direction_.y();
     // On which side of the line the apex lies, as a length.
     const double beside = (apex_x - x_) * dy - apex_y * dx;
-    const bool is_right = beside < 0 || (beside == 0 && dx > 0);
+    // No way leads out over a side of no length: then it is the other one, which lies on h.
+    const bool has_left = length(Mesh::previous(h)) > 0, has_right = length(Mesh::next(h)) > 0;
+    const bool is_right = has_left && has_right ? beside < 0 || (beside == 0 && dx > 0) : has_right;
     const Index out = is_right ? Mesh::next(h) : Mesh::previous(h);
     const double side = length(out);
     // Of the side: from the end on h, how far along it goes, x and y.
@@ -359,6 +437,10 @@ class StraightWalk {
     if (way >= left_) return end_in(h, {x_ + left_ * dx, left_ * dy});
     left_ -= std::max(0.0, way);
     if (std::abs(beside) <= on_it * side || share >= 1 - on_it) {
+      if (!has_left) {  // the apex is where h begins
+        halfedge_ = -1;
+        return pass_vertex(h, std::atan2(-dy, -dx));
+      }
       const double along_x = -dx, along_y = -dy;  // the way back, from the apex
       const Vec2<double> to_origin(-apex_x, -apex_y);
       const double back = std::atan2(to_origin.x() * along_y - to_origin.y() * along_x,
@@ -374,7 +456,7 @@ class StraightWalk {
 
   // Over half-edge `out` at x along it, with a direction in its frame that points out of the face.
   void leave_by(Index out, double x, const Vec2<double>& d) {
-    const double side = length(out), share = std::clamp(x / side, 0.0, 1.0);
+    const double side = length(out), share = side > 0 ? std::clamp(x / side, 0.0, 1.0) : 0;
     if (share <= on_it || share >= 1 - on_it) {
       halfedge_ = -1;
       const Index at = share <= on_it ? out : Mesh::next(out);
@@ -416,12 +498,12 @@ class StraightWalk {
     left_ = 0;
   }
 
-  void watch() {
+  // Asks the hook, and tells whether it has come any farther since it was last looked at: round a
+  // needle's tip of no girth it would go for ever.
+  [[nodiscard]] bool gets_on() {
     cancelled_.check(1 - left_ / length_, "tracing a geodesic");
-    // Round a needle's tip of no girth it would go for ever.
-    if (left_ == left_before_ && (crossings_ >> 12) % (1 + surface_.face_count() / 1024) == 0)
-      finish();
-    if ((crossings_ >> 12) % (1 + surface_.face_count() / 1024) == 0) left_before_ = left_;
+    if ((crossings_ >> 12) % (1 + surface_.face_count() / 1024) != 0) return true;
+    return std::exchange(left_before_, left_) != left_;
   }
 
   const Surface<T>& surface_;
@@ -447,15 +529,18 @@ class StraightWalk {
 /// which halves the angle of the two faces, at a vertex that of TangentFrames, whose angles sum to
 /// 2 pi. So it undoes ExactLogMap.
 ///
-/// It ends before its length at a border, and at an edge of three faces or more. At a vertex of a
-/// border it goes on where one side leaves half a turn: along a straight border, past a re-entrant
-/// corner. It stays in the fan by which it reaches a vertex. Edges of no length are points: what
-/// meets around both ends is met as at one vertex.
+/// It ends before its length at a border, at an edge of three faces or more, and round a needle's
+/// tip where it comes no farther. At a vertex of a border it goes on where one side leaves half a
+/// turn: along a straight border, past a re-entrant corner. It stays in the fan by which it reaches
+/// a vertex; faces oriented against each other are of two fans there. Edges of no length are
+/// points: what meets around both ends is met as at one vertex, and the path has both.
 ///
 /// Returns the point, each point where the path crosses an edge or meets a vertex, and its end.
 /// Throws InvalidInput for a point that is not of the surface, a direction that is zero, not finite
-/// or at a right angle to the surface, a length that is negative or not finite; Cancelled where the
-/// hook says so. Constant time for each face crossed.
+/// or at a right angle to the surface, one in the plane of no face where there is no tangent plane,
+/// which is at an edge of three faces, a vertex of several fans and where normals cancel, a point
+/// in a face of no area but for rounding, a length that is negative or not finite; Cancelled where
+/// the hook says so. Constant time for each face crossed.
 ///
 /// K. Polthier, M. Schmies, "Straightest geodesics on polyhedral surfaces", 1998,
 /// doi:10.1007/978-3-662-03567-2_11.

@@ -103,7 +103,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   // No way is shorter than the straight line through space.
   [[nodiscard]] detail::Array<double> distances(const detail::Sources& sources,
-                                                const detail::Starts& starts,
+                                                const detail::Starts<double>& starts,
                                                 const Front& front) const {
     // Differences of positions, which are exact far from the origin, too.
     struct Place {
@@ -213,7 +213,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   struct Front : detail::Waves<Node> {
     using detail::Waves<Node>::nodes;
     Node unknown;  // in place of those that there are not
-    detail::BucketQueue queue;
+    detail::BucketQueue<double> queue;
 
     void reach(Index n, Index wave, double offset, double distance, const Turn& back, float angle,
                Index place) {
@@ -595,7 +595,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   void lay_out_fans() {
     detail::OneRing spokes(surface_);
-    const detail::PlanarFaces faces(surface_);
+    const detail::PlanarFaces<double> faces(surface_);
     const auto count = static_cast<std::size_t>(surface_.vertex_count());
     begin_.reserve(count + 1);
     begin_.push_back(0);

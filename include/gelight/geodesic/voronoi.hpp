@@ -97,11 +97,11 @@ class GrowingDistances {
   }
 
   Surface<Real> surface_;
-  detail::PlanarFacesOf<Real> faces_;
+  detail::PlanarFaces<Real> faces_;
   Real longest_way_;
   detail::Array<Real> starts_;  // of each part, at its number
-  detail::WindowPropagationOf<Real> propagation_;
-  detail::PropagationLimitsOf<Real> limits_;
+  detail::WindowPropagation<Real> propagation_;
+  detail::PropagationLimits<Real> limits_;
   std::vector<Source<Real>> sources_;
   bool is_first_ = true;
 };

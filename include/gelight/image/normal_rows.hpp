@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
+#include "gelight/core/bits.hpp"
 #include "gelight/core/types.hpp"
 
 // Normals of a row of pixels, in plain loops over planar arrays that compilers vectorise. The rows
@@ -37,11 +37,11 @@ template <class T>
 [[nodiscard]] T inverse_sqrt(T x) {
   const T half = x / 2;
   if constexpr (sizeof(T) == 4) {
-    T y = std::bit_cast<T>(0x5f376908 - (std::bit_cast<std::int32_t>(x) >> 1));
+    T y = detail::bit_cast<T>(0x5f376908 - (detail::bit_cast<std::int32_t>(x) >> 1));
     y *= T(1.50087896) - half * y * y;
     return y * (T(1.50000057) - half * y * y);
   } else {
-    T y = std::bit_cast<T>(0x5fe6eb50c7b537a9 - (std::bit_cast<std::int64_t>(x) >> 1));
+    T y = detail::bit_cast<T>(0x5fe6eb50c7b537a9 - (detail::bit_cast<std::int64_t>(x) >> 1));
     for (int step = 0; step < 4; ++step) y *= T(1.5) - half * y * y;
     return y;
   }
@@ -145,17 +145,26 @@ template <class T>
   return stable_unit(Vec3<double>(x, y, nz)).template cast<T>();
 }
 
-/// Writes the pixels before and after a row of depths, extrapolated linearly.
+/// A depth a pixel beyond the image's edge, extrapolated linearly from the two before it, to no
+/// less than half of the one at the edge: a steep rim goes on to behind the camera, and only a
+/// window of positive depths has a normal that faces the camera.
+template <class T>
+[[nodiscard]] T beyond_edge(T at_edge, T before) {
+  const T z = 2 * at_edge - before;
+  return z < at_edge / 2 ? at_edge / 2 : z;  // NaN, where one of them is
+}
+
+/// Writes the pixels before and after a row of depths, extrapolated.
 template <class T>
 void extrapolate_ends(T* row, Index width) {
-  row[-1] = width > 1 ? 2 * row[0] - row[1] : row[0];
-  row[width] = width > 1 ? 2 * row[width - 1] - row[width - 2] : row[0];
+  row[-1] = width > 1 ? beyond_edge(row[0], row[1]) : row[0];
+  row[width] = width > 1 ? beyond_edge(row[width - 1], row[width - 2]) : row[0];
 }
 
 /// Writes the row of depths outside the first or the last row, `width` long and one more each side.
 template <class T>
 void extrapolate_row(T* outside, const T* first, const T* second, Index width) {
-  for (Index x = -1; x <= width; ++x) outside[x] = 2 * first[x] - second[x];
+  for (Index x = -1; x <= width; ++x) outside[x] = beyond_edge(first[x], second[x]);
 }
 
 }  // namespace gelight::detail

@@ -20,7 +20,8 @@
 namespace gelight {
 
 /// What the outermost pixels of an image have for a normal, where a 3 x 3 window lacks neighbours:
-/// none (a zero vector), or that of the depth extrapolated linearly by one pixel.
+/// none (a zero vector), or that of the depth extrapolated linearly by one pixel, to no less than
+/// half of the outermost depth.
 enum class BorderNormals : std::uint8_t { none, extrapolated };
 
 namespace detail {

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "gelight/core/bits.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 
@@ -24,8 +24,8 @@ enum Moment : std::size_t { m_n, m_x, m_y, m_z, m_xx, m_xy, m_xz, m_yy, m_yz, m_
 /// Unlike std::sqrt, which has to set errno, it is vectorised. (McEniry, The mathematics behind the
 /// fast inverse square root function code, 2007)
 [[nodiscard]] inline double root_of_inverse(double x) {
-  const std::uint64_t guess = 0x5fe6eb50c7b537a9 - (std::bit_cast<std::uint64_t>(x) >> 1);
-  double y = std::bit_cast<double>(guess);
+  const std::uint64_t guess = 0x5fe6eb50c7b537a9 - (detail::bit_cast<std::uint64_t>(x) >> 1);
+  double y = detail::bit_cast<double>(guess);
   for (int step = 0; step < 4; ++step) y *= 1.5 - 0.5 * x * y * y;
   return y;
 }

@@ -53,8 +53,9 @@ namespace gelight {
 }
 
 /// Reads a grey 16-bit PNG file as a depth map: each value times `unit`, the depth of one step; 0
-/// stays 0, which is not known. Throws InvalidInput for a unit that is not positive and finite, and
-/// where the file is missing, is not a whole PNG image, or is in colour or in 8 bits.
+/// stays 0, which is not known. Throws InvalidInput for a unit that is not positive and finite, or
+/// makes a depth that is not, and where the file is missing, is not a whole PNG image, or is in
+/// colour or in 8 bits.
 template <std::floating_point T>
 [[nodiscard]] static Image<T> read_depth_png(const std::string& path, T unit) {
   detail::require(unit > 0 && std::isfinite(unit), "a depth map in a unit of ", unit);
@@ -72,7 +73,10 @@ template <std::floating_point T>
   detail::require(values != nullptr, path, " is not a whole PNG image");
   Image<T> depth(width, height);
   const stbi_us* from = values.get();
-  for (T& z : depth.pixels()) z = static_cast<T>(*from++) * unit;
+  for (T& z : depth.pixels()) {
+    z = static_cast<T>(*from++) * unit;
+    detail::require(std::isfinite(z), path, " has a value of which ", unit, " makes ", z);
+  }
   return depth;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <locale>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -45,10 +46,12 @@ struct PressFolder {
                     " values, not 6");
     const auto value = [&](std::size_t column) {
       if (cells[column].empty() && column <= 3) return 0.0;
-      char* end = nullptr;
-      const double read = std::strtod(cells[column].c_str(), &end);
-      detail::require(end != cells[column].c_str() && *end == 0 && std::isfinite(read), path,
-                      " line ", number, " has ", cells[column], " where a number is wanted");
+      std::istringstream digits(cells[column]);
+      digits.imbue(std::locale::classic());  // whatever the user's own decimal point
+      double read = 0;
+      const bool is_number = bool(digits >> read) && digits.eof() && std::isfinite(read);
+      detail::require(is_number, path, " line ", number, " has ", cells[column],
+                      " where a number is wanted");
       return read;
     };
     const double scale = value(5);

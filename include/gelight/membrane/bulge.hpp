@@ -92,13 +92,15 @@ class BulgingMembrane {
     detail::require(options.kernels > 0, options.kernels, " kernels are not positive");
     detail::require(options.iterations > 0, options.iterations, " iterations are not positive");
     detail::require(options.tolerance > 0, "tolerance ", options.tolerance, " is not positive");
+    // No image has more cells than pixels.
+    options_.cells = std::min(options.cells, std::max(width_, height_));
     const detail::LayerGrid pixels{width_, height_, aspect, gel.thickness / pixel,
                                    gel.poisson_ratio};
     auto levels = std::make_shared<std::vector<detail::CoarseLayer<T>>>();
     do {
       // Below two pixels the cells far away cost more than they gain.
       levels->emplace_back(pixels, Index{2} << levels->size(), options.kernels);
-    } while (std::max(levels->back().width(), levels->back().height()) > options.cells);
+    } while (std::max(levels->back().width(), levels->back().height()) > options_.cells);
     levels_ = std::move(levels);
   }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "gelight/concepts/membrane.hpp"
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/mask.hpp"
 #include "gelight/membrane/layer.hpp"
@@ -21,10 +22,15 @@ namespace gelight {
 /// the surface alone BulgingMembrane is far cheaper.
 ///
 /// The layer's rest depth is to be that of the renderer. Where the object's depth is not known,
-/// nothing touches. A model of the concept MembraneModel, but for what `warm` says.
+/// nothing touches. A frame throws InvalidInput as ElasticLayer::press does, and for a contact that
+/// is off by more than `most_residual` of the deepest press. A model of the concept MembraneModel,
+/// but for what `warm` says.
 template <std::floating_point T>
 class LayerMembrane {
  public:
+  /// How far off a contact that has not converged may be to be shown: hardly to be seen.
+  static constexpr double most_residual = 0.05;
+
   /// `load` as ElasticLayer::press takes it, which throws in a frame for one that cannot be; leave
   /// `sideways` out of the layer's options, unless the displacement is looked at.
   ///
@@ -55,6 +61,12 @@ class LayerMembrane {
     }
     const bool has_last = is_warm_ && work.contact.has_value();
     work.contact = layer_.press(work.depth, load_, has_last ? &*work.contact : nullptr);
+    if (!work.contact->converged && !(work.contact->residual <= most_residual)) {
+      const double residual = work.contact->residual;
+      work.contact.reset();
+      detail::refuse({"the layer's contact did not converge: it is off by ", residual,
+                      " of the deepest press"});
+    }
     for (Index y = press.window.top; y < press.window.bottom; ++y) {
       for (Index x = press.window.left; x < press.window.right; ++x) {
         surface(x, y) = work.contact->depth(x, y);

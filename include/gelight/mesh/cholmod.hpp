@@ -58,7 +58,7 @@ template <class Object>
 
 /// CHOLMOD's view of a pattern, with or without values. CHOLMOD reads what it takes by pointers to
 /// what could be written.
-[[nodiscard]] inline cholmod_sparse cholmod_view(const SymmetricPattern& pattern,
+[[nodiscard]] inline cholmod_sparse cholmod_view(const SymmetricPattern<double>& pattern,
                                                  const double* values) {
   cholmod_sparse view{};
   view.nrow = view.ncol = static_cast<std::size_t>(pattern.size());
@@ -99,7 +99,7 @@ class CholmodFactor : public LinearFactor<double> {
 
 class CholmodAnalysis : public LinearAnalysis<double> {
  public:
-  CholmodAnalysis(const SymmetricPattern& pattern, const Array<Index>& order) {
+  CholmodAnalysis(const SymmetricPattern<double>& pattern, const Array<Index>& order) {
     CholmodSession session;
     session.get()->nmethods = 1;
     session.get()->method[0].ordering = CHOLMOD_GIVEN;
@@ -132,7 +132,7 @@ class CholmodAnalysis : public LinearAnalysis<double> {
 /// costs depends on the BLAS that CHOLMOD is linked with. Throws std::bad_alloc where memory runs
 /// out.
 [[nodiscard]] inline std::shared_ptr<const LinearAnalysis<double>> cholmod_backend(
-    const detail::SymmetricPattern& pattern, const detail::Array<Index>& order) {
+    const detail::SymmetricPattern<double>& pattern, const detail::Array<Index>& order) {
   return std::make_shared<detail::CholmodAnalysis>(pattern, order);
 }
 

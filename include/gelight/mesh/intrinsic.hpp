@@ -14,10 +14,9 @@
 namespace gelight {
 
 /// A triangulation that knows its edges' lengths but no positions. Half-edges are numbered as in
-/// Surface; two vertices may share more than one edge. (A template, as are the functions below,
-/// only so that it costs nothing to include.)
+/// Surface; two vertices may share more than one edge.
 template <std::floating_point Real>
-struct IntrinsicTriangulationOf {
+struct IntrinsicTriangulation {
   Index vertex_count = 0;        ///< of the surface, whether or not they are in a face
   detail::Array<Index> origins;  ///< of each half-edge: the vertex it starts from
   detail::Array<Index> twins;    ///< of each half-edge: the one across, -1 where there is no flip
@@ -26,9 +25,6 @@ struct IntrinsicTriangulationOf {
   /// Three half-edges are a face.
   [[nodiscard]] Index face_count() const { return static_cast<Index>(origins.size() / 3); }
 };
-
-/// A triangulation with lengths in double.
-using IntrinsicTriangulation = IntrinsicTriangulationOf<double>;
 
 /// A face laid out in the plane: its first vertex at (0, 0), its second at (x1, 0), its third at
 /// (x2, y2), y2 > 0.
@@ -91,9 +87,9 @@ inline PlanarFace laid_out(const std::array<double, 3>& l) {
 
 /// A surface's own triangulation with lengths in units of `unit`, faces of no area mollified.
 template <std::floating_point Real>
-[[nodiscard]] IntrinsicTriangulationOf<Real> intrinsic_triangulation(const Surface<Real>& surface,
-                                                                     double unit = 1) {
-  IntrinsicTriangulationOf<Real> result;
+[[nodiscard]] IntrinsicTriangulation<Real> intrinsic_triangulation(const Surface<Real>& surface,
+                                                                   double unit = 1) {
+  IntrinsicTriangulation<Real> result;
   result.vertex_count = surface.vertex_count();
   result.origins.resize(static_cast<std::size_t>(surface.halfedge_count()));
   result.twins.resize(result.origins.size());
@@ -115,7 +111,7 @@ template <std::floating_point Real>
 
 /// Each face laid out in the plane.
 template <std::floating_point Real>
-[[nodiscard]] detail::Array<PlanarFace> planar_faces(const IntrinsicTriangulationOf<Real>& mesh) {
+[[nodiscard]] detail::Array<PlanarFace> planar_faces(const IntrinsicTriangulation<Real>& mesh) {
   detail::Array<PlanarFace> faces(static_cast<std::size_t>(mesh.face_count()));
   for (Index f = 0; f < mesh.face_count(); ++f) {
     const Real* l = mesh.lengths.data() + 3 * std::ptrdiff_t{f};
@@ -130,7 +126,7 @@ namespace detail {
 /// length (Sharp and Crane 2020): faces that share an edge go on agreeing about it. Where no edge
 /// has a length, all get 1.
 template <std::floating_point Real>
-void mollify_together(IntrinsicTriangulationOf<Real>& mesh) {
+void mollify_together(IntrinsicTriangulation<Real>& mesh) {
   constexpr double share = 1e-5;
   Real sum = 0;
   for (const Real length : mesh.lengths) sum += length;
@@ -148,7 +144,7 @@ void mollify_together(IntrinsicTriangulationOf<Real>& mesh) {
 /// The length that half-edge h's edge has once it joins the vertices across it; negative unless
 /// the edge is to be flipped: the angles opposite sum to more than pi.
 template <std::floating_point Real>
-inline Real flipped_length(const IntrinsicTriangulationOf<Real>& mesh, Index h) {
+inline Real flipped_length(const IntrinsicTriangulation<Real>& mesh, Index h) {
   const auto next = [](Index g) { return g % 3 == 2 ? g - 2 : g + 1; };
   const auto face_from = [&](Index g) {
     return laid_out({mesh.lengths[g], mesh.lengths[next(g)], mesh.lengths[next(next(g))]});
@@ -167,7 +163,7 @@ inline Real flipped_length(const IntrinsicTriangulationOf<Real>& mesh, Index h) 
 }
 
 template <std::floating_point Real>
-inline void flip(IntrinsicTriangulationOf<Real>& mesh, Index h, Real length) {
+inline void flip(IntrinsicTriangulation<Real>& mesh, Index h, Real length) {
   const auto next = [](Index g) { return g % 3 == 2 ? g - 2 : g + 1; };
   const Index t = mesh.twins[h];
   const Index left = h - h % 3, right = t - t % 3;
@@ -199,8 +195,8 @@ inline void flip(IntrinsicTriangulationOf<Real>& mesh, Index h, Real length) {
 /// A surface's own triangulation with lengths in units of `unit`; where some face has (almost) no
 /// area, all edges are longer by the same small amount.
 template <std::floating_point Real>
-[[nodiscard]] IntrinsicTriangulationOf<Real> mollified_triangulation(const Surface<Real>& surface,
-                                                                     double unit) {
+[[nodiscard]] IntrinsicTriangulation<Real> mollified_triangulation(const Surface<Real>& surface,
+                                                                   double unit) {
   auto mesh = intrinsic_triangulation(surface, unit);
   for (Index h = 0; h < surface.halfedge_count(); ++h) mesh.lengths[h] = surface.length(h) / unit;
   mollify_together(mesh);
@@ -211,7 +207,7 @@ template <std::floating_point Real>
 /// edge sum to at most pi, at most 1000 times for each. The hook hears of the edges not looked at
 /// yet: those that flips have brought back are not foreseen.
 template <std::floating_point Real>
-void flip_to_delaunay(IntrinsicTriangulationOf<Real>& mesh, auto&& flip_edge,
+void flip_to_delaunay(IntrinsicTriangulation<Real>& mesh, auto&& flip_edge,
                       const CancelHook& cancelled = {}) {
   constexpr std::ptrdiff_t flip_limit = 1000, edges_between = 1 << 14;
   Array<Index> pending;
@@ -248,9 +244,9 @@ void flip_to_delaunay(IntrinsicTriangulationOf<Real>& mesh, auto&& flip_edge,
 /// Edges of one face, or of more than two, or of two faces oriented against each other stay. Ends
 /// after at most 1000 flips for each edge, sooner on any mesh met so far. Asks the hook meanwhile.
 template <std::floating_point Real>
-[[nodiscard]] IntrinsicTriangulationOf<Real> intrinsic_delaunay(const Surface<Real>& surface,
-                                                                double unit = 1,
-                                                                const CancelHook& cancelled = {}) {
+[[nodiscard]] IntrinsicTriangulation<Real> intrinsic_delaunay(const Surface<Real>& surface,
+                                                              double unit = 1,
+                                                              const CancelHook& cancelled = {}) {
   auto mesh = detail::mollified_triangulation(surface, unit);
   detail::flip_to_delaunay(
       mesh, [&](Index h, Real length) { detail::flip(mesh, h, length); }, cancelled);

@@ -15,8 +15,7 @@ namespace gelight {
 
 namespace detail {
 template <std::floating_point Real>
-class SymmetricPatternOf;
-using SymmetricPattern = SymmetricPatternOf<double>;
+class SymmetricPattern;
 template <class Scalar>
 struct SymmetricMatrix;
 
@@ -63,6 +62,6 @@ class LinearAnalysis {
 /// little.
 template <class Scalar>
 using LinearBackend = std::shared_ptr<const LinearAnalysis<Scalar>> (*)(
-    const detail::SymmetricPattern& pattern, const detail::Array<Index>& order);
+    const detail::SymmetricPattern<double>& pattern, const detail::Array<Index>& order);
 
 }  // namespace gelight

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
+#include <type_traits>
 
 #include "gelight/core/error.hpp"
+#include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
@@ -16,26 +19,43 @@ template <std::floating_point T>
 void require_finite_position(const Vec3<T>& position) {
   require(position.allFinite(), "the position (", position[0], ", ", position[1], ", ", position[2],
           ") is not finite");
+  require(double{position.cwiseAbs().maxCoeff()} <= largest_coordinate, "the position (",
+          position[0], ", ", position[1], ", ", position[2],
+          ") is too far out: products of lengths would overflow");
 }
 
-/// Where a triangle is nearest to the origin: shares of its corners.
-template <std::floating_point T>
-[[nodiscard]] std::array<T, 3> nearest_weights(const std::array<Vec3<T>, 3>& corners) {
-  const Vec3<T> normal = cross<T>(corners[1] - corners[0], corners[2] - corners[0]);
-  const T area = normal.squaredNorm();
-  std::array<T, 3> weights;
-  for (std::size_t k = 0; k < 3; ++k) {
-    weights[k] = normal.dot(cross(corners[(k + 1) % 3], corners[(k + 2) % 3])) / area;
+template <std::floating_point Real, std::floating_point T>
+[[nodiscard]] Vec3<Real> from_position(const Surface<T>& surface, Index vertex,
+                                       const Vec3<T>& position) {
+  return surface.position(vertex).template cast<Real>() - position.template cast<Real>();
+}
+
+/// Where a triangle is nearest to the origin: shares of its corners, which sum to 1 however far it
+/// is. (A template only so that it costs nothing to include.)
+template <std::floating_point Real>
+[[nodiscard]] std::array<Real, 3> nearest_weights(const std::array<Vec3<Real>, 3>& corners) {
+  const Vec3<Real> u = corners[1] - corners[0], v = corners[2] - corners[0];
+  const Real size = std::max(stable_norm(u), stable_norm(v));
+  const Vec3<Real> b = u / (size > 0 ? size : 1), c = v / (size > 0 ? size : 1);
+  const Vec3<Real> normal = cross(b, c);
+  const Real area = normal.squaredNorm();
+  if (area > 0) {
+    // The origin, from the first corner and in the plane, where it is no farther than it has to be.
+    const Vec3<Real> up = normal / std::sqrt(area), to = -corners[0] / size;
+    const Vec3<Real> p = to - to.dot(up) * up;
+    const Real second = normal.dot(cross(p, c)) / area, third = normal.dot(cross(b, p)) / area;
+    if (second >= 0 && third >= 0 && second + third <= 1) {
+      return {1 - second - third, second, third};
+    }
   }
-  if (area > 0 && *std::min_element(weights.begin(), weights.end()) >= 0) return weights;
   // Not over the triangle, or it has no area: then it is one of the sides.
-  std::array<T, 3> best{};
-  T least = unreachable<T>;
+  std::array<Real, 3> best{};
+  Real least = unreachable<Real>;
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3<T>&a = corners[k], &b = corners[(k + 1) % 3];
-    const T length = (b - a).squaredNorm();
-    const T t = length > 0 ? std::clamp(a.dot(a - b) / length, T(0), T(1)) : T(0);
-    const T distance = (a + t * (b - a)).squaredNorm();
+    const Vec3<Real>&from = corners[k], &to = corners[(k + 1) % 3];
+    const Real length = (to - from).squaredNorm();
+    const Real t = length > 0 ? std::clamp(from.dot(from - to) / length, Real(0), Real(1)) : 0;
+    const Real distance = (from + t * (to - from)).squaredNorm();
     if (!(distance < least)) continue;
     least = distance;
     best = {};
@@ -48,35 +68,39 @@ template <std::floating_point T>
 }  // namespace detail
 
 /// The vertex nearest to a position in space, the first of several. Throws InvalidInput for a
-/// position that is not finite. Cost: O(vertices).
+/// position that is not finite or beyond 1e75. Cost: O(vertices).
 template <std::floating_point T>
 [[nodiscard]] Index nearest_vertex(const Surface<T>& surface, const Vec3<T>& position) {
   detail::require_finite_position(position);
+  using Real = std::common_type_t<T, double>;
   Index nearest = 0;
-  for (Index v = 1; v < surface.vertex_count(); ++v) {
-    const T distance = (surface.position(v) - position).squaredNorm();
-    if (distance < (surface.position(nearest) - position).squaredNorm()) nearest = v;
+  Real least = unreachable<Real>;
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    const Real distance = detail::from_position<Real>(surface, v, position).squaredNorm();
+    if (distance < least) nearest = v;
+    least = std::min(least, distance);
   }
   return nearest;
 }
 
 /// The point of the surface nearest to a position in space, in the first face of several. Throws
-/// InvalidInput for a position that is not finite. Cost: O(faces).
+/// InvalidInput for a position that is not finite or beyond 1e75. Cost: O(faces).
 template <std::floating_point T>
 [[nodiscard]] SurfacePoint<T> nearest_point(const Surface<T>& surface, const Vec3<T>& position) {
   detail::require_finite_position(position);
+  using Real = std::common_type_t<T, double>;
   SurfacePoint<T> nearest;
-  T least = unreachable<T>;
+  Real least = unreachable<Real>;
   for (Index f = 0; f < surface.face_count(); ++f) {
-    std::array<Vec3<T>, 3> corners;
+    std::array<Vec3<Real>, 3> corners;
     for (std::size_t k = 0; k < 3; ++k) {
-      corners[k] = surface.position(surface.face(f)[k]) - position;
+      corners[k] = detail::from_position<Real>(surface, surface.face(f)[k], position);
     }
-    const std::array<T, 3> w = detail::nearest_weights(corners);
-    const T distance = (w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2]).squaredNorm();
+    const std::array<Real, 3> w = detail::nearest_weights(corners);
+    const Real distance = (w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2]).squaredNorm();
     if (!(distance < least)) continue;
     least = distance;
-    nearest = face_point(f, w);
+    nearest = face_point<T>(f, {static_cast<T>(w[0]), static_cast<T>(w[1]), static_cast<T>(w[2])});
   }
   return nearest;
 }

@@ -1,9 +1,13 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <concepts>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -15,15 +19,30 @@ namespace gelight::detail {
 /// length that a tenth of the edges fall short of.
 template <std::floating_point T>
 T short_edge_length(const Surface<T>& surface) {
-  std::vector<T> lengths;
-  lengths.reserve(static_cast<std::size_t>(surface.halfedge_count()));
+  // Lengths are counted by their exponent and four binary digits, and sorted within one such class.
+  const auto class_of = [](T length) {
+    return static_cast<std::ptrdiff_t>(std::bit_cast<std::uint64_t>(double{length}) >> 48);
+  };
+  Array<Index> counts(std::size_t{1} << 15, 0);
+  std::ptrdiff_t rank = 0;
   for (Index h = 0; h < surface.halfedge_count(); ++h) {
-    if (surface.length(h) > 0) lengths.push_back(surface.length(h));
+    const T length = surface.length(h);
+    if (!(length > 0)) continue;
+    ++counts[class_of(length)];
+    ++rank;
   }
-  if (lengths.empty()) return 0;
-  const auto tenth = lengths.begin() + std::ssize(lengths) / 10;
-  std::nth_element(lengths.begin(), tenth, lengths.end());
-  return *tenth;
+  if (rank == 0) return 0;
+  rank /= 10;
+  std::ptrdiff_t wanted = 0;
+  for (; rank >= counts[wanted]; ++wanted) rank -= counts[wanted];
+  std::vector<T> lengths;
+  lengths.reserve(static_cast<std::size_t>(counts[wanted]));
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    const T length = surface.length(h);
+    if (length > 0 && class_of(length) == wanted) lengths.push_back(length);
+  }
+  std::nth_element(lengths.begin(), lengths.begin() + rank, lengths.end());
+  return lengths[static_cast<std::size_t>(rank)];
 }
 
 /// Calls `visit(face)` for each face that holds the point.

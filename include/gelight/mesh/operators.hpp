@@ -26,8 +26,8 @@ namespace gelight {
 /// (cot a + cot b)/2 (u(i) - u(j)). Any number of faces may share an edge.
 template <std::floating_point Real>
 [[nodiscard]] detail::SymmetricMatrix<Real> cotan_laplacian(
-    const IntrinsicTriangulationOf<Real>& mesh,
-    const std::shared_ptr<const detail::SymmetricPattern>& pattern) {
+    const IntrinsicTriangulation<Real>& mesh,
+    const std::shared_ptr<const detail::SymmetricPattern<double>>& pattern) {
   detail::SymmetricMatrix<Real> matrix{pattern, {}};
   auto& values = matrix.values;
   values.assign(static_cast<std::size_t>(pattern->entry_count()), 0);
@@ -48,7 +48,7 @@ template <std::floating_point Real>
 
 /// A third of the area of each vertex's faces: the lumped mass matrix's diagonal.
 template <std::floating_point Real>
-[[nodiscard]] detail::Array<Real> vertex_areas(const IntrinsicTriangulationOf<Real>& mesh) {
+[[nodiscard]] detail::Array<Real> vertex_areas(const IntrinsicTriangulation<Real>& mesh) {
   detail::Array<Real> areas(static_cast<std::size_t>(mesh.vertex_count), 0);
   const auto faces = planar_faces(mesh);
   for (Index f = 0; f < mesh.face_count(); ++f) {
@@ -80,8 +80,7 @@ template <std::floating_point Real>
 
 /// For each vertex the smallest vertex that faces join it to: one number per connected part.
 template <std::floating_point Real>
-[[nodiscard]] detail::Array<Index> component_of_vertices(
-    const IntrinsicTriangulationOf<Real>& mesh) {
+[[nodiscard]] detail::Array<Index> component_of_vertices(const IntrinsicTriangulation<Real>& mesh) {
   return detail::component_of_vertices(mesh.vertex_count, mesh.origins);
 }
 

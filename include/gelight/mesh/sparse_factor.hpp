@@ -29,7 +29,7 @@ namespace gelight::detail {
 template <class Scalar>
 class SparseFactor : public LinearFactor<Scalar> {
  public:
-  using Dissection = DissectionOf<typename Eigen::NumTraits<Scalar>::Real>;
+  using Dissection = detail::Dissection<typename Eigen::NumTraits<Scalar>::Real>;
 
   SparseFactor(std::shared_ptr<const Dissection> dissection, const SymmetricMatrix<Scalar>& matrix,
                const CancelHook& cancelled = {})
@@ -100,8 +100,8 @@ class SparseFactor : public LinearFactor<Scalar> {
   // How often the triangular solves ask: after so many nodes.
   static constexpr std::ptrdiff_t nodes_between = 256;
 
-  // Both gather a node's rows into one piece of memory, so that each column is one vector
-  // operation.
+  // Both gather a node's rows into one piece of memory, and take several columns at a time, so that
+  // those rows are read once for all of them.
   void solve_lower(Array<Scalar>& x, const CancelHook& cancelled) const {
     const auto& rows = dissection_->rows();
     Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
@@ -110,14 +110,17 @@ class SparseFactor : public LinearFactor<Scalar> {
       const auto number = &node - nodes.data();
       if (number % nodes_between == 0) ask(cancelled, number);
       const Index own = node.own(), height = node.height();
-      std::copy(x.data() + node.begin, x.data() + node.end, front.data());
+      const Scalar* const begin = x.data() + node.begin;
+      // One source is in few nodes, and reaches only those above them.
+      const auto is_zero = [](const Scalar& value) { return value == Scalar(0); };
+      if (std::all_of(begin, begin + own, is_zero)) continue;
+      std::copy(begin, begin + own, front.data());
       std::fill(front.data() + own, front.data() + height, Scalar(0));
       const Scalar* column = values_.get() + node.block;
-      for (Index k = 0; k < own; ++k, column += height) {
-        front[k] /= column[k];
-        const Index rest = height - k - 1;
-        Eigen::Map<Vector>(front.data() + k + 1, rest) -=
-            front[k] * Eigen::Map<const Vector>(column + k + 1, rest);
+      for (Index k = 0; k < own; k += columns_at_once) {
+        const Index count = std::min(columns_at_once, own - k);
+        eliminate({column + k, height, count, height - k}, front.data() + k);
+        column += std::ptrdiff_t{count} * height;
       }
       std::copy(front.data(), front.data() + own, x.data() + node.begin);
       for (Index r = own; r < height; ++r) x[rows[node.rows_begin + r - own]] += front[r];
@@ -134,15 +137,93 @@ class SparseFactor : public LinearFactor<Scalar> {
       const Index own = node->own(), height = node->height();
       std::copy(x.data() + node->begin, x.data() + node->end, front.data());
       for (Index r = own; r < height; ++r) front[r] = x[rows[node->rows_begin + r - own]];
-      const Scalar* column = values_.get() + node->block + std::ptrdiff_t{own} * height;
-      for (Index k = own - 1; k >= 0; --k) {
-        column -= height;
-        const Index rest = height - k - 1;
-        front[k] -= Eigen::Map<const Vector>(column + k + 1, rest)
-                        .dot(Eigen::Map<const Vector>(front.data() + k + 1, rest));
-        front[k] /= column[k];
+      const Scalar* const block = values_.get() + node->block;
+      for (Index end = own; end > 0;) {
+        const Index count = std::min(columns_at_once, end), k = end - count;
+        const Scalar* const column = block + std::ptrdiff_t{k} * height;
+        substitute({column + k, height, count, height - k}, front.data() + k);
+        end = k;
       }
       std::copy(front.data(), front.data() + own, x.data() + node->begin);
+    }
+  }
+
+  using Packet = typename Eigen::internal::packet_traits<Scalar>::type;
+  static constexpr Index width = Eigen::internal::unpacket_traits<Packet>::size;
+  static constexpr Index columns_at_once = 4;
+
+  /// A few columns of the factor, from the first one's diagonal on down.
+  struct Columns {
+    const Scalar* values;
+    Index stride, count, rows;
+
+    [[nodiscard]] const Scalar* operator[](Index j) const {
+      return values + std::ptrdiff_t{j} * stride;
+    }
+  };
+
+  // Solves for the first rows of x, and takes what they are out of those below.
+  static void eliminate(const Columns& columns, Scalar* x) {
+    for (Index j = 0; j < columns.count; ++j) {
+      x[j] /= columns[j][j];
+      for (Index i = j + 1; i < columns.count; ++i) x[i] -= x[j] * columns[j][i];
+    }
+    const Index below = columns.rows - columns.count;
+    Eigen::Map<Vector> rest(x + columns.count, below);
+    const auto column = [&](Index j) {
+      return Eigen::Map<const Vector>(columns[j] + columns.count, below);
+    };
+    if (columns.count == columns_at_once) {
+      rest = rest - x[0] * column(0) - x[1] * column(1) - x[2] * column(2) - x[3] * column(3);
+    } else {
+      for (Index j = 0; j < columns.count; ++j) rest -= x[j] * column(j);
+    }
+  }
+
+  // Solves for the first rows of x with those below known.
+  static void substitute(const Columns& columns, Scalar* x) {
+    const Index below = columns.rows - columns.count;
+    if (columns.count == columns_at_once) {
+      subtract_dots(columns, x, below);
+    } else {
+      const Eigen::Map<const Vector> rest(x + columns.count, below);
+      for (Index j = 0; j < columns.count; ++j) {
+        x[j] -= Eigen::Map<const Vector>(columns[j] + columns.count, below).dot(rest);
+      }
+    }
+    for (Index j = columns.count - 1; j >= 0; --j) {
+      for (Index i = j + 1; i < columns.count; ++i) x[j] -= conjugate(columns[j][i]) * x[i];
+      x[j] /= columns[j][j];
+    }
+  }
+
+  // Of all the columns with what lies below them.
+  static void subtract_dots(const Columns& columns, Scalar* x, Index below) {
+    namespace simd = Eigen::internal;
+    const Scalar *const a = columns[0] + columns_at_once, *const b = columns[1] + columns_at_once;
+    const Scalar *const c = columns[2] + columns_at_once, *const d = columns[3] + columns_at_once;
+    const Scalar* const rest = x + columns_at_once;
+    Packet sum_a = simd::pset1<Packet>(Scalar(0)), sum_b = sum_a, sum_c = sum_a, sum_d = sum_a;
+    const auto add = [](Packet& sum, const Scalar* column, const Packet& y) {
+      sum = simd::pmadd(simd::pconj(simd::ploadu<Packet>(column)), y, sum);
+    };
+    Index i = 0;
+    for (; i + width <= below; i += width) {
+      const Packet y = simd::ploadu<Packet>(rest + i);
+      add(sum_a, a + i, y);
+      add(sum_b, b + i, y);
+      add(sum_c, c + i, y);
+      add(sum_d, d + i, y);
+    }
+    x[0] -= simd::predux(sum_a);
+    x[1] -= simd::predux(sum_b);
+    x[2] -= simd::predux(sum_c);
+    x[3] -= simd::predux(sum_d);
+    for (; i < below; ++i) {
+      x[0] -= conjugate(a[i]) * rest[i];
+      x[1] -= conjugate(b[i]) * rest[i];
+      x[2] -= conjugate(c[i]) * rest[i];
+      x[3] -= conjugate(d[i]) * rest[i];
     }
   }
 

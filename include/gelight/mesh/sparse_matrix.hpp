@@ -15,12 +15,11 @@
 namespace gelight::detail {
 
 /// Where a symmetric matrix over the vertices of a triangulation may differ from zero: its lower
-/// triangle in compressed columns, diagonal first. Made by counting, in linear time. (A template
-/// only so that it costs nothing to include.)
+/// triangle in compressed columns, diagonal first. Made by counting, in linear time.
 template <std::floating_point Real>
-class SymmetricPatternOf {
+class SymmetricPattern {
  public:
-  explicit SymmetricPatternOf(const IntrinsicTriangulationOf<Real>& mesh) {
+  explicit SymmetricPattern(const IntrinsicTriangulation<Real>& mesh) {
     const Index halfedges = static_cast<Index>(mesh.origins.size());
     const auto ends = [&](Index h) -> std::pair<Index, Index> {
       return std::minmax(mesh.origins[h], mesh.origins[h % 3 == 2 ? h - 2 : h + 1]);
@@ -78,15 +77,13 @@ class SymmetricPatternOf {
   Array<Index> slots_;
 };
 
-using SymmetricPattern = SymmetricPatternOf<double>;
-
 /// A symmetric matrix (Hermitian for complex scalars): entry e of the pattern holds
 /// A(row(e), column).
 template <class Scalar>
 struct SymmetricMatrix {
   using Real = typename Eigen::NumTraits<Scalar>::Real;
 
-  std::shared_ptr<const SymmetricPatternOf<Real>> pattern;
+  std::shared_ptr<const SymmetricPattern<Real>> pattern;
   Array<Scalar> values;
 
   [[nodiscard]] Array<Scalar> operator*(const Array<Scalar>& x) const {

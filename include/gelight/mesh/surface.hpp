@@ -14,6 +14,7 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
+#include "gelight/core/prefetch.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -53,7 +54,7 @@ class Surface {
  public:
   using Scalar = T;  ///< what coordinates are made of
 
-  /// Copies what it needs of any mesh, in O(vertices + faces log valence).
+  /// Copies what it needs of any mesh, in O(vertices + faces).
   /// Throws InvalidInput for a mesh without faces, a coordinate that is not finite or beyond 1e75,
   /// an edge longer than a coordinate can be, a face with an index out of range or a vertex twice,
   /// and two faces with the same three vertices. An edge of less than 1e-75 counts as of no length;
@@ -91,7 +92,9 @@ class Surface {
   [[nodiscard]] T length(Index h) const { return data_->lengths[h]; }
 
   /// The next half-edge on the same edge: h itself on a border, the other one where two faces meet,
-  /// a cycle where more do. It runs the same way as h where the two faces disagree in orientation.
+  /// a cycle where more do, in the order of their numbers: for one half-edge of each edge, the
+  /// last, it is no later than h. It runs the same way as h where the two faces disagree in
+  /// orientation.
   [[nodiscard]] Index twin(Index h) const { return data_->twins[h]; }
 
   /// Whether h is on a border (in one face), and whether it is in at most two faces.
@@ -243,16 +246,30 @@ class Surface {
     const auto count = checked_count(MeshTraits<M>::face_count(mesh), 3, "faces");
     const auto vertices = static_cast<Index>(data.positions.size());
     data.vertices.resize(3 * static_cast<std::size_t>(count));
-    for (Index f = 0; f < count; ++f) {
+    Index* to = data.vertices.data();
+    for (Index f = 0; f < count; ++f, to += 3) {
       const std::array<Index, 3> face = MeshTraits<M>::face(mesh, f);
-      for (const Index v : face) {
-        detail::require(v >= 0 && v < vertices, "face ", f, " has vertex ", v,
-                        ", the mesh has vertices 0 to ", vertices - 1);
+      const auto [a, b, c] = face;
+      const bool is_sound =
+          std::min({a, b, c}) >= 0 && std::max({a, b, c}) < vertices && a != b && b != c && c != a;
+      if (!is_sound) [[unlikely]] {
+        refuse_face(f, face, vertices);
       }
-      detail::require(face[0] != face[1] && face[1] != face[2] && face[2] != face[0], "face ", f,
-                      " has a vertex twice: (", face[0], ", ", face[1], ", ", face[2], ")");
-      std::copy(face.begin(), face.end(), data.vertices.begin() + 3 * std::ptrdiff_t{f});
+      to[0] = a;
+      to[1] = b;
+      to[2] = c;
     }
+  }
+
+  [[noreturn, gnu::cold, gnu::noinline]] static void refuse_face(Index f,
+                                                                 const std::array<Index, 3>& face,
+                                                                 Index vertices) {
+    for (const Index v : face) {
+      detail::require(v >= 0 && v < vertices, "face ", f, " has vertex ", v,
+                      ", the mesh has vertices 0 to ", vertices - 1);
+    }
+    detail::refuse(
+        {"face ", f, " has a vertex twice: (", face[0], ", ", face[1], ", ", face[2], ")"});
   }
 
   // Half-edges are numbered by Index, so `per` times the count must fit.
@@ -265,79 +282,108 @@ class Surface {
 
   static void link_corners(Data& data) {
     data.corner_begin.assign(data.positions.size() + 1, 0);
-    for (const Index v : data.vertices) ++data.corner_begin[v + 1];
-    for (std::size_t v = 1; v < data.corner_begin.size(); ++v) {
-      data.corner_begin.data()[v] += data.corner_begin.data()[v - 1];
-    }
-    detail::Array<Index> fill(data.corner_begin.begin(), data.corner_begin.end() - 1);
+    for (const Index v : data.vertices) ++data.corner_begin[v];
+    std::partial_sum(data.corner_begin.begin(), data.corner_begin.end(), data.corner_begin.begin());
     data.corners.resize(data.vertices.size());
-    const auto count = static_cast<Index>(data.vertices.size());
-    for (Index h = 0; h < count; ++h) data.corners[fill[data.vertices[h]]++] = h;
+    // From each vertex' end down, so that what began as its end is left as its beginning.
+    for (Index h = static_cast<Index>(data.vertices.size()) - 1; h >= 0; --h) {
+      data.corners[--data.corner_begin[data.vertices[h]]] = h;
+    }
   }
 
-  // An edge of a face as its lower vertex sees it.
-  struct Edge {
-    Index end, halfedge;
-    friend bool operator<(const Edge& a, const Edge& b) {
-      return a.end != b.end ? a.end < b.end : a.halfedge < b.halfedge;
-    }
+  // The last half-edge that was found between a vertex and a lower one.
+  struct Latest {
+    Index lower = -1, halfedge = -1;
   };
 
-  // Gathers the half-edges of each edge at its lower vertex, and closes them into a cycle.
-  static void link_twins(Data& data) {
-    const auto vertex = [&](Index h) { return data.vertices[h]; };
+  // Meshes whose faces lie in no order wait for memory half of the time: about so many corners
+  // pass while it answers.
+  static constexpr Index corners_ahead = 24;
+  static void prefetch_halfedge(const Data& data, Index h) {
+    detail::prefetch(data.vertices.data() + h, sizeof(Index));
+    detail::prefetch(data.twins.data() + h, sizeof(Index));
+    detail::prefetch(data.lengths.data() + h, sizeof(T));
+  }
+
+  // Joins the half-edges of each edge into a cycle in the order of their numbers, at its lower
+  // vertex, and measures it, once for all of them.
+  static void link_edges(Data& data) {
     data.twins.resize(data.vertices.size());
-    detail::Array<Edge> edges;
-    const auto count = static_cast<Index>(data.positions.size());
-    for (Index v = 0; v < count; ++v) {
-      edges.clear();
-      for (Index c = data.corner_begin[v]; c < data.corner_begin[v + 1]; ++c) {
-        const Index out = data.corners[c];
-        const Index in = previous(out);
-        if (vertex(next(out)) > v) edges.push_back({vertex(next(out)), out});
-        if (vertex(in) > v) edges.push_back({vertex(in), in});
-      }
-      std::sort(edges.begin(), edges.end());
-      for (auto first = edges.begin(); first != edges.end();) {
-        const auto last =
-            std::find_if(first, edges.end(), [&](const Edge& e) { return e.end != first->end; });
-        close_cycle(first, last, data);
-        first = last;
-      }
-    }
-  }
-
-  static void close_cycle(auto first, auto last, Data& data) {
-    for (auto e = first; e != last; ++e) {
-      data.twins[e->halfedge] = (e + 1 == last ? first : e + 1)->halfedge;
-    }
-    // Two faces with the same vertices share an edge and the vertex across it.
-    const auto apex = [&](const Edge& e) { return data.vertices[previous(e.halfedge)]; };
-    if (last - first == 1) return;
-    std::sort(first, last, [&](const Edge& a, const Edge& b) { return apex(a) < apex(b); });
-    const auto same = std::adjacent_find(
-        first, last, [&](const Edge& a, const Edge& b) { return apex(a) == apex(b); });
-    detail::require(same == last, "faces ", same == last ? 0 : face_of(same->halfedge), " and ",
-                    same == last ? 0 : face_of((same + 1)->halfedge),
-                    " have the same three vertices");
-  }
-
-  static void measure(Data& data) {
     data.lengths.resize(data.vertices.size());
-    const auto count = static_cast<Index>(data.vertices.size());
+    detail::Array<Latest> latest(data.positions.size());
+    const auto count = static_cast<Index>(data.positions.size());
+    const auto half_edges = static_cast<Index>(data.vertices.size());
     double longest = 0;
-    for (Index h = 0; h < count; ++h) {
-      // From the lower vertex to the higher, so that twins agree to the last bit.
-      const auto [a, b] = std::minmax(data.vertices[h], data.vertices[next(h)]);
-      const double length = detail::stable_norm(data.positions[b].template cast<double>() -
-                                                data.positions[a].template cast<double>());
-      detail::require(length <= double{std::numeric_limits<T>::max()}, "the edge between vertices ",
-                      a, " and ", b, " is ", length, " long, too long for the coordinates' type");
-      longest = std::max(longest, length);
-      data.lengths[h] = length < detail::shortest_length ? T(0) : static_cast<T>(length);
+    bool any_crowded = false;  // an edge of three faces or more
+    for (Index v = 0; v < count; ++v) {
+      const auto join = [&](Index h, Index end, Index apex) {
+        if (end < v) return;
+        Latest& before = latest[end];
+        if (before.lower != v) {
+          before = {v, h};
+          data.twins[h] = h;
+          const double length = measured(data, v, end);
+          longest = std::max(longest, length);
+          data.lengths[h] = length < detail::shortest_length ? T(0) : static_cast<T>(length);
+          return;
+        }
+        const Index other = before.halfedge;
+        if (data.vertices[previous(other)] == apex) [[unlikely]] {
+          refuse_twins(other, h);
+        }
+        any_crowded |= data.twins[other] != other;
+        data.twins[h] = std::exchange(data.twins[other], h);
+        data.lengths[h] = data.lengths[other];
+        before.halfedge = h;
+      };
+      for (Index c = data.corner_begin[v]; c < data.corner_begin[v + 1]; ++c) {
+        const Index out = data.corners[c], in = previous(out);
+        prefetch_halfedge(data, data.corners[std::min(c + corners_ahead, half_edges - 1)]);
+        const Index tip = data.vertices[next(out)], from = data.vertices[in];
+        join(out, tip, from);
+        join(in, from, tip);
+      }
     }
+    if (any_crowded) require_different_faces(data);
     detail::require(longest == 0 || longest >= detail::shortest_length, "the longest edge is ",
                     longest, " long: products of lengths would vanish");
+  }
+
+  [[nodiscard]] static double measured(const Data& data, Index a, Index b) {
+    const double length = detail::stable_norm(data.positions[b].template cast<double>() -
+                                              data.positions[a].template cast<double>());
+    if (!(length <= double{std::numeric_limits<T>::max()})) [[unlikely]] {
+      detail::refuse({"the edge between vertices ", a, " and ", b, " is ", length,
+                      " long, too long for the coordinates' type"});
+    }
+    return length;
+  }
+
+  // Two faces with the same vertices share an edge and the vertex across it. Where two faces in
+  // turn do so it was seen; others are sought here.
+  [[gnu::cold, gnu::noinline]] static void require_different_faces(const Data& data) {
+    const auto apex = [&](Index h) { return data.vertices[previous(h)]; };
+    detail::Array<Index> cycle;
+    for (Index last = 0; last < static_cast<Index>(data.twins.size()); ++last) {
+      if (data.twins[last] > last) continue;  // each cycle once
+      cycle.clear();
+      Index h = last;
+      do {
+        h = data.twins[h];
+        cycle.push_back(h);
+      } while (h != last);
+      if (cycle.size() < 3) continue;
+      std::sort(cycle.begin(), cycle.end(),
+                [&](Index a, Index b) { return apex(a) != apex(b) ? apex(a) < apex(b) : a < b; });
+      const auto same = std::adjacent_find(cycle.begin(), cycle.end(),
+                                           [&](Index a, Index b) { return apex(a) == apex(b); });
+      if (same != cycle.end()) refuse_twins(*same, *(same + 1));
+    }
+  }
+
+  [[noreturn, gnu::cold, gnu::noinline]] static void refuse_twins(Index h, Index other) {
+    detail::refuse(
+        {"faces ", face_of(h), " and ", face_of(other), " have the same three vertices"});
   }
 
   std::shared_ptr<const Data> data_;
@@ -351,8 +397,7 @@ auto Surface<T>::snapshot(const M& mesh) -> std::shared_ptr<const Data> {
   copy_positions(mesh, *data);
   copy_faces(mesh, *data);
   link_corners(*data);
-  link_twins(*data);
-  measure(*data);
+  link_edges(*data);
   return data;
 }
 

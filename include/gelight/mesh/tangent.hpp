@@ -16,7 +16,7 @@ namespace gelight {
 
 /// Two unit vectors at right angles in a tangent plane; x cross y is the surface's normal.
 template <std::floating_point Real>
-struct TangentBasisOf {
+struct TangentBasis {
   Vec3<Real> x;  ///< unit
   Vec3<Real> y;  ///< unit, a quarter turn from x towards the left
 
@@ -29,9 +29,6 @@ struct TangentBasisOf {
     return {v.dot(x), v.dot(y)};
   }
 };
-
-/// A basis in double.
-using TangentBasis = TangentBasisOf<double>;
 
 /// Throws InvalidInput unless every edge has at most two faces, and those run it in opposite ways:
 /// without that, a tangent vector has no left and right.
@@ -58,16 +55,15 @@ void require_oriented(const Surface<Real>& surface) {
 /// area, or normals cancel, it is one through that edge; where no edge has a length, any. The
 /// angles are turned to fit the edges' own directions best. Each fan of a bow-tie vertex is turned
 /// by itself.
-/// (A template only so that it costs nothing to include.)
 template <std::floating_point Real>
-class TangentFramesOf {
+class TangentFrames {
  public:
   /// Throws InvalidInput as require_oriented does. Linear in the faces.
-  explicit TangentFramesOf(const Surface<Real>& surface)
-      : TangentFramesOf(surface, intrinsic_triangulation(surface)) {}
+  explicit TangentFrames(const Surface<Real>& surface)
+      : TangentFrames(surface, intrinsic_triangulation(surface)) {}
 
   /// With the angles of other edge lengths, the half-edges being the same.
-  TangentFramesOf(const Surface<Real>& surface, const IntrinsicTriangulationOf<Real>& mesh)
+  TangentFrames(const Surface<Real>& surface, const IntrinsicTriangulation<Real>& mesh)
       : surface_(surface) {
     require_oriented(surface);
     measure_corners(mesh);
@@ -79,7 +75,7 @@ class TangentFramesOf {
   }
 
   /// The plane at a vertex.
-  [[nodiscard]] const TangentBasisOf<Real>& basis(Index vertex) const { return bases_[vertex]; }
+  [[nodiscard]] const TangentBasis<Real>& basis(Index vertex) const { return bases_[vertex]; }
 
   /// Direction of half-edge h in the tangent plane of its origin, and that of the way back in the
   /// plane of its tip: angles from the basis' x, in radians.
@@ -97,7 +93,7 @@ class TangentFramesOf {
   }
 
  private:
-  void measure_corners(const IntrinsicTriangulationOf<Real>& mesh) {
+  void measure_corners(const IntrinsicTriangulation<Real>& mesh) {
     const auto faces = planar_faces(mesh);
     corners_.resize(static_cast<std::size_t>(surface_.halfedge_count()));
     for (Index f = 0; f < surface_.face_count(); ++f) {
@@ -186,13 +182,10 @@ class TangentFramesOf {
   static constexpr Real least_sine = 1e-4, no_normal = 1e-8;
 
   Surface<Real> surface_;
-  detail::Array<TangentBasisOf<Real>> bases_;  // of each vertex
-  detail::Array<Real> corners_;                // of each half-edge: the angle at its origin
-  detail::Array<Real> angles_;                 // of each half-edge, at its origin
+  detail::Array<TangentBasis<Real>> bases_;  // of each vertex
+  detail::Array<Real> corners_;              // of each half-edge: the angle at its origin
+  detail::Array<Real> angles_;               // of each half-edge, at its origin
   detail::Array<Real> far_angles_;  // of the edge before each half-edge, at the same vertex
 };
-
-/// The tangent planes of a surface, in double.
-using TangentFrames = TangentFramesOf<double>;
 
 }  // namespace gelight

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <concepts>
 #include <cstdint>
 #include <limits>
@@ -10,6 +9,7 @@
 #include <utility>
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/core/bits.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
@@ -98,8 +98,8 @@ template <std::floating_point T>
 [[nodiscard]] bool are_shares_of_light(const T* row, Index count) {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
   Bits largest = 0;
-  for (Index i = 0; i < count; ++i) largest = std::max(largest, std::bit_cast<Bits>(row[i]));
-  return largest <= std::bit_cast<Bits>(T(1 + beyond_full_light));
+  for (Index i = 0; i < count; ++i) largest = std::max(largest, detail::bit_cast<Bits>(row[i]));
+  return largest <= detail::bit_cast<Bits>(T(1 + beyond_full_light));
 }
 
 /// The same of all channels of an image.

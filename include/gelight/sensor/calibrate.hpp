@@ -147,8 +147,7 @@ class Calibrator {
     require(
         options_.table_nodes >= 3 && options_.table_nodes % 2 == 1 && options_.table_nodes <= 25,
         "a table of ", options_.table_nodes, " nodes: an odd number from 3 to 25 is wanted");
-    require(std::isfinite(options_.bulge_length) && options_.bulge_length >= 0, "bulge length ",
-            options_.bulge_length, " is negative or not finite");
+    require_bulge(options_.bulge_length);
     require(background_.width() > 1 && background_.height() > 1, "a background of ",
             background_.width(), " x ", background_.height(), " pixels");
     require_photograph(background_, "the background");
@@ -192,6 +191,9 @@ class Calibrator {
   }
 
   void propose(const BallPress& press, Entry& entry) {
+    require(0.25 * press.ball_radius < std::hypot(background_.width(), background_.height()),
+            press.name, " has no circle, and none is searched for of a ball of radius ",
+            press.ball_radius, ", which is large beside the image");
     const CircleProposal found = propose_circle(background_, press.photograph, press.ball_radius);
     entry.report.contact = entry.marked = found.circle;
     entry.report.is_proposed = true;
@@ -560,7 +562,8 @@ class Calibrator {
       radius += e.report.contact.radius / static_cast<double>(entries_.size());
     // By golden section over the logarithm, and then a parabola.
     const double golden = 0.6180339887498949;
-    double low = std::log(0.05 * radius), high = std::log(2.5 * radius);
+    double low = std::log(0.05 * radius);
+    double high = std::log(std::min(2.5 * radius, 0.8 * longest_bulge));
     double a = high - golden * (high - low), b = low + golden * (high - low);
     double at_a = free_squares(std::exp(a)), at_b = free_squares(std::exp(b));
     for (int step = 0; step < 5; ++step) {
@@ -753,10 +756,14 @@ class Calibrator {
 }
 
 /// The photograph that a calibrated sensor would take of a ball pressed in: `level` grey levels
-/// brighter.
+/// brighter. Throws InvalidInput for a sensor that write_sensor refuses, a circle that is none of
+/// the ball's or has no place, and a bulge longer than 1e4 pixels.
 [[nodiscard]] inline Image<std::array<double, 3>> predict(const CalibratedSensor& sensor,
                                                           const Circle& contact, double ball_radius,
                                                           const Change& level = {}) {
+  detail::require_sensor(sensor);
+  detail::require(std::isfinite(contact.x) && std::isfinite(contact.y), "a circle at (", contact.x,
+                  ", ", contact.y, ")");
   const Index width = sensor.background.width(), height = sensor.background.height();
   const detail::BallSurface surface(contact.radius, ball_radius, sensor.bulge_length);
   Image<std::array<double, 3>> out(width, height);

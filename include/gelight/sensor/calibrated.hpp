@@ -9,6 +9,8 @@
 #include <fstream>
 #include <iomanip>
 #include <istream>
+#include <limits>
+#include <locale>
 #include <memory>
 #include <ostream>
 #include <string>
@@ -45,7 +47,7 @@ class CalibratedReflectance {
   /// The renderer tells which pixels an object touches.
   static constexpr bool reads_touched = true;
 
-  /// Throws InvalidInput for a background without pixels.
+  /// Throws InvalidInput for a background of less than 2 x 2 pixels, and as `tabulated` does.
   explicit CalibratedReflectance(const CalibratedSensor& sensor, int nodes = 17)
       : shared_(std::make_shared<const Rows>(sensor.background,
                                              tabulated(sensor.reflectance, nodes))) {}
@@ -165,6 +167,7 @@ class CalibratedReflectance {
 namespace detail {
 
 inline constexpr const char* sensor_magic = "gelight-sensor-1";
+inline constexpr Index widest_background = 16384;
 
 inline void write_numbers(std::ostream& out, const std::vector<double>& numbers) {
   out << numbers.size();
@@ -249,7 +252,8 @@ template <class Model>
   int count = 0;
   double number = 0;
   in >> kind >> count >> number;
-  require(in.good() && count > 0 && count <= 65 && std::isfinite(number) && number > 0, path,
+  const int fewest = kind == "lights" ? 0 : 1;
+  require(in.good() && count >= fewest && count <= 65 && std::isfinite(number) && number > 0, path,
           " does not tell a reflectance");
   if (kind == "lights") return read_lights(in, count, number, path);
   if (kind == "polynomial")
@@ -260,11 +264,31 @@ template <class Model>
 
 }  // namespace detail
 
-/// Writes a calibrated sensor to one file: numbers as text, then the background as a binary PPM.
-/// Throws InvalidInput where it cannot be written.
+namespace detail {
+
+inline void require_sensor(const CalibratedSensor& sensor) {
+  require_reflectance(sensor.reflectance);
+  const Index width = sensor.background.width(), height = sensor.background.height();
+  require(width > 1 && height > 1 && width <= widest_background && height <= widest_background,
+          "a calibrated background of ", width, " x ", height, " pixels");
+  require(sensor.bulge_length >= 0 && std::isfinite(sensor.bulge_length), "a bulge of ",
+          sensor.bulge_length, " pixels");
+  for (const double level : sensor.level) {
+    require(std::isfinite(level), "photographs brighter by ", level, " grey levels");
+  }
+}
+
+}  // namespace detail
+
+/// Writes a calibrated sensor to one file: numbers as text, in as many digits as bring them back to
+/// the last bit, then the background as a binary PPM. Throws InvalidInput for what read_sensor
+/// would not read, before anything is written, and where the file cannot be written.
 inline void write_sensor(const std::string& path, const CalibratedSensor& sensor) {
+  detail::require_sensor(sensor);
   std::ofstream out(path, std::ios::binary);
-  out << std::setprecision(9) << detail::sensor_magic << '\n'
+  out.imbue(std::locale::classic());
+  out << std::setprecision(std::numeric_limits<double>::max_digits10) << detail::sensor_magic
+      << '\n'
       << sensor.bulge_length << ' ' << sensor.level[0] << ' ' << sensor.level[1] << ' '
       << sensor.level[2] << '\n';
   std::visit([&](const auto& model) { detail::write_model(out, model); }, sensor.reflectance);
@@ -281,6 +305,7 @@ inline void write_sensor(const std::string& path, const CalibratedSensor& sensor
 [[nodiscard]] inline CalibratedSensor read_sensor(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   detail::require(in.good(), path, " cannot be opened");
+  in.imbue(std::locale::classic());
   std::string magic;
   in >> magic;
   detail::require(magic == detail::sensor_magic, path, " is not a calibrated sensor");
@@ -294,7 +319,7 @@ inline void write_sensor(const std::string& path, const CalibratedSensor& sensor
   int most = 0;
   in >> kind >> width >> height >> most;
   detail::require(in.good() && kind == "P6" && most == 255 && width > 1 && height > 1 &&
-                      width <= 16384 && height <= 16384,
+                      width <= detail::widest_background && height <= detail::widest_background,
                   path, " has no background image");
   in.get();
   Image<Rgb8> background(width, height);

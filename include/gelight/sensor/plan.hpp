@@ -35,7 +35,7 @@
 //     const SensorAt sensor = [](double edge) { return geltip<double>(640, 480, edge); };
 //     const SensorPlan plan = plan_sensor(sensor, {.tolerance = 2, .share = 0.99});
 //     if (!plan.satisfies) throw std::runtime_error(plan.needed);
-//     const auto renderer = planned_renderer<float>(sensor, plan);
+//     const auto renderer = planned_renderer<double>(sensor, plan);  // float: where it says so
 namespace gelight {
 
 /// What a caller wants of a sensor's images, and of what contacts.
@@ -338,14 +338,22 @@ class SensorPlanner {
   return detail::SensorPlanner(sensor_at, request).plan();
 }
 
-/// The renderer of a plan, for the same sensor: with T float where the plan says
-/// `single_precision`, else double. Light is computed in double in either case. Throws InvalidInput
-/// as the sensor's parts do.
+/// The renderer of a plan, for the same sensor: with T double, or float where the plan says
+/// `single_precision`. Light is computed in double in either case. Throws InvalidInput for a plan
+/// that does not satisfy its request, with what would, for float where the plan wants double, for a
+/// light grid that is not positive, and as the sensor's parts do. (Who wants what a plan chose in
+/// spite of all says so by setting its `satisfies`.)
 template <std::floating_point T>
 [[nodiscard]] TactileRenderer<T> planned_renderer(const SensorAt& sensor_at, const SensorPlan& plan,
                                                   const CancelHook& cancelled = {}) {
+  detail::require(plan.satisfies, "the plan does not satisfy its request: ",
+                  plan.needed.empty() ? "it is none of plan_sensor's" : plan.needed);
+  detail::require(plan.single_precision || sizeof(T) >= sizeof(double),
+                  "the plan wants double, the renderer is of float");
+  detail::require(plan.light_grid > 0, "the plan has light at every ", plan.light_grid, " pixels");
   const SensorPreset<double> sensor = sensor_at(plan.edge_length);
   const Raster<double> rest = rasterize(sensor.membrane, sensor.camera);
+  detail::require_seen(rest);
   const detail::MembraneLights model(sensor);
   const Window whole{0, 0, sensor.camera.width, sensor.camera.height};
   std::vector<Image<Vec3<double>>> fields;

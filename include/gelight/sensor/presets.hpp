@@ -5,7 +5,6 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <map>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -23,6 +22,7 @@
 #include "gelight/membrane/gel.hpp"
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 #include "gelight/sensor/background.hpp"
@@ -129,50 +129,83 @@ template <std::floating_point T>
   return leds;
 }
 
+namespace detail {
+
+/// An edge of a border, as a walk along it passes it.
+template <std::floating_point T>
+struct BorderEdge {
+  Index from, to;
+  T length;
+};
+
+/// The border on which a half-edge lies, once round, from the half-edge's beginning. Faces may be
+/// oriented any way. Throws InvalidInput where the border meets an edge of three faces or more.
+template <std::floating_point T>
+[[nodiscard]] std::vector<BorderEdge<T>> border_round(const Surface<T>& surface, Index first) {
+  std::vector<BorderEdge<T>> edges;
+  Index h = first, from = surface.origin(first);
+  do {
+    const Index to = surface.origin(h) == from ? surface.tip(h) : surface.origin(h);
+    edges.push_back({from, to, surface.length(h)});
+    const auto other_at_end = [&](Index g) {
+      return surface.tip(g) == to ? surface.next(g) : surface.previous(g);
+    };
+    for (h = other_at_end(h); !surface.is_border(h); h = other_at_end(surface.twin(h))) {
+      require(surface.is_manifold(h), "the border meets an edge of more than two faces at vertex ",
+              to);
+    }
+    from = to;
+  } while (h != first);
+  return edges;
+}
+
+}  // namespace detail
+
 /// Points of an LED that lies along a membrane's border, the middles of `count` parts as long as
 /// each other, about the LED's middle. Throws InvalidInput for a middle that is not on the border,
-/// a width that is negative or longer than half of the border, and no parts.
+/// a width that is negative or longer than half of that border, no parts, and a border that meets
+/// an edge of three faces or more.
 template <std::floating_point T>
 [[nodiscard]] std::vector<SurfacePoint<T>> points_along_border(const Surface<T>& surface,
                                                                const SurfacePoint<T>& middle,
                                                                std::type_identity_t<T> width,
                                                                Index count) {
+  using Kind = typename SurfacePoint<T>::Kind;
   detail::require(count > 0, count, " parts of an LED");
-  std::map<Index, Index> after, before;  // of a vertex on the border, the next and the last
-  T length = 0;
-  for (Index h = 0; h < surface.halfedge_count(); ++h) {
-    if (!surface.is_border(h)) continue;
-    after[surface.origin(h)] = surface.tip(h);
-    before[surface.tip(h)] = surface.origin(h);
-    length += surface.length(h);
+  surface.require_point(middle);
+  const SurfacePoint<T> at_middle = detail::simplified(surface, middle);
+  Index first = -1;
+  if (at_middle.kind == Kind::edge) {
+    const Index h = surface.find_halfedge(at_middle.element[0], at_middle.element[1]);
+    if (surface.is_border(h)) first = h;
+  } else if (at_middle.kind == Kind::vertex) {
+    for (const Index h : surface.corners(at_middle.element[0])) {
+      if (surface.is_border(h)) first = h;
+      if (first < 0 && surface.is_border(surface.previous(h))) first = surface.previous(h);
+    }
   }
+  detail::require(first >= 0, "the LED's middle is not on the border of the membrane");
+  const auto edges = detail::border_round(surface, first);
+  T length = 0;
+  for (const auto& edge : edges) length += edge.length;
   detail::require(width >= 0 && width <= length / 2, "an LED ", width, " wide on a border ", length,
                   " long");
-  // The edge that the middle is on, and how far from its beginning.
-  Index from = middle.element[0], to = middle.element[1];
-  const Vec3<T> place = surface.position(middle);
-  if (middle.kind == SurfacePoint<T>::Kind::vertex && after.contains(from)) to = after.at(from);
-  const auto follows = [&](Index a, Index b) { return after.contains(a) && after.at(a) == b; };
-  if (!follows(from, to)) std::swap(from, to);
-  detail::require(middle.kind != SurfacePoint<T>::Kind::face && follows(from, to),
-                  "the LED's middle is not on the border of the membrane");
-  const auto span = [&](Index a, Index b) {
-    return detail::stable_norm(Vec3<T>(surface.position(b) - surface.position(a)));
-  };
-  const T start = detail::stable_norm(Vec3<T>(place - surface.position(from)));
+  const T start =
+      detail::stable_norm(surface.difference(vertex_point<T>(edges[0].from), at_middle));
   std::vector<SurfacePoint<T>> points;
   for (Index k = 0; k < count; ++k) {
     T at = start + width * ((T(k) + T(0.5)) / T(count) - T(0.5));
-    Index a = from, b = to;
+    std::size_t i = 0;
     while (at < 0) {
-      b = a, a = before.at(a);
-      at += span(a, b);
+      i = (i > 0 ? i : edges.size()) - 1;
+      at += edges[i].length;
     }
-    while (at > span(a, b)) {
-      at -= span(a, b);
-      a = b, b = after.at(b);
+    while (at > edges[i].length) {
+      at -= edges[i].length;
+      i = (i + 1) % edges.size();
     }
-    points.push_back(edge_point<T>(a, b, at / span(a, b)));
+    const auto& edge = edges[i];
+    points.push_back(edge_point<T>(edge.from, edge.to, edge.length > 0 ? at / edge.length : T(0)));
   }
   return points;
 }
@@ -341,6 +374,13 @@ template <std::floating_point T>
 
 namespace detail {
 
+template <std::floating_point T>
+void require_seen(const Raster<T>& rest) {
+  const auto& faces = rest.face.pixels();
+  const bool is_seen = std::any_of(faces.begin(), faces.end(), [](Index f) { return f >= 0; });
+  require(is_seen, "the camera sees nothing of the membrane");
+}
+
 /// Where an LED on the border of a membrane shines: into it, along it.
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> inwards(const Surface<T>& surface, const SurfacePoint<T>& led) {
@@ -359,12 +399,14 @@ template <std::floating_point T>
 
 /// The light of a sensor's LED at some points of its membrane, by any light model: of each of the
 /// LED's parts, their mean. Where the parts' light comes from different sides, as at the cut locus,
-/// directions are shorter than 1. Throws InvalidInput as the model does.
+/// directions are shorter than 1. Throws InvalidInput for an LED that the sensor has not, for a
+/// model that gives another number of directions, and as the model does.
 template <std::floating_point T, LightModel<T> Model>
 [[nodiscard]] LightField<T> led_field(const SensorPreset<T>& sensor, const Surface<T>& membrane,
                                       std::size_t led, const Model& model,
                                       std::type_identity_t<std::span<const SurfacePoint<T>>> points,
                                       const CancelHook& cancelled = {}) {
+  detail::require(led < sensor.leds.size(), "LED ", led, " of a sensor with ", sensor.leds.size());
   std::vector<SurfacePoint<T>> parts{sensor.leds[led]};
   if (sensor.led_width > 0) {
     parts = points_along_border(membrane, sensor.leds[led], sensor.led_width, sensor.led_parts);
@@ -383,6 +425,8 @@ template <std::floating_point T, LightModel<T> Model>
       part.emission = detail::inwards(membrane, parts[k]);
     }
     const auto one = model.field(part, points, cancelled.part(done / count, (done + 1) / count));
+    detail::require(one.size() == sum.size(), "the light model gives ", one.size(),
+                    " directions for ", sum.size(), " points");
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += one[i] / static_cast<T>(count);
   }
   return sum;
@@ -390,12 +434,14 @@ template <std::floating_point T, LightModel<T> Model>
 
 /// The renderer of a sensor, its light by any light model: the GelTip's by default, along the
 /// shortest paths on the membrane. Takes as long as the model's fields. Throws InvalidInput unless
-/// there is a colour for each LED, and as the parts do.
+/// there is a colour for each LED, where the camera sees nothing of the membrane, and as the parts
+/// do.
 ///@{
 template <std::floating_point T, LightModel<T> Model>
 [[nodiscard]] TactileRenderer<T> tactile_renderer(const SensorPreset<T>& sensor,
                                                   const Model& model) {
   const Raster<T> rest = rasterize(sensor.membrane, sensor.camera);
+  detail::require_seen(rest);
   const Background<T> background = coating_light(sensor, rest);
   const auto points = pixel_points(rest);
   const Surface<T> surface(sensor.membrane);

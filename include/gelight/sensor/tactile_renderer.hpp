@@ -43,11 +43,11 @@ namespace gelight {
 namespace detail {
 
 template <std::floating_point T, class Membrane>
-struct RowsOf {
+struct ChosenRows {
   using Type = ModelRows<T, Membrane>;
 };
 template <std::floating_point T>
-struct RowsOf<T, GaussianMembrane<T>> {
+struct ChosenRows<T, GaussianMembrane<T>> {
   using Type = MembraneRows<T>;
 };
 
@@ -59,11 +59,11 @@ template <class Shine>
 }
 
 template <std::floating_point T, class Shine>
-struct ShadingOf {
+struct ChosenShading {
   using Type = ModelShading<T, Shine>;
 };
 template <std::floating_point T>
-struct ShadingOf<T, PhongLights<T>> {
+struct ChosenShading<T, PhongLights<T>> {
   using Type = ShadedRows<T>;
 };
 
@@ -107,14 +107,20 @@ struct TactileOptions {
     return options;
   }
 
+  /// More pixels than any image is wide: a larger sigma in `for_gel` is one of another unit.
+  static constexpr double widest_sigma = 1e4;
+
   /// The options with the Gaussian that is nearest to a gel, for contacts of a radius, on pixels of
   /// a width, both in m: as `gaussian_sigma` tells, cut off at 4 sigma. Throws InvalidInput as that
-  /// does, and for a width that is not positive and finite.
+  /// does, for a width that is not positive and finite, and for a sigma beyond `widest_sigma`.
   [[nodiscard]] static TactileOptions for_gel(const Gel& gel, double contact_radius, double pixel) {
     detail::require(pixel > 0 && std::isfinite(pixel), "a pixel's width ", pixel,
                     " is not positive and finite");
     TactileOptions options;
     options.smoothing_sigma = gaussian_sigma(gel, contact_radius) / pixel;
+    detail::require(options.smoothing_sigma <= widest_sigma, "contacts of ", contact_radius,
+                    " m on pixels of ", pixel, " m take a Gaussian of ", options.smoothing_sigma,
+                    " pixels, more than ", widest_sigma);
     options.smoothing_radius = static_cast<Index>(std::ceil(4 * options.smoothing_sigma));
     return options;
   }
@@ -234,7 +240,7 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   /// Makes a frame of this renderer the next one of a sequence, that of `depth`: computes only what
   /// differs from before. Its image is what `render(depth)` gives, bit for bit. Throws
   /// InvalidInput, before anything is written, for a frame or depth image of another size than the
-  /// camera's.
+  /// camera's. Where the membrane or the reflectance throws, the frame becomes `rest_frame()`.
   template <ImageOf<T> D>
   void render_next_into(TactileFrame<T>& frame, const D& depth) const {
     detail::require_camera_size(depth, camera_, "the depth image");
@@ -273,8 +279,8 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   }
 
   // What comes most often has loops of its own.
-  using MembraneRows = typename detail::RowsOf<T, Membrane>::Type;
-  using ShadedRows = typename detail::ShadingOf<T, Shine>::Type;
+  using MembraneRows = typename detail::ChosenRows<T, Membrane>::Type;
+  using ShadedRows = typename detail::ChosenShading<T, Shine>::Type;
   static constexpr bool reads_touched = detail::reads_touched<Shine>();
 
   /// What is computed of a frame; the rest of it is at rest, or as it was.
@@ -407,7 +413,13 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   void render_next(TactileFrame<T>& frame, const D& depth) const {
     lend_workspace([&](Workspace& work) {
       if (!work.changes.update(frame.depth, depth, work.membrane.buffer.data())) return;
-      render_rows(frame.image, View(frame.depth), Extent::changed, work);
+      try {
+        render_rows(frame.image, View(frame.depth), Extent::changed, work);
+      } catch (...) {
+        // Its depth is the next one's, its image is not.
+        frame = rest_frame();
+        throw;
+      }
     });
   }
 

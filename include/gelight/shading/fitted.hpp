@@ -166,7 +166,8 @@ template <class Model>
 
 }  // namespace detail
 
-/// @name The change of a pixel by a reflectance.
+/// @name The change of a pixel by a reflectance, which has to have as many numbers as its `size`
+/// says: not checked.
 ///@{
 /// How much a point's colour differs from the background's, by a table.
 [[nodiscard]] inline Change change(const TableReflectance& table, const GelPoint& p) {
@@ -226,10 +227,62 @@ template <class ChangeAt>
 
 }  // namespace detail
 
+namespace detail {
+
+inline void require_finite(const std::vector<double>& numbers, const char* what) {
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    require(std::isfinite(numbers[i]), "number ", i, " of ", what, " is ", numbers[i]);
+  }
+}
+
+/// Throws InvalidInput for a reflectance that cannot be, or has other than the numbers it needs.
+///@{
+inline void require_numbers(const char* kind, std::size_t wanted, double reach,
+                            const std::vector<double>& touched, const std::vector<double>& free) {
+  require(reach > 0 && reach <= 1, "a ", kind, " of reach ", reach, ", not in (0, 1]");
+  require(touched.size() == wanted && free.size() == wanted, "a ", kind, " has ", touched.size(),
+          " numbers for touched gel and ", free.size(), " for free, not ", wanted, " each");
+  require_finite(touched, kind);
+  require_finite(free, kind);
+}
+inline void require_reflectance(const TableReflectance& m) {
+  require(m.nodes >= 3 && m.nodes <= 65, "a table of ", m.nodes, " nodes, not from 3 to 65");
+  require_numbers("table", 3 * static_cast<std::size_t>(m.size()), m.reach, m.touched, m.free);
+}
+inline void require_reflectance(const PolynomialReflectance& m) {
+  require(m.degree >= 1 && m.degree <= 65, "a polynomial of degree ", m.degree,
+          ", not from 1 to 65");
+  require_numbers("polynomial", 3 * static_cast<std::size_t>(m.size()), m.reach, m.touched, m.free);
+}
+inline void require_reflectance(const LightsReflectance& m) {
+  require(m.softness > 0 && m.shininess > 0 && m.height > 0, "lights have softness ", m.softness,
+          ", shininess ", m.shininess, " and height ", m.height, ", which are not all positive");
+  require(m.lights.size() <= 65, m.lights.size(), " lights are more than 65");
+  std::vector<double> numbers{m.softness, m.falloff, m.shininess, m.height};
+  const auto add = [&](const Change& three) {
+    numbers.insert(numbers.end(), three.begin(), three.end());
+  };
+  for (const Change& three : {m.ambient, m.contact, m.free_share}) add(three);
+  for (const NearLight& light : m.lights) {
+    add({light.place.x(), light.place.y(), light.place.z()});
+    add(light.diffuse);
+    add(light.specular);
+  }
+  require_finite(numbers, "lights");
+}
+inline void require_reflectance(const FittedReflectance& model) {
+  std::visit([](const auto& one) { require_reflectance(one); }, model);
+}
+///@}
+
+}  // namespace detail
+
 /// A table of another reflectance, at `nodes` (odd) along each coordinate of the normal: between
 /// nodes bilinear, in the place the quadratic nearest to it on a grid of 5 x 5. A table stays as it
-/// is.
+/// is. Throws InvalidInput for a reflectance with numbers that cannot be or another count of them,
+/// and for nodes that are even or not from 3 to 65.
 [[nodiscard]] inline TableReflectance tabulated(const FittedReflectance& model, int nodes = 17) {
+  detail::require_reflectance(model);
   if (const auto* const table = std::get_if<TableReflectance>(&model)) return *table;
   detail::require(nodes >= 3 && nodes % 2 == 1 && nodes <= 65, "a table of ", nodes,
                   " nodes: an odd number from 3 to 65 is wanted");

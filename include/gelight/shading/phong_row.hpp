@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -11,6 +10,7 @@
 #include <numbers>
 #include <type_traits>
 
+#include "gelight/core/bits.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/shading/phong.hpp"
 
@@ -54,9 +54,9 @@ void integer_power_row(T* power, T* base, unsigned exponent, std::ptrdiff_t coun
 /// log2(x) of a positive normal number, within 2e-7 of its size.
 [[nodiscard]] inline float fast_log2(float x) {
   // x = 2^e m with m from sqrt(1/2) to sqrt(2).
-  const std::int32_t bits = std::bit_cast<std::int32_t>(x) - 0x3f3504f3;
+  const std::int32_t bits = detail::bit_cast<std::int32_t>(x) - 0x3f3504f3;
   const std::int32_t e = bits >> 23;
-  const float m = std::bit_cast<float>((bits & 0x007fffff) + 0x3f3504f3);
+  const float m = detail::bit_cast<float>((bits & 0x007fffff) + 0x3f3504f3);
   // log(m) = 2 atanh(t), whose series has fallen below 2e-9 of it after five terms.
   const float t = (m - 1) / (m + 1), t2 = t * t;
   const float series = 1 + t2 * (1 / 3.f + t2 * (1 / 5.f + t2 * (1 / 7.f + t2 * (1 / 9.f))));
@@ -68,11 +68,11 @@ void integer_power_row(T* power, T* base, unsigned exponent, std::ptrdiff_t coun
   constexpr float shift = 3 << 22;  // adding it leaves the nearest integer in the lowest bits
   const float shifted = x + shift;
   const std::int32_t whole =
-      std::bit_cast<std::int32_t>(shifted) - std::bit_cast<std::int32_t>(shift);
+      detail::bit_cast<std::int32_t>(shifted) - detail::bit_cast<std::int32_t>(shift);
   const float f = (x - (shifted - shift)) * std::numbers::ln2_v<float>;  // up to 0.35
   const float series =
       1 + f * (1 + f * (1 / 2.f + f * (1 / 6.f + f * (1 / 24.f + f * (1 / 120.f + f / 720.f)))));
-  return series * std::bit_cast<float>((whole + 127) << 23);
+  return series * detail::bit_cast<float>((whole + 127) << 23);
 }
 
 /// power[i] = base[i]^exponent for bases that are 0 or have a normal number for a power. In float

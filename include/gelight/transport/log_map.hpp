@@ -78,13 +78,13 @@ class ExactLogMap {
   // A path to a vertex takes some microseconds.
   static constexpr Index vertices_between_polls = 256;
 
-  ExactLogMap(std::shared_ptr<const detail::TangentPlanesOf<Real>> planes,
-              SurfacePoint<Real> source, ExactField<T> field, CancelHook cancelled)
+  ExactLogMap(std::shared_ptr<const detail::TangentPlanes<Real>> planes, SurfacePoint<Real> source,
+              ExactField<T> field, CancelHook cancelled)
       : planes_(std::move(planes)),
         source_(source),
         field_(std::move(field)),
         cancelled_(std::move(cancelled)) {
-    const TangentBasisOf<Real> basis = planes_->basis(source_);
+    const TangentBasis<Real> basis = planes_->basis(source_);
     basis_ = {basis.x.template cast<T>(), basis.y.template cast<T>()};
   }
 
@@ -101,7 +101,7 @@ class ExactLogMap {
     return out;
   }
 
-  std::shared_ptr<const detail::TangentPlanesOf<Real>> planes_;
+  std::shared_ptr<const detail::TangentPlanes<Real>> planes_;
   SurfacePoint<Real> source_;
   ExactField<T> field_;
   CancelHook cancelled_;
@@ -122,7 +122,7 @@ class ExactLogMapSolver {
   /// more than two faces.
   template <TriangleMesh M>
   explicit ExactLogMapSolver(const M& mesh, const ExactLogMapOptions& options = {})
-      : planes_(std::make_shared<const detail::TangentPlanesOf<Real>>(Surface<Real>(mesh))),
+      : planes_(std::make_shared<const detail::TangentPlanes<Real>>(Surface<Real>(mesh))),
         solver_(planes_->surface()),
         cancelled_(options.cancelled) {}
 
@@ -150,7 +150,7 @@ class ExactLogMapSolver {
   /// for a vertex that is not of the surface.
   [[nodiscard]] std::array<Vec3<T>, 2> tangent_basis(Index vertex) const {
     surface().require_vertex(vertex);
-    const TangentBasisOf<Real>& basis = planes_->frames().basis(vertex);
+    const TangentBasis<Real>& basis = planes_->frames().basis(vertex);
     return {basis.x.template cast<T>(), basis.y.template cast<T>()};
   }
 
@@ -169,7 +169,7 @@ class ExactLogMapSolver {
     return {planes_, point, solver_.solve(source, {.cancelled = cancelled}), cancelled};
   }
 
-  std::shared_ptr<const detail::TangentPlanesOf<Real>> planes_;
+  std::shared_ptr<const detail::TangentPlanes<Real>> planes_;
   ExactSolver<T> solver_;
   CancelHook cancelled_;
 };

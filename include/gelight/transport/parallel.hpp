@@ -40,7 +40,7 @@ class ParallelTransport {
   /// Two unit vectors, x and y, that span the tangent plane at a point; x cross y is the normal.
   /// Throws InvalidInput for a point that is not of the surface, or at a vertex without faces.
   [[nodiscard]] std::array<Vec3<T>, 2> tangent_basis(const SurfacePoint<T>& point) const {
-    const TangentBasis basis = planes_.basis(checked(point));
+    const TangentBasis<double> basis = planes_.basis(checked(point));
     return {basis.x.template cast<T>(), basis.y.template cast<T>()};
   }
 
@@ -95,7 +95,7 @@ class ParallelTransport {
     return turn;
   }
 
-  detail::TangentPlanes planes_;
+  detail::TangentPlanes<double> planes_;
 };
 
 template <TriangleMesh M>

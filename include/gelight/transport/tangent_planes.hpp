@@ -57,23 +57,22 @@ template <std::floating_point Real>
 }
 
 /// The tangent planes of all points of a surface, in which directions are angles: at vertices those
-/// of TangentFrames; of a face and on an edge from the (first) half-edge's own direction. (A
-/// template only so that it costs nothing to include.)
+/// of TangentFrames; of a face and on an edge from the (first) half-edge's own direction.
 template <std::floating_point Real>
-class TangentPlanesOf {
+class TangentPlanes {
  public:
   /// Throws InvalidInput as TangentFrames does.
-  explicit TangentPlanesOf(const Surface<Real>& surface) : surface_(surface), frames_(surface) {}
+  explicit TangentPlanes(const Surface<Real>& surface) : surface_(surface), frames_(surface) {}
 
   /// With the angles of other edge lengths, the half-edges being the same.
-  TangentPlanesOf(const Surface<Real>& surface, const IntrinsicTriangulationOf<Real>& mesh)
+  TangentPlanes(const Surface<Real>& surface, const IntrinsicTriangulation<Real>& mesh)
       : surface_(surface), frames_(surface, mesh) {}
 
   [[nodiscard]] const Surface<Real>& surface() const { return surface_; }
-  [[nodiscard]] const TangentFramesOf<Real>& frames() const { return frames_; }
+  [[nodiscard]] const TangentFrames<Real>& frames() const { return frames_; }
 
   /// The plane on an edge halves the angle between its faces.
-  [[nodiscard]] TangentBasisOf<Real> basis(const SurfacePoint<Real>& point) const {
+  [[nodiscard]] TangentBasis<Real> basis(const SurfacePoint<Real>& point) const {
     using Kind = typename SurfacePoint<Real>::Kind;
     if (point.kind == Kind::vertex) return frames_.basis(point.element[0]);
     const Index h = first_halfedge(point);
@@ -146,9 +145,7 @@ class TangentPlanesOf {
   }
 
   Surface<Real> surface_;
-  TangentFramesOf<Real> frames_;
+  TangentFrames<Real> frames_;
 };
-
-using TangentPlanes = TangentPlanesOf<double>;
 
 }  // namespace gelight::detail

@@ -220,7 +220,7 @@ class VectorHeatSolver {
  private:
   using Field = detail::Array<std::complex<Real>>;
   using Point = SurfacePoint<Real>;
-  using Signposts = detail::SignpostsOf<Real>;
+  using Signposts = detail::Signposts<Real>;
 
   // Made when first asked for.
   struct SetUpLater {
@@ -235,14 +235,14 @@ class VectorHeatSolver {
     detail::Array<char> is_exact;  // of each vertex
   };
 
-  VectorHeatSolver(Surface<Real> surface, std::shared_ptr<const detail::HeatSystemOf<Real>> system,
+  VectorHeatSolver(Surface<Real> surface, std::shared_ptr<const detail::HeatSystem<Real>> system,
                    const VectorHeatOptions& options)
       : surface_(std::move(surface)),
         cancelled_(options.cancelled),
         planes_(surface_, options.intrinsic_delaunay ? detail::mollified_triangulation(surface_, 1)
                                                      : intrinsic_triangulation(surface_)),
         system_(system ? std::move(system)
-                       : std::make_shared<detail::HeatSystemOf<Real>>(
+                       : std::make_shared<detail::HeatSystem<Real>>(
                              surface_, options.time_factor, options.intrinsic_delaunay, nullptr,
                              asked_in_set_up().part(0, 0.5))),
         signposts_(signposts(asked_in_set_up().part(0.5, 1))),
@@ -373,7 +373,7 @@ class VectorHeatSolver {
     detail::Array<Real> distance(vertex_count());
     marching.distance_into(distance, std::span<const Source<Real>>(points));
     const auto targets = reached_but(distance, [](Index) { return false; });
-    detail::BacktraceOf<Real> way(surface_, points, distance, true);
+    detail::Backtrace<Real> way(surface_, points, distance, true);
     return detail::sampled_mean(targets, samples, largest_error, [&](Index v) {
       if (!way.walk(v).has_arrived) return 1.0;
       Path path = simplified_path(way.path());
@@ -426,7 +426,7 @@ class VectorHeatSolver {
     const auto reached = reached_but(distance, [](Index) { return false; });
     if (targets.empty()) return 0;
     const double share = static_cast<double>(targets.size()) / static_cast<double>(reached.size());
-    detail::BacktraceOf<Real> way(surface_, {{vertex_point<Real>(vertex), 0}}, distance, true);
+    detail::Backtrace<Real> way(surface_, {{vertex_point<Real>(vertex), 0}}, distance, true);
     const auto at = [&](Index v) {
       return std::complex<Real>(map.coordinates[static_cast<std::size_t>(v)][0],
                                 map.coordinates[static_cast<std::size_t>(v)][1]);
@@ -599,8 +599,8 @@ class VectorHeatSolver {
 
   Surface<Real> surface_;
   CancelHook cancelled_;
-  detail::TangentPlanesOf<Real> planes_;
-  std::shared_ptr<const detail::HeatSystemOf<Real>> system_;
+  detail::TangentPlanes<Real> planes_;
+  std::shared_ptr<const detail::HeatSystem<Real>> system_;
   Signposts signposts_;
   detail::SymmetricMatrix<std::complex<Real>> connection_;
   std::shared_ptr<const SetUpLater> lazy_;

@@ -11,8 +11,7 @@ namespace gelight::detail {
 
 /// The shortest line through portals laid out in one plane, from a place before the first to one
 /// behind the last: what is seen through them is narrowed until it closes at an end of one, where
-/// the line bends (Lee and Preparata 1984, doi:10.1002/net.3230140304). (A template only so that it
-/// costs nothing to include.)
+/// the line bends (Lee and Preparata 1984, doi:10.1002/net.3230140304).
 template <std::floating_point Real>
 class Funnel {
  public:

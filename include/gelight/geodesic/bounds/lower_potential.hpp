@@ -29,9 +29,9 @@ namespace gelight::detail {
 /// its own levels only. A face (almost) without area is taken for its longest edge; that costs what
 /// F differs by across it, once, since a shortest path crosses a face once.
 template <std::floating_point Real>
-class LowerPotentialOf {
+class LowerPotential {
  public:
-  LowerPotentialOf(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces)
+  LowerPotential(const Surface<Real>& surface, const PlanarFaces<Real>& faces)
       : surface_(surface), faces_(faces) {}
 
   /// Of each vertex, at least `-inf` and +infinity where `potential` is; that is finite, not
@@ -279,9 +279,7 @@ class LowerPotentialOf {
   }
 
   const Surface<Real>& surface_;
-  const PlanarFacesOf<Real>& faces_;
+  const PlanarFaces<Real>& faces_;
 };
-
-using LowerPotential = LowerPotentialOf<double>;
 
 }  // namespace gelight::detail

@@ -27,9 +27,9 @@ namespace gelight::detail {
 /// straight line towards c; so where the edges by which those lines leave the face are proved,
 /// d <= F on the others too. A vertex is raised a little where that makes k <= 0.
 template <std::floating_point Real>
-class UpperMarchOf {
+class UpperMarch {
  public:
-  UpperMarchOf(const Surface<double>& surface, const PlanarFaces& faces)
+  UpperMarch(const Surface<double>& surface, const PlanarFaces<double>& faces)
       : surface_(surface), faces_(faces) {}
 
   /// An upper bound of each vertex' distance, +infinity where no path leads. Rounding is on the
@@ -195,16 +195,14 @@ class UpperMarchOf {
   }
 
   const Surface<double>& surface_;
-  const PlanarFaces& faces_;
+  const PlanarFaces<double>& faces_;
   Array<double> bound_;  // of each vertex
   Array<char> settled_;  // of each vertex
   Array<char> proved_;   // of each half-edge: F is an upper bound on its edge
   std::vector<SourceEdge> source_edges_;
-  IndexedHeapOf<Real> heap_;
+  IndexedHeap<Real> heap_;
   std::vector<Index> pending_;   // faces of which more may be proved now
   std::vector<Index> marching_;  // half-edges just proved, with an apex yet to settle
 };
-
-using UpperMarch = UpperMarchOf<double>;
 
 }  // namespace gelight::detail

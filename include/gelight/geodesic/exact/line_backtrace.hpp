@@ -15,20 +15,19 @@
 
 namespace gelight::detail {
 
-/// Follows shortest paths back to their sources, from what the vertices remember. (A template
-/// only so that it costs nothing to include.)
+/// Follows shortest paths back to their sources, from what the vertices remember.
 template <std::floating_point Real>
-class LineBacktraceOf {
+class LineBacktrace {
  public:
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
-  using Origin = OriginOf<Real>;
-  using Arrival = ArrivalOf<Real>;
+  using Origin = detail::Origin<Real>;
+  using Arrival = detail::Arrival<Real>;
 
-  LineBacktraceOf(const Mesh& surface, const PlanarFacesOf<Real>& faces,
-                  const std::vector<Source<Real>>& sources, const Array<Real>& distances,
-                  const Array<Arrival>& arrivals, const Array<Origin>& origins,
-                  const std::vector<FrontOf<Real>>& fronts)
+  LineBacktrace(const Mesh& surface, const PlanarFaces<Real>& faces,
+                const std::vector<Source<Real>>& sources, const Array<Real>& distances,
+                const Array<Arrival>& arrivals, const Array<Origin>& origins,
+                const std::vector<SegmentFront<Real>>& fronts)
       : surface_(surface),
         faces_(faces),
         sources_(sources),
@@ -86,7 +85,7 @@ class LineBacktraceOf {
   // To where the line from `at` to the image meets a segment in h's face.
   Index reach_front(Index number, Index h, const Vec2<Real>& at, const Vec2<Real>& image,
                     std::vector<Point>& path) const {
-    const FrontOf<Real>& front = fronts_[static_cast<std::size_t>(number)];
+    const SegmentFront<Real>& front = fronts_[static_cast<std::size_t>(number)];
     const auto in_frame = [&](const std::array<Real, 3>& shares) -> Vec2<Real> {
       const Real at_tip = shares[static_cast<std::size_t>((h + 1) % 3)];
       const Real at_apex = shares[static_cast<std::size_t>((h + 2) % 3)];
@@ -229,12 +228,12 @@ class LineBacktraceOf {
   }
 
   const Mesh& surface_;
-  const PlanarFacesOf<Real>& faces_;
+  const PlanarFaces<Real>& faces_;
   const std::vector<Source<Real>>& sources_;
   const Array<Real>& distances_;
   const Array<Arrival>& arrivals_;
   const Array<Origin>& origins_;
-  const std::vector<FrontOf<Real>>& fronts_;
+  const std::vector<SegmentFront<Real>>& fronts_;
 };
 
 }  // namespace gelight::detail

@@ -17,20 +17,20 @@ namespace gelight::detail {
 
 /// A direction in space, and the face along which it goes, or -1.
 template <std::floating_point Real>
-struct WayOf {
+struct Way {
   Vec3<Real> direction{0, 0, 0};
   Index face = -1;
 };
 
 /// Straight lines from places next to a vertex, past it. There places differ from the vertex by
 /// less than they are rounded by in the frames of the faces' other sides; here all counts from the
-/// vertex. (A template only so that it costs nothing to include.)
+/// vertex.
 template <std::floating_point Real>
-class PastVertexOf {
+class PastVertex {
  public:
   using Mesh = Surface<Real>;
 
-  PastVertexOf(const Mesh& surface, const PlanarFacesOf<Real>& faces, Index vertex)
+  PastVertex(const Mesh& surface, const PlanarFaces<Real>& faces, Index vertex)
       : surface_(surface), faces_(faces), vertex_(vertex) {}
 
   /// A place in the face of a half-edge that starts at the vertex, in that one's frame; and the
@@ -55,7 +55,7 @@ class PastVertexOf {
   /// The direction, at a place given as each of its faces sees it, of the straight line from there
   /// to another place; of the line to the vertex, where that is shorter. Zero for a line over a
   /// face without area, which has no such direction.
-  [[nodiscard]] WayOf<Real> way(const std::vector<Place>& from, const Place& to) const {
+  [[nodiscard]] Way<Real> way(const std::vector<Place>& from, const Place& to) const {
     const Turn turn = least_turn(from, to);
     const Index corner = turn.from.corner;
     Vec2<Real> end(0, 0);
@@ -128,7 +128,7 @@ class PastVertexOf {
   }
 
   const Mesh& surface_;
-  const PlanarFacesOf<Real>& faces_;
+  const PlanarFaces<Real>& faces_;
   Index vertex_;
 };
 

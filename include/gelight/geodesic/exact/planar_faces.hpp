@@ -14,12 +14,11 @@
 namespace gelight::detail {
 
 /// Every face laid flat, once per half-edge: the half-edge's origin at (0, 0), its tip at
-/// (length, 0) and the apex at `apex(h)`, whose y is not negative. (A template only so that it
-/// costs nothing to include.)
+/// (length, 0) and the apex at `apex(h)`, whose y is not negative.
 template <std::floating_point Real>
-class PlanarFacesOf {
+class PlanarFaces {
  public:
-  explicit PlanarFacesOf(const Surface<Real>& surface) {
+  explicit PlanarFaces(const Surface<Real>& surface) {
     const Index faces = surface.face_count();
     apex_.resize(static_cast<std::size_t>(surface.halfedge_count()));
     for (Index f = 0; f < faces; ++f) lay_flat(surface, 3 * f);
@@ -136,11 +135,9 @@ class PlanarFacesOf {
   Real longest_edge_ = 0;
 };
 
-using PlanarFaces = PlanarFacesOf<double>;
-
 /// Whether the face of h is so thin that the plane it lies in is rounding.
 template <std::floating_point Real>
-[[nodiscard]] inline bool is_thin(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces,
+[[nodiscard]] inline bool is_thin(const Surface<Real>& surface, const PlanarFaces<Real>& faces,
                                   Index h) {
   constexpr Real thinnest = 1e-12;
   const Vec2<Real>& apex = faces.apex(h);

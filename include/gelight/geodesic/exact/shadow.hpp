@@ -12,17 +12,16 @@ namespace gelight::detail {
 
 /// What lies behind a vertex for a path that arrives there: the directions that make an angle of pi
 /// or more with it on either side. Only there can a shortest path go on from the vertex; elsewhere
-/// a short cut leads past it. For vertices with one plain fan of faces. (A template only so
-/// that it costs nothing to include.)
+/// a short cut leads past it. For vertices with one plain fan of faces.
 template <std::floating_point Real>
-class ShadowOf {
+class Shadow {
  public:
   using Mesh = Surface<Real>;
 
   /// The limits are moved outwards by an angle `overlap`, so that rounding leaves an overlap rather
   /// than a gap: hardly on the opposite edge of a plain face, and over all of it where a face has
   /// no area.
-  ShadowOf(const Mesh& surface, const PlanarFacesOf<Real>& faces, Index vertex, Real overlap)
+  Shadow(const Mesh& surface, const PlanarFaces<Real>& faces, Index vertex, Real overlap)
       : surface_(surface), faces_(faces), vertex_(vertex), overlap_(overlap) {}
 
   /// Calls visit(h, begin, end) for every part in shadow of an edge opposite to the vertex:
@@ -121,7 +120,7 @@ class ShadowOf {
   }
 
   const Mesh& surface_;
-  const PlanarFacesOf<Real>& faces_;
+  const PlanarFaces<Real>& faces_;
   Index vertex_;
   Real overlap_;
 };

@@ -22,20 +22,19 @@ namespace gelight::detail {
 /// windows, corners and sources round the point is the nearest way. Each answer is exact by
 /// itself, so that no error grows along the path, however thin the faces are; and each step leaves
 /// behind all that lies within rounding of the point, so that the path cannot go in a circle where
-/// vertices coincide and faces have no area. Slower than LineBacktrace, which needs no windows. (A
-/// template only so that it costs nothing to include.)
+/// vertices coincide and faces have no area. Slower than LineBacktrace, which needs no windows.
 template <std::floating_point Real>
-class WindowBacktraceOf {
+class WindowBacktrace {
  public:
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
-  using Origin = OriginOf<Real>;
-  using Arrival = ArrivalOf<Real>;
+  using Origin = detail::Origin<Real>;
+  using Arrival = detail::Arrival<Real>;
 
-  WindowBacktraceOf(const Mesh& surface, const PlanarFacesOf<Real>& faces,
-                    const std::vector<Source<Real>>& sources, const Array<Real>& distances,
-                    const Array<Arrival>& arrivals, const Array<Origin>& origins,
-                    const WindowStoreOf<Real>& windows)
+  WindowBacktrace(const Mesh& surface, const PlanarFaces<Real>& faces,
+                  const std::vector<Source<Real>>& sources, const Array<Real>& distances,
+                  const Array<Arrival>& arrivals, const Array<Origin>& origins,
+                  const WindowStore<Real>& windows)
       : surface_(surface),
         faces_(faces),
         sources_(sources),
@@ -245,7 +244,7 @@ class WindowBacktraceOf {
     for (const Index h : sides(places_[i].halfedge)) {
       const Vec2<Real> at = in_frame(i, h);
       const Real length = surface_.length(h);
-      windows_.for_each(h, [&](const WindowColumnsOf<Real>& w, std::ptrdiff_t count) {
+      windows_.for_each(h, [&](const WindowColumns<Real>& w, std::ptrdiff_t count) {
         for (std::ptrdiff_t k = 0; k < count; ++k) {
           const Real straight = straight_crossing(w.x[k], w.y[k], at);
           const Real x = std::clamp(straight, w.begin[k], w.end[k]);
@@ -262,12 +261,12 @@ class WindowBacktraceOf {
   }
 
   const Mesh& surface_;
-  const PlanarFacesOf<Real>& faces_;
+  const PlanarFaces<Real>& faces_;
   const std::vector<Source<Real>>& sources_;
   const Array<Real>& distances_;
   const Array<Arrival>& arrivals_;
   const Array<Origin>& origins_;
-  const WindowStoreOf<Real>& windows_;
+  const WindowStore<Real>& windows_;
   Real distance_ = 0;  // of the path's beginning
   Real rounding_ = least_rounding;
   Index turn_ = 0;          // counts the points that were looked round

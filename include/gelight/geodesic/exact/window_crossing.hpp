@@ -41,11 +41,10 @@ inline constexpr double on_line = 1e-30;
 
 /// Windows on a half-edge on their way across its face, which lies in the half-edge's frame with
 /// its base from (0, 0) to (base, 0) and its apex above.
-/// (A template only so that it costs nothing to include.)
 template <std::floating_point Real>
-class FaceCrossingOf {
-  using Columns = WindowColumnsOf<Real>;
-  using List = WindowListOf<Real>;
+class FaceCrossing {
+  using Columns = WindowColumns<Real>;
+  using List = WindowList<Real>;
 
  public:
   /// The window by which the apex is nearest, and how its path there crosses the base.

@@ -26,7 +26,7 @@ struct EdgeBounds {
 /// It is enough to look at the far end of the window, since nothing grows faster along an edge than
 /// the way along it (Xin, Wang 2009, doi:10.1145/1559755.1559761).
 template <std::floating_point Real>
-inline void drop_useless(const EdgeBounds& edge, WindowListOf<Real>& list) {
+inline void drop_useless(const EdgeBounds& edge, WindowList<Real>& list) {
   const auto useless = [&](std::ptrdiff_t i) {
     const Real b = list.begin[i], e = list.end[i], x = list.x[i], yy = list.y[i] * list.y[i];
     const Real by_origin = edge.at_origin + e - list.start[i];
@@ -48,7 +48,7 @@ inline void drop_useless(const EdgeBounds& edge, WindowListOf<Real>& list) {
 /// Drops every window through which no way is shorter than `bound`, given what way is left at least
 /// from the edge's ends, `left`.
 template <std::floating_point Real>
-inline void drop_beyond(Real bound, const EdgeBounds& left, WindowListOf<Real>& list) {
+inline void drop_beyond(Real bound, const EdgeBounds& left, WindowList<Real>& list) {
   // From a point p of the edge at least the larger of left.at_origin - p and
   // left.at_tip - (length - p) is left. The way to p and on shrinks with p where the first is the
   // larger, since no way to p grows faster than p, and grows where the second is.
@@ -69,7 +69,7 @@ inline void drop_beyond(Real bound, const EdgeBounds& left, WindowListOf<Real>& 
 /// Puts the windows of a nearly sorted list in the order in which they lie on the edge, by their
 /// middles.
 template <std::floating_point Real>
-inline void sort_windows(WindowListOf<Real>& list) {
+inline void sort_windows(WindowList<Real>& list) {
   const auto middle = [&](std::ptrdiff_t i) { return list.begin[i] + list.end[i]; };
   for (std::ptrdiff_t i = 1; i < list.size; ++i) {
     if (!(middle(i) < middle(i - 1))) continue;
@@ -87,7 +87,7 @@ inline void sort_windows(WindowListOf<Real>& list) {
 template <std::floating_point Real>
 class WindowTrimmer {
  public:
-  explicit WindowTrimmer(WindowListOf<Real>& list) : list_(list) {}
+  explicit WindowTrimmer(WindowList<Real>& list) : list_(list) {}
 
   void trim() {
     std::ptrdiff_t top = 0;
@@ -227,7 +227,7 @@ class WindowTrimmer {
     return Verdict::keep;
   }
 
-  WindowListOf<Real>& list_;
+  WindowList<Real>& list_;
 };
 
 }  // namespace gelight::detail

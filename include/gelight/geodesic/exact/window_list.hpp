@@ -22,14 +22,13 @@ inline constexpr std::ptrdiff_t lane_size = 4;
 /// Windows on one half-edge, structure of arrays; a view of memory elsewhere. A window holds the
 /// points begin <= p <= end of the edge (in its unit, from the half-edge's origin) that straight
 /// lines reach from the image of its origin at (x, y), y < 0, in the half-edge's frame.
-/// (A template only so that it costs nothing to include; so are those below.)
 template <std::floating_point Real>
-struct WindowColumnsOf {
+struct WindowColumns {
   Real *begin = nullptr, *end = nullptr, *x = nullptr, *y = nullptr;
   Index* origin = nullptr;  // which source or bend of the path the windows come from
 
   /// Where the columns lie in memory of `words(capacity)` words, each as large as a Real.
-  static WindowColumnsOf in(std::byte* memory, std::ptrdiff_t capacity) {
+  static WindowColumns in(std::byte* memory, std::ptrdiff_t capacity) {
     auto* column = reinterpret_cast<Real*>(memory);
     return {column, column + capacity, column + 2 * capacity, column + 3 * capacity,
             reinterpret_cast<Index*>(column + 4 * capacity)};
@@ -37,7 +36,7 @@ struct WindowColumnsOf {
   static std::ptrdiff_t words(std::ptrdiff_t capacity) { return 4 * capacity + capacity / 2; }
   static_assert(2 * sizeof(Index) <= sizeof(Real));
 
-  void copy(std::ptrdiff_t to, const WindowColumnsOf& from, std::ptrdiff_t i) const {
+  void copy(std::ptrdiff_t to, const WindowColumns& from, std::ptrdiff_t i) const {
     begin[to] = from.begin[i];
     end[to] = from.end[i];
     x[to] = from.x[i];
@@ -45,7 +44,7 @@ struct WindowColumnsOf {
     origin[to] = from.origin[i];
   }
 
-  void copy(std::ptrdiff_t to, const WindowColumnsOf& from, std::ptrdiff_t first,
+  void copy(std::ptrdiff_t to, const WindowColumns& from, std::ptrdiff_t first,
             std::ptrdiff_t count) const {
     std::copy_n(from.begin + first, count, begin + to);
     std::copy_n(from.end + first, count, end + to);
@@ -57,8 +56,8 @@ struct WindowColumnsOf {
 
 /// Windows under work, with the distance at each one's origin.
 template <std::floating_point Real>
-struct WindowListOf : WindowColumnsOf<Real> {
-  using Columns = WindowColumnsOf<Real>;
+struct WindowList : WindowColumns<Real> {
+  using Columns = WindowColumns<Real>;
 
   Real* start = nullptr;
   std::ptrdiff_t size = 0;
@@ -106,10 +105,10 @@ struct WindowListOf : WindowColumnsOf<Real> {
 
 /// The windows that wait on each half-edge: batches, each contiguous, in memory that is used again.
 template <std::floating_point Real>
-class WindowStoreOf {
+class WindowStore {
  public:
-  using Columns = WindowColumnsOf<Real>;
-  using List = WindowListOf<Real>;
+  using Columns = WindowColumns<Real>;
+  using List = WindowList<Real>;
 
   /// Room for a batch: its columns, and a handle to add or release it by.
   struct Batch {

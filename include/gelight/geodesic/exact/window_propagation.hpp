@@ -32,7 +32,7 @@ namespace gelight::detail {
 /// From where windows come: a source, a vertex at which paths bend, the crossing of an edge of
 /// three faces or more, or a segment that they leave at a right angle.
 template <std::floating_point Real>
-struct OriginOf {
+struct Origin {
   enum class Kind : unsigned char { source, vertex, crossing, front };
   Real start;  // the distance there
   Kind kind;
@@ -43,7 +43,7 @@ struct OriginOf {
 
 /// The last straight piece of the shortest known way to a vertex.
 template <std::floating_point Real>
-struct ArrivalOf {
+struct Arrival {
   /// What `entry` is where the piece lies in one face or along an edge.
   static constexpr Index from_source = -1, from_vertex = -2, none = -3;
   /// What `bend` is where the piece is straight.
@@ -60,7 +60,7 @@ struct ArrivalOf {
 };
 
 template <std::floating_point Real>
-struct PropagationLimitsOf {
+struct PropagationLimits {
   /// A point to be reached: the corners of where it lies, and its distance from each.
   struct Target {
     std::array<Index, 3> corners;
@@ -75,8 +75,8 @@ struct PropagationLimitsOf {
   }
 
   Real distance = unreachable<Real>;
-  std::vector<FrontOf<Real>> fronts;  // segments that waves leave at a right angle
-  Real size = 0;                      // of the mesh, where there are any
+  std::vector<SegmentFront<Real>> fronts;  // segments that waves leave at a right angle
+  Real size = 0;                           // of the mesh, where there are any
   Array<Real> starts;           // of each vertex, where not empty: what its distances count from
   std::vector<Target> targets;  // propagation ends when all of these are known
   CancelHook cancelled;
@@ -88,8 +88,6 @@ struct PropagationLimitsOf {
   const SurfacePoint<Real>* goal = nullptr;
   Real ring = unreachable<Real>;  // at every multiple of it paths go through a vertex
 };
-
-using PropagationLimits = PropagationLimitsOf<double>;
 
 /// What propagation did, for benchmarks.
 struct PropagationCounts {
@@ -104,15 +102,15 @@ struct PropagationCounts {
 /// doi:10.1145/1559755.1559761).
 ///
 /// Distances only ever shrink towards the true ones, so that the order of propagation is a matter
-/// of speed alone. (A template only so that it costs nothing to include.)
+/// of speed alone.
 template <std::floating_point Real>
-class WindowPropagationOf {
+class WindowPropagation {
  public:
-  using Origin = OriginOf<Real>;
-  using Arrival = ArrivalOf<Real>;
-  using Limits = PropagationLimitsOf<Real>;
-  using WindowStore = WindowStoreOf<Real>;
-  using WindowColumns = WindowColumnsOf<Real>;
+  using Origin = detail::Origin<Real>;
+  using Arrival = detail::Arrival<Real>;
+  using Limits = PropagationLimits<Real>;
+  using WindowStore = detail::WindowStore<Real>;
+  using WindowColumns = detail::WindowColumns<Real>;
 
   Array<Real> distances;    // of each vertex
   Array<Arrival> arrivals;  // of each vertex
@@ -138,7 +136,7 @@ class WindowPropagationOf {
     return limits_->keep_windows || !limits_->faces_to_keep.empty();
   }
 
-  void run(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces,
+  void run(const Surface<Real>& surface, const PlanarFaces<Real>& faces,
            const std::vector<Source<Real>>& sources, const Limits& limits) {
     // Making room for a million vertices takes as long as some thousand polls; so ask before it,
     // too.
@@ -190,7 +188,7 @@ class WindowPropagationOf {
   }
 
   using Mesh = Surface<Real>;
-  using PlanarFaces = PlanarFacesOf<Real>;
+  using PlanarFaces = detail::PlanarFaces<Real>;
   static constexpr int pops_between_polls = 256;
   // Meshes of every kind take one or two lists per half-edge for a whole solve. What goes on after
   // so many in one turn, in which no vertex came nearer, goes round a tube of no girth, at no
@@ -295,7 +293,7 @@ class WindowPropagationOf {
   // Its corners and ends are reached from points of the segment, which are sources. The wave starts
   // late by what rounding can take off so large a radius: else it would seem to be before its own
   // ends, and their windows, which hold the ways beside the wave, would be dropped.
-  void add_front(const FrontOf<Real>& front, Index number) {
+  void add_front(const SegmentFront<Real>& front, Index number) {
     constexpr Real far = 1 << 19, widest = 0.04, late = 4 * std::numeric_limits<Real>::epsilon();
     const Real away = far * limits_->size;
     const Index origin =
@@ -486,7 +484,7 @@ class WindowPropagationOf {
     // Arriving over no way, as in a face without area, a path may have bent at the same place.
     if (!(doubt < 1)) return emit_everywhere(vertex, from);
     const Index origin = add_origin(from);
-    ShadowOf<Real>(*surface_, *faces_, vertex, doubt)
+    Shadow<Real>(*surface_, *faces_, vertex, doubt)
         .cast(corner, back,
               [&](Index h, Real begin, Real end) { emit_from_apex(h, begin, end, origin); });
   }
@@ -708,7 +706,7 @@ class WindowPropagationOf {
     return is_enough ? distance - tie * (distance + length) : distance;
   }
 
-  void reach_apex(Index h, const typename FaceCrossingOf<Real>::Nearest& nearest) {
+  void reach_apex(Index h, const typename FaceCrossing<Real>::Nearest& nearest) {
     const std::ptrdiff_t n = nearest.window;
     Arrival last{{list_.x[n], list_.y[n]}, h, list_.origin[n]};
     if (!nearest.is_straight) last.bend = nearest.crossing;
@@ -769,7 +767,7 @@ class WindowPropagationOf {
   const std::vector<Source<Real>>* sources_ = nullptr;
   const Limits* limits_ = nullptr;
   Real bound_ = unreachable<Real>;
-  IndexedHeapOf<Real> heap_;
+  IndexedHeap<Real> heap_;
   Array<char> settled_;   // of each vertex: whether it was ever the nearest one
   Array<Index> reached_;  // vertices with a distance
   bool is_further_ = false;
@@ -777,14 +775,12 @@ class WindowPropagationOf {
   WindowStore waiting_;
   Array<char> is_active_;  // of each half-edge: whether it is in the queue
   Array<Index> active_;
-  WindowListOf<Real> list_, scratch_;
-  FaceCrossingOf<Real> crossing_;
+  WindowList<Real> list_, scratch_;
+  FaceCrossing<Real> crossing_;
   std::ptrdiff_t settled_since_bound_ = 0;
   std::ptrdiff_t most_lists_ = 0;
   Real longest_edge_ = 0;
   std::ptrdiff_t lists_in_turn_ = 0;  // since a vertex was settled or came nearer
 };
-
-using WindowPropagation = WindowPropagationOf<double>;
 
 }  // namespace gelight::detail

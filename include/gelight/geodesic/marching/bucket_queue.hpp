@@ -17,9 +17,9 @@ namespace gelight::detail {
 /// each other come out in any order. For solvers that correct what they did too early that is
 /// enough, and a push costs no more than an array's. What comes in with a distance that the queue
 /// has passed comes out first, the nearest before others: in any other order vertices may correct
-/// each other over and over. (A template only so that it costs nothing to include.)
+/// each other over and over.
 template <std::floating_point Real>
-class BucketQueueOf {
+class BucketQueue {
  public:
   /// Empties the queue. Keys are not negative; `step` is about what a vertex adds to the distance
   /// of the last.
@@ -115,7 +115,5 @@ class BucketQueueOf {
   std::vector<Entry> later_;
   Array<Entry> passed_;  // a heap
 };
-
-using BucketQueue = BucketQueueOf<double>;
 
 }  // namespace gelight::detail

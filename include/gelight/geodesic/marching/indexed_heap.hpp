@@ -9,9 +9,9 @@
 namespace gelight::detail {
 
 /// A 4-ary heap of numbers 0 to n-1, each at most once, ordered by a key and then by the number, so
-/// that equal keys cannot be confused. (A template only so that it costs nothing to include.)
+/// that equal keys cannot be confused.
 template <std::floating_point Real>
-class IndexedHeapOf {
+class IndexedHeap {
  public:
   /// Empties the heap and makes room for the numbers below `count`.
   void reset(Index count) {
@@ -89,7 +89,5 @@ class IndexedHeapOf {
   Array<Item> items_;
   Array<Index> place_;  // of each number, or absent
 };
-
-using IndexedHeap = IndexedHeapOf<double>;
 
 }  // namespace gelight::detail

@@ -14,10 +14,10 @@ namespace gelight::detail {
 /// Waiting for it would take a third of the time on large meshes. (Not a solver's member: GCC 12
 /// leaves out calls of a member function that does nothing but fetch.)
 /// `vertex_of` tells the vertex of what is in the queue.
-template <class Queue, class Spoke, class Vertex, class VertexOf = std::identity>
+template <class Queue, class Spoke, class Vertex, class GetVertex = std::identity>
 [[nodiscard]] Index pop_and_prefetch(Queue& queue, const Array<Index>& begin,
                                      const Array<Spoke>& spokes, const Array<Vertex>& vertices,
-                                     VertexOf vertex_of = {}) {
+                                     GetVertex vertex_of = {}) {
   constexpr std::ptrdiff_t long_before = 8, before = 4, just_before = 1;
   constexpr std::size_t typical_spokes = 7;
   const Index v = queue.pop().first;

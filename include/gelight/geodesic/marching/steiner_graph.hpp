@@ -23,14 +23,13 @@ namespace gelight::detail {
 
 /// The vertices of a surface and some points on each of its edges, evenly spaced; straight lines
 /// join those of one face (Lanthier, Maheshwari, Sack 2001, doi:10.1007/s00453-001-0027-5). Lines
-/// are not stored: each is measured in its face when a path tries it. (A template only so that it
-/// costs nothing to include.)
+/// are not stored: each is measured in its face when a path tries it.
 template <std::floating_point Real>
-class SteinerGraphOf {
+class SteinerGraph {
  public:
   /// Nodes are the vertices, then `per_edge` points of each edge, from its first half-edge's
   /// origin on.
-  SteinerGraphOf(const Surface<Real>& surface, Index per_edge)
+  SteinerGraph(const Surface<Real>& surface, Index per_edge)
       : surface_(surface), faces_(surface), per_edge_(per_edge) {
     for (Index h = 0; h < surface.halfedge_count(); ++h) {
       if (is_first(h)) halfedges_.push_back(h);
@@ -78,7 +77,7 @@ class SteinerGraphOf {
 
   struct Front {
     Array<Node> nodes;
-    BucketQueueOf<Real> queue;
+    BucketQueue<Real> queue;
 
     void reach(Index node, Real d, Index face) {
       if (!(d < nodes[node].distance)) return;
@@ -189,7 +188,7 @@ class SteinerGraphOf {
   static Real length(const Vec2<Real>& v) { return std::sqrt(v.x() * v.x() + v.y() * v.y()); }
 
   Surface<Real> surface_;
-  PlanarFacesOf<Real> faces_;
+  PlanarFaces<Real> faces_;
   Index per_edge_;
   Index node_count_ = 0;
   Real spacing_ = 0;
@@ -199,7 +198,5 @@ class SteinerGraphOf {
   Array<Index> points_;
   std::shared_ptr<Pool<Front>> pool_ = std::make_shared<Pool<Front>>();
 };
-
-using SteinerGraph = SteinerGraphOf<double>;
 
 }  // namespace gelight::detail

@@ -13,10 +13,9 @@
 namespace gelight::detail {
 
 /// What a mesh shows at a glance of how methods will fare on it: means over some hundred faces and
-/// vertices, spread over all, and how far its border bends inwards. (A template only so
-/// that it costs nothing to include.)
+/// vertices, spread over all, and how far its border bends inwards.
 template <std::floating_point Real>
-struct MeshStatisticsOf {
+struct MeshStatistics {
   Index vertices = 0;    ///< How many there are.
   double mean_edge = 0;  ///< Mean length of the faces' sides.
   double aspect = 1;     ///< Mean over faces of longest edge over height on it, capped.
@@ -29,7 +28,7 @@ struct MeshStatisticsOf {
   bool is_convex = false;  ///< Angle defects at inner vertices are positive.
   double corner = 0;  ///< Most by which the border bends inwards, where paths bend; at most pi/2.
 
-  explicit MeshStatisticsOf(const Surface<double>& surface) : vertices(surface.vertex_count()) {
+  explicit MeshStatistics(const Surface<double>& surface) : vertices(surface.vertex_count()) {
     look_at_faces(surface);
     look_at_vertices(surface);
     look_at_border(surface);
@@ -148,7 +147,5 @@ struct MeshStatisticsOf {
 
   double size_ = 0;  // the area's root
 };
-
-using MeshStatistics = MeshStatisticsOf<double>;
 
 }  // namespace gelight::detail

@@ -8,51 +8,40 @@
 
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/certify.hpp"
+#include "gelight/geodesic/plan_costs.hpp"
 #include "gelight/geodesic/planning/mesh_statistics.hpp"
 
 namespace gelight::detail {
 
-/// The methods that DistancePlanner chooses from.
-enum class Method { dijkstra, virtual_source, fast_marching, exact };
-inline constexpr std::array<Method, 4> all_methods{Method::dijkstra, Method::virtual_source,
-                                                   Method::fast_marching, Method::exact};
+/// The methods that DistancePlanner chooses from; those of a caller's own are numbered on.
+enum class Method { dijkstra, virtual_source, fast_marching, exact, own };
 
-/// What a method, or a check, costs: nanoseconds a vertex of set-up and of a query at 10,000
-/// vertices, the power of the number of vertices (beyond linear) by which a query grows, and bytes
-/// a vertex. Times on one core of an AMD EPYC.
-struct MethodCost {
-  const char* name;
-  double setup_ns, query_ns, growth, bytes;
-
-  [[nodiscard]] double seconds(Index vertices, Index queries) const {
-    const double query = query_ns * std::pow(vertices / 1e4, growth);
-    return 1e-9 * vertices * (setup_ns + queries * query);
-  }
-};
-
-inline constexpr std::array<MethodCost, 4> method_costs{{{"dijkstra", 100, 45, 0.2, 400},
-                                                         {"virtual_source", 110, 160, 0.05, 450},
-                                                         {"fast_marching", 160, 95, 0.05, 600},
-                                                         {"exact", 160, 1400, 0.5, 600}}};
-[[nodiscard]] constexpr const MethodCost& cost_of(Method method) {
-  return method_costs[static_cast<std::size_t>(method)];
+[[nodiscard]] constexpr const char* name_of(Method method) {
+  constexpr std::array names{"dijkstra", "virtual_source", "fast_marching", "exact"};
+  return names[static_cast<std::size_t>(method)];
 }
-inline constexpr MethodCost certificate_cost{"certificate", 160, 650, 0.1, 1100};
-inline constexpr MethodCost paths_cost{"paths", 0, 50, -0.5, 10};
-
-/// What checking one target exactly costs, as a share of an exact query.
-inline constexpr double sample_share = 0.1;
+[[nodiscard]] constexpr const MethodCost& cost_of(Method method, const PlanCosts& costs) {
+  switch (method) {
+    case Method::dijkstra:
+      return costs.dijkstra;
+    case Method::virtual_source:
+      return costs.virtual_source;
+    case Method::fast_marching:
+      return costs.fast_marching;
+    default:
+      return costs.exact;
+  }
+}
 
 /// Errors of the methods as experience has them: an error that 98 in 100 fields from one source
-/// keep on meshes that are familiar, and a guess on others. (A template only so that it costs
-/// nothing to include.)
+/// keep on meshes that are familiar, and a guess on others.
 ///
 /// Fast marching, over 2,326 fields on random familiar meshes of 16 kinds, 100 to 2,600 vertices:
 /// the mean was beyond what is told in 0.8 %, never fourfold, the largest in 0.04 %.
 template <std::floating_point Real>
 class MethodErrors {
  public:
-  explicit MethodErrors(const MeshStatisticsOf<Real>& mesh) : mesh_(mesh) {}
+  explicit MethodErrors(const MeshStatistics<Real>& mesh) : mesh_(mesh) {}
 
   /// Against the mesh, from the worst of its vertices.
   [[nodiscard]] RelativeError of(Method method) const {
@@ -68,13 +57,12 @@ class MethodErrors {
     }
   }
 
-  /// What a certificate proves of a method's distances, typically: nothing is lost but time where
-  /// it proves less.
-  [[nodiscard]] RelativeError provable(Method method) const {
+  /// What a certificate proves of distances with such errors, typically: nothing is lost but time
+  /// where it proves less.
+  [[nodiscard]] RelativeError provable(const RelativeError& own) const {
     const double curved = std::min(0.06 * mesh_.curvature * (1 + mesh_.aspect / 30),
                                    0.2 * mesh_.bend * (1 + 0.1 * mesh_.aspect));
     const double mean = 1e-5 * mesh_.aspect + curved + std::min(0.2, mesh_.obtuse * mesh_.obtuse);
-    const RelativeError own = of(method);
     return {std::max(mean, own.mean), std::max(20 * mean, own.max)};
   }
 
@@ -124,7 +112,7 @@ class MethodErrors {
   // the origin too: 8e-15 and 1e-12 at most, 4e-13 where stretched less than a thousand times.
   [[nodiscard]] RelativeError of_exact() const { return {1e-14, 5e-13 + 1e-17 * mesh_.aspect}; }
 
-  const MeshStatisticsOf<Real>& mesh_;
+  const MeshStatistics<Real>& mesh_;
 };
 
 }  // namespace gelight::detail

@@ -19,11 +19,11 @@ namespace gelight::detail {
 
 /// Exact distances of single vertices, searched for where approximate distances of all say that
 /// they are: from the target back to the sources through what lower bounds do not show to be a
-/// detour. (A template only so that it costs nothing to include.)
+/// detour.
 template <std::floating_point Real>
 class TargetSearch {
  public:
-  TargetSearch(const Surface<Real>& surface, const PlanarFacesOf<Real>& faces, Sources sources,
+  TargetSearch(const Surface<Real>& surface, const PlanarFaces<Real>& faces, Sources sources,
                const std::vector<Real>& distances, CancelHook cancelled = {})
       : surface_(surface),
         faces_(faces),
@@ -53,11 +53,11 @@ class TargetSearch {
   // target, where the bounds keep it narrow; from other points forward, where straight distances
   // do.
   [[nodiscard]] Real within(Real limit, Index target) const {
-    PropagationLimits limits;
+    PropagationLimits<double> limits;
     limits.distance = limit;
     limits.rest = least_ways_;
     if (cancelled_) limits.cancelled = [this] { return is_cancelled(); };
-    WindowPropagationOf<Real> propagation;
+    WindowPropagation<Real> propagation;
     if (!are_vertices()) {
       for (Index v = 0; v < surface_.vertex_count(); ++v) {
         const Vec3<Real> way = surface_.position(v) - surface_.position(target);
@@ -83,7 +83,7 @@ class TargetSearch {
       potential.push_back(
           std::max(Real{0}, distances[static_cast<std::size_t>(v)] - starts_.at(v)));
     }
-    least_ways_ = LowerPotentialOf<Real>(surface_, faces_).bounds(potential, sources_);
+    least_ways_ = LowerPotential<Real>(surface_, faces_).bounds(potential, sources_);
     for (Real& way : least_ways_) way = std::max(Real{0}, way * (1 - rounding));
   }
 
@@ -99,10 +99,10 @@ class TargetSearch {
   }
 
   const Surface<Real>& surface_;
-  const PlanarFacesOf<Real>& faces_;
+  const PlanarFaces<Real>& faces_;
   Sources sources_;
   CancelHook cancelled_;
-  StartsOf<Real> starts_;
+  Starts<Real> starts_;
   Array<Real> least_ways_;
 };
 

@@ -18,9 +18,9 @@ namespace gelight::detail {
 /// The shortest path along edges between two points, guided by what is left straight through space
 /// (P. E. Hart, N. J. Nilsson, B. Raphael 1968, doi:10.1109/TSSC.1968.300136). A point that is no
 /// vertex reaches those of its faces straight. Keeps its memory: a search takes time for the
-/// vertices that it reaches alone. (A template only so that it costs nothing to include.)
+/// vertices that it reaches alone.
 template <std::floating_point Real>
-class EdgeSearchOf {
+class EdgeSearch {
  public:
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
@@ -88,7 +88,7 @@ class EdgeSearchOf {
   Array<Real> distances_;  // of each vertex
   Array<Index> before_;    // of each vertex that was reached: the one before it, or none
   Array<Index> reached_, ends_;
-  IndexedHeapOf<Real> heap_;
+  IndexedHeap<Real> heap_;
 };
 
 }  // namespace gelight::detail

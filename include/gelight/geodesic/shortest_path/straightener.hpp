@@ -24,14 +24,13 @@ namespace gelight::detail {
 /// Makes a path locally shortest. Between the vertices at which it bends it is pulled taut through
 /// the faces that it crosses, laid flat; where it bends at a vertex and less than pi lies on one
 /// side, it goes round there from then on. Both only ever shorten it, and go on until neither does.
-/// (A template only so that it costs nothing to include.)
 template <std::floating_point Real>
-class StraightenerOf {
+class Straightener {
  public:
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
 
-  StraightenerOf(const Mesh& surface, const PlanarFacesOf<Real>& faces)
+  Straightener(const Mesh& surface, const PlanarFaces<Real>& faces)
       : surface_(surface), faces_(faces) {}
 
   /// The path straightened, by its ends; each of its pieces lies in one face, its points are named
@@ -388,7 +387,7 @@ class StraightenerOf {
   static constexpr std::ptrdiff_t none = -2;
 
   const Mesh& surface_;
-  const PlanarFacesOf<Real>& faces_;
+  const PlanarFaces<Real>& faces_;
   Funnel<Real> line_;
   Array<Index> lefts_;  // of each portal of the line: the vertex at its left
   std::vector<Stop> round_;

@@ -15,15 +15,14 @@ namespace gelight::detail {
 
 /// The smooth surface over a mesh, as its vertices and normals tell: a cubic curve over each edge,
 /// a normal at each of its points, and the curvature of each face (after A. Vlachos, J. Peters,
-/// C. Boyd, J. L. Mitchell, "Curved PN triangles", 2001, doi:10.1145/364338.364387). (A template
-/// only so that it costs nothing to include.)
+/// C. Boyd, J. L. Mitchell, "Curved PN triangles", 2001, doi:10.1145/364338.364387).
 template <std::floating_point Real>
-class CurvedFacesOf {
+class CurvedFaces {
  public:
   using Mesh = Surface<Real>;
 
   /// From a unit normal of each fan; a zero one makes all edges there straight.
-  CurvedFacesOf(const FansOf<Real>& fans, const Array<Vec3<Real>>& normals) : fans_(fans) {
+  CurvedFaces(const Fans<Real>& fans, const Array<Vec3<Real>>& normals) : fans_(fans) {
     const Mesh& surface = fans_.surface();
     normals_.reserve(static_cast<std::size_t>(surface.halfedge_count()));
     for (Index h = 0; h < surface.halfedge_count(); ++h) normals_.push_back(normals[fans_.at(h)]);
@@ -32,7 +31,7 @@ class CurvedFacesOf {
   }
 
   [[nodiscard]] const Mesh& surface() const { return fans_.surface(); }
-  [[nodiscard]] const FansOf<Real>& fans() const { return fans_; }
+  [[nodiscard]] const Fans<Real>& fans() const { return fans_; }
 
   /// Unit normal at the origin of a half-edge, as its face has it.
   [[nodiscard]] const Vec3<Real>& normal(Index h) const { return normals_[h]; }
@@ -159,7 +158,7 @@ class CurvedFacesOf {
     }
   }
 
-  FansOf<Real> fans_;
+  Fans<Real> fans_;
   Array<Vec3<Real>> normals_;  // of each half-edge's origin, as its face has it
   Array<Index> curve_of_;      // of each half-edge
   Array<Curve> curves_;

@@ -16,16 +16,15 @@
 namespace gelight::detail {
 
 /// The corners of each vertex in groups between which the surface is sharp: at creases, borders and
-/// edges of three faces or more. Within a group, a fan, it is smooth and has one normal. (A
-/// template only so that it costs nothing to include.)
+/// edges of three faces or more. Within a group, a fan, it is smooth and has one normal.
 template <std::floating_point Real>
-class FansOf {
+class Fans {
  public:
   using Mesh = Surface<Real>;
 
   /// Edges at which faces turn by more than `crease_angle` are creases, and those given as pairs of
   /// vertices. Throws InvalidInput for a pair that is no edge.
-  FansOf(const Mesh& surface, Real crease_angle, const std::vector<std::array<Index, 2>>& creases)
+  Fans(const Mesh& surface, Real crease_angle, const std::vector<std::array<Index, 2>>& creases)
       : surface_(surface) {
     find_face_normals();
     find_sharp_edges(std::cos(crease_angle), creases);

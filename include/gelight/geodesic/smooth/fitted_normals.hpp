@@ -18,12 +18,11 @@ namespace gelight::detail {
 /// Normals of a surface of which the vertices are known, each from a polynomial fitted to the
 /// heights of the vertices around, over the plane of the mean normal (F. Cazals, M. Pouget,
 /// "Estimating differential quantities using polynomial fitting of osculating jets", 2005,
-/// doi:10.1016/j.cagd.2004.09.004). Creases and borders are not crossed. (A template only so that
-/// it costs nothing to include.)
+/// doi:10.1016/j.cagd.2004.09.004). Creases and borders are not crossed.
 template <std::floating_point Real>
-class FittedNormalsOf {
+class FittedNormals {
  public:
-  explicit FittedNormalsOf(const FansOf<Real>& fans) : fans_(fans) {
+  explicit FittedNormals(const Fans<Real>& fans) : fans_(fans) {
     seen_.assign(static_cast<std::size_t>(fans.count()), -1);
   }
 
@@ -136,7 +135,7 @@ class FittedNormalsOf {
     return fans_.surface().position(fans_.vertex(near_[i])) - centre;
   }
 
-  const FansOf<Real>& fans_;
+  const Fans<Real>& fans_;
   Array<Index> seen_;  // of each fan: the one it was gathered for last
   Array<Index> near_;
   std::vector<std::ptrdiff_t> ring_end_;

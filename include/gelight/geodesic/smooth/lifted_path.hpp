@@ -19,7 +19,7 @@ namespace gelight::detail {
 
 /// What is found of a path on the smooth surface.
 template <std::floating_point Real>
-struct LiftedLengthOf {
+struct LiftedLength {
   Real length = 0;       ///< of the path as it was on the mesh, lifted
   Real gain = 0;         ///< by which it is shorter where it goes straightest, to second order
   Real roughness = 0;    ///< how unlike a smooth surface it runs: 0 to 1 and more
@@ -33,20 +33,19 @@ struct LiftedLengthOf {
 /// the edges that it crosses until it is straight there, by one Newton step, and measures it.
 ///
 /// Where faces of size h turn by k h, the lifted path is as long as the smooth one but for (k h)^3,
-/// relative, and but for about (k h)^4 where it is let move, while a mesh is off by (k h)^2. (A
-/// template only so that it costs nothing to include.)
+/// relative, and but for about (k h)^4 where it is let move, while a mesh is off by (k h)^2.
 template <std::floating_point Real>
-class LiftedPathOf {
+class LiftedPath {
  public:
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
 
-  explicit LiftedPathOf(const CurvedFacesOf<Real>& faces) : faces_(faces), mesh_(faces.surface()) {}
+  explicit LiftedPath(const CurvedFaces<Real>& faces) : faces_(faces), mesh_(faces.surface()) {}
 
   /// Of a path from its source to a point, at least two points.
-  [[nodiscard]] LiftedLengthOf<Real> measure(std::span<const Point> path) {
+  [[nodiscard]] LiftedLength<Real> measure(std::span<const Point> path) {
     if (!place(path)) return {unreachable<Real>, 0, unreachable<Real>, false};
-    LiftedLengthOf<Real> found = sum_up();
+    LiftedLength<Real> found = sum_up();
     relax(found);
     const Node &last = nodes_.back(), &before = nodes_[std::ssize(nodes_) - 2];
     const Vec3<Real> from = before.place + before.step * before.derivative;
@@ -193,8 +192,8 @@ class LiftedPathOf {
 
   // Lengths of the arcs between the nodes, by the angles between chords and tangents, with the
   // derivatives of their sum.
-  LiftedLengthOf<Real> sum_up() {
-    LiftedLengthOf<Real> found;
+  LiftedLength<Real> sum_up() {
+    LiftedLength<Real> found;
     Real uneven = 0, even = 0;
     for (std::ptrdiff_t i = 0; i + 1 < std::ssize(nodes_); ++i) {
       Node &a = nodes_[i], &b = nodes_[i + 1];
@@ -233,7 +232,7 @@ class LiftedPathOf {
   }
 
   // One Newton step of all nodes but the first and last, by elimination.
-  void relax(LiftedLengthOf<Real>& found) {
+  void relax(LiftedLength<Real>& found) {
     // Directions that turn by more than about 0.14 are beyond one step.
     constexpr Real least_pivot = 1e-3, most_gain = 0.01;
     Real beside = 0;  // of the node before, over its pivot
@@ -262,7 +261,7 @@ class LiftedPathOf {
     }
   }
 
-  const CurvedFacesOf<Real>& faces_;
+  const CurvedFaces<Real>& faces_;
   const Mesh& mesh_;
   Array<Node> nodes_;
   Real on_mesh_ = 0;

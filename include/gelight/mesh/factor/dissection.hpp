@@ -20,10 +20,9 @@ namespace gelight::detail {
 ///
 /// The points are halved at their median again and again; the vertices that join the halves come
 /// after both. Each separator, and each small part left at the end, is a node of a binary tree and
-/// is eliminated as one dense block. Made in O(n log n); serves every matrix of the pattern. (A
-/// template only so that it costs nothing to include.)
+/// is eliminated as one dense block. Made in O(n log n); serves every matrix of the pattern.
 template <std::floating_point Real>
-class DissectionOf {
+class Dissection {
  public:
   /// Its unknowns are those at positions [begin, end) of the order; its block also has the rows at
   /// the later positions rows()[rows_begin, rows_end).
@@ -50,8 +49,8 @@ class DissectionOf {
     std::ptrdiff_t slot;
   };
 
-  DissectionOf(const SymmetricPatternOf<Real>& pattern, std::span<const Vec3<Real>> points,
-               const CancelHook& cancelled = {})
+  Dissection(const SymmetricPattern<Real>& pattern, std::span<const Vec3<Real>> points,
+             const CancelHook& cancelled = {})
       : points_(points), cancelled_(cancelled) {
     find_neighbours(pattern);
     const auto count = static_cast<std::size_t>(pattern.size());
@@ -96,7 +95,7 @@ class DissectionOf {
     Index unknown, entry;
   };
 
-  void find_neighbours(const SymmetricPatternOf<Real>& pattern) {
+  void find_neighbours(const SymmetricPattern<Real>& pattern) {
     neighbour_begin_.assign(static_cast<std::size_t>(pattern.size()) + 1, 0);
     const auto for_each_pair = [&](auto&& visit) {
       for (Index j = 0; j < pattern.size(); ++j) {
@@ -224,7 +223,7 @@ class DissectionOf {
   }
 
   // Where children's rows and the matrix' entries go in each node's block.
-  void relate_rows(const SymmetricPatternOf<Real>& pattern) {
+  void relate_rows(const SymmetricPattern<Real>& pattern) {
     Array<Index> row_of(order_.size());
     rows_in_parent_.resize(rows_.size());
     placements_.reserve(static_cast<std::size_t>(pattern.entry_count()));
@@ -241,7 +240,7 @@ class DissectionOf {
     }
   }
 
-  void place_entries(Node& node, const SymmetricPatternOf<Real>& pattern,
+  void place_entries(Node& node, const SymmetricPattern<Real>& pattern,
                      const Array<Index>& row_of) {
     node.placements_begin = static_cast<Index>(placements_.size());
     for (Index p = node.begin; p < node.end; ++p) {
@@ -298,7 +297,5 @@ class DissectionOf {
   std::ptrdiff_t value_count_ = 0, stack_size_ = 0;
   Index largest_height_ = 0;
 };
-
-using Dissection = DissectionOf<double>;
 
 }  // namespace gelight::detail

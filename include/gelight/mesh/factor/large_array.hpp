@@ -24,10 +24,10 @@ using LargeArray = std::unique_ptr<T[], FreeMemory>;
 /// on small ones the first touch of a factor's memory took half as long as its arithmetic.
 template <class T>
 [[nodiscard]] LargeArray<T> large_array(std::ptrdiff_t count) {
-  constexpr std::size_t page = std::size_t{1} << 21;
   const std::size_t bytes = static_cast<std::size_t>(count) * sizeof(T);
   void* memory = nullptr;
 #if defined(__linux__)
+  constexpr std::size_t page = std::size_t{1} << 21;
   if (bytes >= page) {
     const std::size_t whole = (bytes + page - 1) / page * page;
     memory = std::aligned_alloc(page, whole);

@@ -26,22 +26,41 @@ struct ScaledBessel {
   return {step * sum.k0, step * sum.k1};
 }
 
+/// The longest bulge, in pixels: more than any image is wide.
+inline constexpr double longest_bulge = 1e4;
+
+/// The slope of a ball at the circle in which it touches the gel. Throws InvalidInput for a circle
+/// that is none of the ball's.
+[[nodiscard]] inline double slope_at_rim(double contact_radius, double ball_radius) {
+  require(contact_radius >= 0 && contact_radius < ball_radius && std::isfinite(ball_radius),
+          "a ball of radius ", ball_radius, " touches in a circle of radius ", contact_radius);
+  // The difference of their squares, which is not zero.
+  return contact_radius /
+         std::sqrt((ball_radius - contact_radius) * (ball_radius + contact_radius));
+}
+inline void require_bulge(double length) {
+  require(length >= 0 && length <= longest_bulge, "a bulge of ", length, " pixels, not from 0 to ",
+          longest_bulge);
+}
+
 /// The gel's surface about a rigid ball that touches it in a circle: inside of it the ball, outside
 /// a membrane under tension on an elastic foundation, whose slope goes on at the rim and decays as
-/// the Bessel function K1 over a length (pixels; 0: flat). All in pixels.
+/// the Bessel function K1 over a length (pixels; 0: flat). All in pixels. Throws InvalidInput for a
+/// circle that is none of the ball's, and a length that is negative or above longest_bulge.
 class BallSurface {
  public:
   BallSurface(double contact_radius, double ball_radius, double length)
       : contact_(contact_radius), ball_(ball_radius) {
-    const double rim = contact_ / std::sqrt(ball_ * ball_ - contact_ * contact_);
-    if (!(length > 0)) return;
+    const double rim = slope_at_rim(contact_, ball_);
+    require_bulge(length);
+    if (length == 0) return;
     const double at_rim = scaled_bessel_k(contact_ / length).k1;
     // Until a slope of a thousandth is left.
     for (int i = 0;; ++i) {
       const double out = i / per_pixel, t = (contact_ + out) / length;
       const double slope = rim * scaled_bessel_k(t).k1 / at_rim * std::exp(-out / length);
       tilt_.push_back(slope / std::sqrt(1 + slope * slope));
-      if (slope < 1e-3) break;
+      if (!(slope >= 1e-3)) break;
     }
   }
 
@@ -73,10 +92,12 @@ class BallSurface {
 namespace gelight {
 
 /// How high above rest the gel stands at the rim of a ball's contact, in pixels as all of it: so
-/// much deeper than its cap a ball goes into a TensionMembrane of that length.
+/// much deeper than its cap a ball goes into a TensionMembrane of that length. Throws InvalidInput
+/// for a circle that is none of the ball's, and a length that is negative or above 1e4.
 [[nodiscard]] inline double rim_height(double contact_radius, double ball_radius, double length) {
-  const double slope =
-      contact_radius / std::sqrt(ball_radius * ball_radius - contact_radius * contact_radius);
+  const double slope = detail::slope_at_rim(contact_radius, ball_radius);
+  detail::require_bulge(length);
+  if (length == 0) return 0;
   const auto k = detail::scaled_bessel_k(contact_radius / length);
   return slope * length * k.k0 / k.k1;
 }

@@ -90,7 +90,9 @@ struct CircleProposal {
                                                    const Image<Rgb8>& photograph,
                                                    double ball_radius) {
   const auto by = changed_by(background, photograph);
-  const Index reach = std::max(3, static_cast<Index>(0.8 * ball_radius));
+  // What lies beyond the image tells nothing.
+  const double most_radius = std::hypot(by.width(), by.height());
+  const Index reach = std::max(3, static_cast<Index>(std::min(0.8 * ball_radius, most_radius)));
   Index x = 0, y = 0;
   double most = -std::numeric_limits<double>::infinity(), sum = 0, squares = 0, tried = 0;
   const auto attempt = [&](Index u, Index v, Index step) {
@@ -122,14 +124,15 @@ struct CircleProposal {
   }
   best.circle = {double{1} * x, double{1} * y, 0.25 * ball_radius};
   double largest = 0;
-  for (double r = 0.25 * ball_radius; r < 0.97 * ball_radius; r += 0.5) {
+  const double largest_circle = std::min(0.97 * ball_radius, most_radius);
+  for (double r = 0.25 * ball_radius; r < largest_circle; r += 0.5) {
     const double here = mean_on_circle(by, {best.circle.x, best.circle.y, r});
     if (here <= largest) continue;
     largest = here;
     best.circle.radius = r;
   }
   double fallen = best.circle.radius;
-  while (fallen < 0.97 * ball_radius &&
+  while (fallen < largest_circle &&
          mean_on_circle(by, {best.circle.x, best.circle.y, fallen}) > 0.5 * largest) {
     fallen += 0.5;
   }

@@ -14,15 +14,15 @@
 namespace gelight::detail {
 
 /// Directions of the half-edges of an intrinsic triangulation in the tangent planes of the surface
-/// that it triangulates. (A template only so that it costs nothing to include.)
+/// that it triangulates.
 template <std::floating_point Real>
-struct SignpostsOf {
-  IntrinsicTriangulationOf<Real> mesh;
+struct Signposts {
+  IntrinsicTriangulation<Real> mesh;
   Array<Real> angle;  // of each half-edge, at its origin
   Array<Real> far;    // of the edge before each half-edge, at the same vertex
 
   /// Of the surface's own edges, with the lengths and angles given.
-  SignpostsOf(IntrinsicTriangulationOf<Real> own, const TangentFramesOf<Real>& frames)
+  Signposts(IntrinsicTriangulation<Real> own, const TangentFrames<Real>& frames)
       : mesh(std::move(own)) {
     angle.reserve(mesh.origins.size());
     far.reserve(mesh.origins.size());
@@ -71,7 +71,5 @@ struct SignpostsOf {
     }
   }
 };
-
-using Signposts = SignpostsOf<double>;
 
 }  // namespace gelight::detail

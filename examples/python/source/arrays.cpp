@@ -1,0 +1,66 @@
+#include "arrays.hpp"
+
+#include <utility>
+
+namespace {
+
+// Numbers wider than an index, none of which may be lost.
+template <class Wide>
+Packed<Index> narrowed(const py::array& array, const char* what) {
+  const Packed<Wide> wide(array);
+  for (py::ssize_t i = 0; i < wide.size(); ++i) {
+    gelight::detail::require(std::in_range<Index>(wide.data()[i]), what, " has ", wide.data()[i],
+                             ", which is beyond what an index can be");
+  }
+  return Packed<Index>(array);
+}
+
+}  // namespace
+
+Packed<Index> indices_in(py::handle object, const char* what) {
+  // Of no numbers NumPy does not know of which type they are.
+  const py::array any = array_in(object, "fiu", what);
+  const py::array array = any.size() == 0 ? any : array_in(any, "iu", what);
+  if (array.dtype().is(py::dtype::of<Index>()) || array.size() == 0) return Packed<Index>(array);
+  if (array.dtype().kind() == 'u') return narrowed<std::uint64_t>(array, what);
+  return narrowed<std::int64_t>(array, what);
+}
+
+Packed<Index> faces_in(py::handle object) {
+  Packed<Index> faces = indices_in(object, "faces");
+  gelight::detail::require(faces.size() == 0 || (faces.ndim() == 2 && faces.shape(1) == 3),
+                           "faces has shape ", shape_text(faces), ", not (any, 3)");
+  return faces;
+}
+
+Index index_in(py::handle object, const char* what) {
+  const auto whole = py::reinterpret_steal<py::object>(PyNumber_Index(object.ptr()));
+  if (!whole) {
+    PyErr_Clear();
+    throw py::type_error(std::string(what) + " is " + py::repr(object).cast<std::string>() +
+                         ", not a whole number");
+  }
+  int overflow = 0;
+  const long long value = PyLong_AsLongLongAndOverflow(whole.ptr(), &overflow);
+  gelight::detail::require(overflow == 0 && std::in_range<Index>(value), what, " ",
+                           py::str(whole).cast<std::string>(), " is beyond what an index can be");
+  return static_cast<Index>(value);
+}
+
+Vec3<double> vector_in(py::handle object, const char* what) {
+  const auto numbers = numbers_in<double>(object, what);
+  gelight::detail::require(numbers.size() == 3, what, " has ", numbers.size(), " numbers, not 3");
+  return {numbers.data()[0], numbers.data()[1], numbers.data()[2]};
+}
+
+DepthImage::DepthImage(py::handle object, const char* what) {
+  py::array array = array_in(object, "f", what);
+  gelight::detail::require(array.ndim() == 2, what, " has shape ", shape_text(array),
+                           ", not (height, width)");
+  const bool is_float = array.dtype().is(py::dtype::of<float>());
+  const bool is_aligned = array.attr("flags").attr("aligned").cast<bool>();
+  kept_ = is_float && is_aligned ? array : py::array(Packed<float>(array));
+  view_ = ImageView<const float>::from_bytes(
+      static_cast<const float*>(kept_.data()), static_cast<Index>(kept_.shape(1)),
+      static_cast<Index>(kept_.shape(0)), kept_.strides(0), kept_.strides(1));
+}

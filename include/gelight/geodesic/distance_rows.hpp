@@ -1,0 +1,125 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <mutex>
+#include <ranges>
+#include <span>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "gelight/core/error.hpp"
+#include "gelight/core/parallel.hpp"
+#include "gelight/core/progress.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+namespace gelight {
+
+struct RowOptions {
+  /// On how many threads rows are solved, the caller's among them; 0: as many as the machine has.
+  unsigned threads = 1;
+  /// Asked before each row that the calling thread solves, and told the share of rows that are
+  /// done. The solver's own hook, where it has one, is asked within rows, by every thread.
+  CancelHook cancelled = {};
+};
+
+namespace detail {
+
+/// What the distances of a solver are made of.
+template <class Solver>
+using DistanceScalar =
+    std::ranges::range_value_t<decltype(std::declval<const Solver&>().distance(Index{}))>;
+
+/// Throws InvalidInput for a source that is not of the solver's surface, where that is known.
+template <class Solver, class Place>
+void require_sources(const Solver& solver, std::span<const Place> sources) {
+  if constexpr (requires { checked_sources(solver.surface(), sources); }) {
+    if (!sources.empty()) (void)checked_sources(solver.surface(), sources);
+  }
+}
+
+template <class Solver, class Place>
+void solve_rows(const Solver& solver, std::span<const Place> sources, auto&& take,
+                const RowOptions& options) {
+  require_sources(solver, sources);
+  std::mutex taking;
+  std::size_t taken = 0;
+  const auto caller = std::this_thread::get_id();
+  const auto solve = [&](Index row) {
+    if (std::this_thread::get_id() == caller) {
+      const double done = [&] {
+        const std::lock_guard lock(taking);
+        return static_cast<double>(taken) / static_cast<double>(sources.size());
+      }();
+      options.cancelled.check(done, "solving rows of distances");
+    }
+    const auto distances = solver.distance(sources.subspan(static_cast<std::size_t>(row), 1));
+    const std::lock_guard lock(taking);
+    take(row, std::span(distances));
+    ++taken;
+  };
+  parallel_for(static_cast<Index>(sources.size()), options.threads, solve);
+}
+
+template <class Solver, class Place>
+[[nodiscard]] auto matrix_of_rows(const Solver& solver, std::span<const Place> sources,
+                                  const RowOptions& options) {
+  std::vector<DistanceScalar<Solver>> matrix;
+  const auto take = [&](Index row, const auto& distances) {
+    matrix.resize(sources.size() * distances.size());  // at the first row
+    std::copy(distances.begin(), distances.end(),
+              matrix.begin() + std::ptrdiff_t{row} * std::ssize(distances));
+  };
+  solve_rows(solver, sources, take, options);
+  return matrix;
+}
+
+}  // namespace detail
+
+/// Distances of all vertices from each of many sources: `take(row, distances)` is called with the
+/// number of a source and a span of one distance per vertex, which lasts as long as the call.
+///
+/// Rows come in any order, on any of the threads, never two at once; they are bit for bit what
+/// `solver.distance` gives for that source alone. All share the solver's factors, and each thread
+/// its workspace. Memory: a row and a workspace per thread. Throws InvalidInput, before any row is
+/// solved, for a source that is not of the solver's surface, and in a row as the solver does;
+/// Cancelled as the hook says; what `take` throws passes through. Rows that were taken before stay
+/// taken.
+///@{
+template <class Solver, class Take>
+requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>
+void distance_rows(const Solver& solver, std::span<const Index> sources, const Take& take,
+                   const RowOptions& options = {}) {
+  detail::solve_rows(solver, sources, take, options);
+}
+template <class Solver, class Take>
+requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>
+void distance_rows(const Solver& solver,
+                   std::span<const Source<detail::DistanceScalar<Solver>>> sources,
+                   const Take& take, const RowOptions& options = {}) {
+  detail::solve_rows(solver, sources, take, options);
+}
+///@}
+
+/// The same rows as one matrix, row by row: element [i n + v] of the result is the distance of
+/// vertex v of n from source i. No sources give no rows.
+///@{
+template <class Solver>
+requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>
+[[nodiscard]] auto distance_matrix(const Solver& solver, std::span<const Index> sources,
+                                   const RowOptions& options = {}) {
+  return detail::matrix_of_rows(solver, sources, options);
+}
+template <class Solver>
+requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>
+[[nodiscard]] auto distance_matrix(const Solver& solver,
+                                   std::span<const Source<detail::DistanceScalar<Solver>>> sources,
+                                   const RowOptions& options = {}) {
+  return detail::matrix_of_rows(solver, sources, options);
+}
+///@}
+
+}  // namespace gelight
