@@ -30,7 +30,7 @@ for one, other in zip(sys.argv[1::2], sys.argv[2::2]):
     with h5py.File(one) as a, h5py.File(other) as b:
         assert list(a) == list(b) and all(a[k][:].tobytes() == b[k][:].tobytes() for k in a), other
 END
-# Whether two parts hold the same bits. (ISA-L may pack the same ones in another way.)
+# Whether two parts hold the same bits, however they are packed.
 equal() {
   cmp -s "$1" "$2" && return 0
   if ! "$python" -c 'import h5py' 2>/dev/null; then echo "h5py is not there: $2 is not compared"; return 0; fi

@@ -126,9 +126,7 @@ class Part {
   /// What HDF5's deflate makes of them, but by ISA-L in less than half of zlib's time.
   std::span<const std::byte> compressed(std::span<const std::byte> bytes) {
     packed_.resize(bytes.size() + bytes.size() / 16 + 1024);  // more than what cannot be compressed
-    // (Cleared, for what ISA-L finds there can change what it makes.)
     isal_zstream stream{};
-    std::fill(tables_.begin(), tables_.end(), std::uint8_t{0});
     isal_deflate_stateless_init(&stream);
     stream.gzip_flag = IGZIP_ZLIB;
     stream.level = level;
