@@ -295,3 +295,61 @@ TEST_CASE("a sensor that cannot be is refused") {
   CHECK(test::refusal([] { (void)geltip<double>(0, 480); }) != "accepted");
   CHECK(test::refusal([] { (void)geltip<double>(640, 480, 0.02); }) != "accepted");
 }
+
+namespace {
+
+/// A light model that keeps where LEDs shine.
+template <class T>
+struct KeepsEmission {
+  static constexpr bool needs_emission = true;
+  std::vector<Vec3<T>>* kept;
+
+  [[nodiscard]] LightField<T> field(const Led<T>& led, std::span<const SurfacePoint<T>> points,
+                                    const CancelHook& /*cancelled*/ = {}) const {
+    kept->push_back(led.emission);
+    return LightField<T>(points.size(), Vec3<T>::UnitX());
+  }
+};
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("LEDs shine across the border, whatever the triangles there", T, float, double) {
+  for (const std::size_t flipped : {0, 1, 2}) {  // no diagonals, all, or every other
+    for (const Index cells : {1, 2, 5, 16}) {
+      CAPTURE(flipped);
+      CAPTURE(cells);
+      SensorPreset<T> sensor;
+      sensor.membrane = grid<T>(cells, cells + 1, 2, 3);
+      auto& faces = sensor.membrane.faces;
+      for (std::size_t f = 0; f < faces.size() && flipped > 0; f += 2 * flipped) {
+        const auto [a, b, c] = faces[f];
+        const Index d = faces[f + 1][2];
+        faces[f] = {a, b, d};
+        faces[f + 1] = {b, c, d};
+      }
+      const Surface<T> surface(sensor.membrane);
+      std::vector<Vec3<T>> expected;
+      const auto add = [&](const SurfacePoint<T>& led) {
+        const Vec3<T> p = surface.position(led);
+        const Vec3<T> inwards(T(p.x() < T(1e-5)) - T(p.x() > T(2 - 1e-5)),
+                              T(p.y() < T(1e-5)) - T(p.y() > T(3 - 1e-5)), 0);
+        sensor.leds.push_back(led);
+        expected.push_back(inwards.normalized());  // at a corner the diagonal
+      };
+      for (Index h = 0; h < surface.halfedge_count(); ++h) {
+        if (!surface.is_border(h)) continue;
+        for (const T share : {T(0.01), T(0.5), T(0.9)}) {
+          add(edge_point<T>(surface.origin(h), surface.tip(h), share));
+        }
+        add(vertex_point<T>(surface.origin(h)));
+      }
+      sensor.led_width = 0;
+      std::vector<Vec3<T>> kept;
+      const std::vector<SurfacePoint<T>> points{vertex_point<T>(0)};
+      for (std::size_t k = 0; k < sensor.leds.size(); ++k) {
+        (void)led_field(sensor, surface, k, KeepsEmission<T>{&kept}, points);
+        CHECK((kept.back() - expected[k]).norm() < T(1e-5));
+      }
+    }
+  }
+}

@@ -381,15 +381,39 @@ void require_seen(const Raster<T>& rest) {
   require(is_seen, "the camera sees nothing of the membrane");
 }
 
-/// Where an LED on the border of a membrane shines: into it, along it.
+/// Across an edge of a face, into it: unit, in its plane; zero at an edge without length.
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> into_face(const Surface<T>& surface, Index h) {
+  const auto from = vertex_point<T>(surface.origin(h));
+  const Vec3<T> along = direction_of<T>(surface.difference(from, vertex_point<T>(surface.tip(h))));
+  const Vec3<T> to_apex = surface.difference(from, vertex_point<T>(surface.apex(h)));
+  return direction_of<T>(to_apex - along.dot(to_apex) * along);
+}
+
+/// Where an LED of a membrane shines: along it, across its border; at a vertex of the border, where
+/// that turns, halfway. Beside the border it is towards the middle of the faces there.
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> inwards(const Surface<T>& surface, const SurfacePoint<T>& led) {
-  const Vec3<T> from = surface.position(led);
+  using Kind = typename SurfacePoint<T>::Kind;
+  const SurfacePoint<T> at = simplified(surface, led);
   Vec3<T> sum = Vec3<T>::Zero();
-  for (const Index f : faces_at(surface, led)) {
-    const auto [a, b, c] = surface.face(f);
-    sum += direction_of<T>((surface.position(a) + surface.position(b) + surface.position(c)) / 3 -
-                           from);
+  const auto add = [&](Index h) {
+    if (surface.is_border(h)) sum += into_face(surface, h);
+  };
+  if (at.kind == Kind::edge) add(surface.find_halfedge(at.element[0], at.element[1]));
+  if (at.kind == Kind::vertex) {
+    for (const Index h : surface.corners(at.element[0])) {
+      add(h);
+      add(surface.previous(h));
+    }
+  }
+  if (!(sum.squaredNorm() > 0)) {
+    const Vec3<T> from = surface.position(led);
+    for (const Index f : faces_at(surface, led)) {
+      const auto [a, b, c] = surface.face(f);
+      sum += direction_of<T>((surface.position(a) + surface.position(b) + surface.position(c)) / 3 -
+                             from);
+    }
   }
   const Vec3<T> normal = direction_of<T>(mean_normal(surface, led));
   return direction_of<T>(sum - sum.dot(normal) * normal);
