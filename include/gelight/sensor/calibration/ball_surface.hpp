@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 
 namespace gelight::detail {
