@@ -166,6 +166,7 @@ TEST_CASE(
   spoilt(lights, [&](auto& m) { m.lights[1].place.y() = nan; });
   const std::string path =
       (std::filesystem::temp_directory_path() / "calibrated_bad_test.sensor").string();
+  std::filesystem::remove(path);  // of a run that failed
   for (const FittedReflectance& reflectance : bad) {
     const CalibratedSensor sensor{gradient(), reflectance, 9, {}};
     const std::string told = refusal([&] { write_sensor(path, sensor); });
