@@ -4,13 +4,26 @@
 # is built.
 # --to FOLDER: elsewhere than into benchmarks/results.  --mesh FILE: with a mesh of one's own.
 set -eu
+here=$PWD
 cd "$(dirname "$0")/.."
 patience=0.3 to=benchmarks/results quick='' mesh=
 while [ $# -gt 0 ]; do
   case $1 in
     --quick) patience=0.02 quick=--quick ;;
-    --to) to=$2 && shift ;;
-    --mesh) mesh=--mesh=$2 && shift ;;
+    -h | --help)
+      echo "sh cmake/charts.sh [--quick] [--to FOLDER] [--mesh FILE]"
+      sed -n '2,5s/^# //p' "$0"
+      exit 0
+      ;;
+    --to)
+      [ -n "${2:-}" ] || { echo "charts.sh: --to wants a folder" >&2 && exit 2; }
+      to=$(cd "$here" && readlink -m "$2") && shift
+      ;;
+    --mesh)
+      file=$(cd "$here" && readlink -f "${2:-}" || true)
+      [ -f "$file" ] || { echo "charts.sh: there is no file ${2:-}" >&2 && exit 2; }
+      mesh=--mesh=$file && shift
+      ;;
     *) echo "charts.sh: what is $1?" >&2 && exit 2 ;;
   esac
   shift

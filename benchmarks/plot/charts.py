@@ -53,14 +53,20 @@ BOOKKEEPING = {"family_index", "per_family_instance_index", "run_name", "run_typ
                "repetition_index", "threads", "iterations", "real_time", "cpu_time", "time_unit"}
 
 
+def to_four_digits(value):
+    """Of a number that is not whole: counts stay as they are."""
+    if not isinstance(value, float) or not math.isfinite(value):
+        return value
+    return int(value) if value.is_integer() else float(f"{value:.4g}")
+
+
 def shrunk(data):
     """Of what a benchmark wrote: how it came about, and each case's name and figures to four digits."""
     kept = ("date", "commit", "compiler", "flags", "cpu")
     rows = []
     for row in data["benchmarks"]:
         row = dict(row, median_s=row.get("median_s", seconds(row)))
-        row = {k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in row.items()
-               if k not in BOOKKEEPING}
+        row = {k: to_four_digits(v) for k, v in row.items() if k not in BOOKKEEPING}
         row["name"] = re.sub("/(iterations:|manual_time|real_time|repeats:).*", "", row["name"])
         rows.append(row)
     return {"context": {k: data["context"][k] for k in kept if k in data["context"]},
@@ -271,8 +277,9 @@ def chart_distances(rows, folder):
             here = [r for r in rows if r["path"][1] == mesh]
             groups = draw_mesh(place, here, "mean", time_of, here[0].get("floor", 0))
             seen |= set(groups)
-            place.set_title("{}, {:,.0f} vertices".format(MESHES.get(mesh, mesh),
-                                                          here[0].get("vertices", 0)), fontsize=10)
+            size = max((r.get("vertices", 0) for r in here), default=0)
+            place.set_title(MESHES.get(mesh, mesh) + (f", {size:,.0f} vertices" if size else ""),
+                            fontsize=10)
         for place in axes.flat[len(meshes):]:
             place.axis("off")
         for place in axes[-1]:
@@ -281,8 +288,8 @@ def chart_distances(rows, folder):
             place.set_ylabel("mean error against the exact distance")
         figure.suptitle("Geodesic distance: left is faster, down is more accurate", fontsize=14,
                         fontweight="bold")
-        figure.tight_layout(rect=(0, 0.05, 1, 0.98))
-        legend(figure, seen, loc="lower center", ncol=len(seen) + 1, fontsize=9,
+        figure.tight_layout(rect=(0, 0.07, 1, 0.98))
+        legend(figure, seen, loc="lower center", ncol=(len(seen) + 2) // 2, fontsize=9,
                bbox_to_anchor=(0.5, 0.012))
         save(figure, folder, f"distance_{kind}", rows)
 
@@ -1169,6 +1176,8 @@ def main():
     matplotlib.rcParams.update({"font.size": 9, "axes.spines.top": False,
                                 "axes.spines.right": False})
     rows, failed = load(folder)
+    if not rows and not failed:
+        failed.append(f"there are no results in {folder}")
     charts = (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images, chart_scene,
               chart_stability, chart_light_fields, chart_traced, chart_membranes, chart_calibration, chart_scaling)
     words = (words_distances, words_sphere, words_certificate, words_planner, words_images, words_scene,
@@ -1176,7 +1185,7 @@ def main():
     for make in words if KIND == "words" else charts + words:
         try:
             make(rows, folder)
-        except (KeyError, IndexError, ValueError) as fault:
+        except (KeyError, IndexError, TypeError, ValueError) as fault:
             failed.append(f"{make.__name__} is left out, for a row lacks something: {fault!r}")
     for line in failed:
         print("not drawn:", line, file=sys.stderr)
