@@ -6,6 +6,7 @@
 # `sh cmake/demo.sh calibrate --fit DIR --test DIR --out DIR` fits a sensor of your own to
 # photographs of a ball.
 set -eu
+here=$PWD  # where the caller's files are
 cd "$(dirname "$0")/.."
 for word in "$@"; do
   case $word in
@@ -58,4 +59,6 @@ sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev
   libcairo2-dev pkg-config fonts-dejavu-core $more
 cmake --preset demo
 cmake --build --preset demo --target $demo
-exec build/demo/examples/$demo "$@"
+program=$PWD/build/demo/examples/$demo
+cd "$here"
+exec "$program" "$@"

@@ -79,8 +79,7 @@ int main(int count, char** arguments) {
                 "behind the corner fast marching is off by a percent and more");
   lesson.expect(virtuals.behind < 0.001, "virtual sources are not, to a hundred-thousandth");
   const double order = std::log(by_marching[1][1] / by_marching[4][1]) / std::log(8.0);
-  lesson.expect(order > 0.4 && order < 0.75,
-                "cells half as wide halve that no more than by its root");
+  lesson.expect(order > 0.4 && order < 0.75, "cells half as wide leave more than half of that");
 
   Figure figure(1000, 420);
   const auto draw = [&](double x, const Errors& errors, const std::string& name) {

@@ -176,12 +176,21 @@ struct Contact {
   Image<double> depth;
 };
 
-/// Depth maps from files, read before anything is computed.
-struct DepthMaps {
+/// Images from files, read before anything is computed.
+struct Given {
   std::optional<Image<double>> rest;
+  std::optional<Image<Rgb8>> background;
   std::vector<Contact> contacts;
 
-  explicit DepthMaps(const Settings& settings) {
+  explicit Given(const Settings& settings) {
+    if (!settings.background.empty()) {
+      background = gelight::read_png(settings.background);
+      if (background->width() != settings.width || background->height() != settings.height) {
+        throw gelight::InvalidInput(
+            settings.background + " has " + std::to_string(background->width()) + " x " +
+            std::to_string(background->height()) + " pixels, not --width x --height");
+      }
+    }
     if (!settings.rest.empty()) rest = read_depth(settings.rest, settings);
     for (const std::string& path : settings.contacts) {
       contacts.push_back({std::filesystem::path(path).stem().string(), read_depth(path, settings)});
@@ -200,7 +209,7 @@ struct Sensor {
   std::array<Index, 3> leds;                          // vertices
   Background<double> background;
 
-  Sensor(const Settings& settings, const std::optional<Image<double>>& measured_rest)
+  Sensor(const Settings& settings, const Given& given)
       : mesh(settings.mesh.empty()
                  ? gelight::membrane(settings.radius, settings.length, settings.edge)
                  : read_mesh(settings.mesh)),
@@ -208,13 +217,14 @@ struct Sensor {
         camera(Camera<double>::from_vertical_fov(settings.fov * std::numbers::pi / 180,
                                                  settings.width, settings.height)),
         raster(gelight::rasterize(mesh, camera)),
-        rest(measured_rest.value_or(raster.depth)) {
+        rest(given.rest.value_or(raster.depth)) {
     for (Index v = 0; v < camera.height; ++v) {
       for (Index u = 0; u < camera.width; ++u) {
         if (!in_lens(u, v)) raster.face(u, v) = -1;
       }
     }
     points = gelight::pixel_points(raster);
+    if (points.empty()) throw gelight::InvalidInput("the camera sees nothing of the membrane");
     const double third = 2 * std::numbers::pi / 3;
     const std::array angles{0.0, third, 2 * third};
     try {
@@ -227,11 +237,7 @@ struct Sensor {
             {settings.radius * std::cos(angles[k]), settings.radius * std::sin(angles[k]), 0});
       }
     }
-    if (settings.background.empty()) {
-      background = round_background();
-    } else {
-      background = Background<double>(gelight::read_png(settings.background));
-    }
+    background = given.background ? *given.background : round_background();
   }
 
   /// A round lens shows a disc as high as the image.
@@ -273,7 +279,9 @@ std::vector<NamedField> light_fields(const Sensor& sensor) {
       return result;
     });
   };
-  const Vec3<double> towards_tip(0, 0, 1);
+  Vec3<double> middle = Vec3<double>::Zero();
+  for (const auto& [x, y, z] : sensor.mesh.positions) middle += Vec3<double>(x, y, z);
+  middle /= static_cast<double>(sensor.mesh.positions.size());
   const gelight::Surface<double>& surface = sensor.surface;
   const auto& points = sensor.points;
   return {field("linear", false,
@@ -289,7 +297,8 @@ std::vector<NamedField> light_fields(const Sensor& sensor) {
                   return gelight::geodesic_field<double>(exact, vertex_point<double>(led), points);
                 }),
           field("transport", true, [&](Index led) {
-            return gelight::transport_field<double>(heat, led, towards_tip, points);
+            const Vec3<double> inwards = middle - surface.position(led);
+            return gelight::transport_field<double>(heat, led, inwards, points);
           })};
 }
 
@@ -362,7 +371,8 @@ std::string draw_isolines(const std::string& path, const Sensor& sensor) {
     const OutsideView view(sensor.mesh, sides[side].second, columns, rows);
     figure.image(view.isolines(sensor.surface, field, 0.002, farthest), x, y, scale);
     figure.pen({0.85, 0.1, 0.1}, 1.6);
-    for (Index v = 0; v < sensor.surface.vertex_count(); v += sensor.surface.vertex_count() / 50) {
+    const Index step = std::max<Index>(1, sensor.surface.vertex_count() / 50);
+    for (Index v = 0; v < sensor.surface.vertex_count(); v += step) {
       std::vector<Vec3<double>> line;
       for (const auto& p : field.path(v)) line.push_back(sensor.surface.position(p));
       view.draw_path(figure, line, x, y, scale);
@@ -383,7 +393,7 @@ std::string draw_field(const std::string& path, const Sensor& sensor, const Name
     const double x = width * static_cast<double>(k);
     figure.pen(pens[k], 1.2);
     draw_arrows(figure, field.leds[k], sensor.raster.depth, sensor.camera, x, 40, scale,
-                sensor.camera.height / 24);
+                std::max<Index>(1, sensor.camera.height / 24));
     figure.pen({0, 0, 0}, 1);
     figure.text(field.name + ", LED " + std::to_string(k), x + width / 2, 22, 20);
   }
@@ -417,16 +427,15 @@ std::optional<std::string> fault(const Sensor& sensor, const std::vector<NamedFi
 
 int run(const Settings& settings) {
   require_plausible(settings);
-  const DepthMaps maps(settings);
+  const Given given(settings);
   std::filesystem::create_directories(settings.out);
   const auto file = [&](const std::string& name) { return settings.out + "/" + name + ".png"; };
-  const Sensor sensor =
-      timed("membrane, camera, LEDs", [&] { return Sensor(settings, maps.rest); });
+  const Sensor sensor = timed("membrane, camera, LEDs", [&] { return Sensor(settings, given); });
   std::printf("  (%d vertices, %d faces, %zu pixels of membrane)\n", sensor.surface.vertex_count(),
               sensor.surface.face_count(), sensor.points.size());
   const auto fields = light_fields(sensor);
   const auto touches = timed("contacts", [&] {
-    return maps.contacts.empty() ? pressed_objects(settings, sensor) : maps.contacts;
+    return given.contacts.empty() ? pressed_objects(settings, sensor) : given.contacts;
   });
   std::vector<std::string> pictures;
   pictures.push_back(timed(std::to_string(fields.size() * touches.size()) + " tactile images",

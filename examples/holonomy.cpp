@@ -54,7 +54,7 @@ int main(int count, char** arguments) {
   const double defect = 2 * std::numbers::pi - sides * angle;
   const gelight::ParallelTransport transport(cone);
   lesson.expect(std::abs(transport.holonomy(around) - defect) < 1e-12,
-                "round the tip the arrow turns by the tip's angle defect, 105 degrees");
+                "round the tip the arrow turns by the tip's angle defect, 106 degrees");
   lesson.expect(std::abs(transport.holonomy(beside)) < 1e-12, "beside the tip it does not turn");
 
   Figure figure(1000, 580);
@@ -91,10 +91,10 @@ int main(int count, char** arguments) {
   figure.pen(black, 1);
   figure.text("Round the tip of a cone", 240, 26, 17);
   figure.text("The cone cut open and laid flat", 760, 26, 17);
-  figure.text("105°", 800, 325, 16);
+  figure.text("106°", 800, 325, 16);
   figure.text(
       "Parallel in the flat disc; on the cone the arrow that leaves (green) comes home turned "
-      "by 105° (orange).",
+      "by 106° (orange).",
       500, 560, 14);
   figure.save(lesson.picture());
   return lesson.result();

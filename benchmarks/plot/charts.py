@@ -100,10 +100,18 @@ def load(folder):
                 data = shrunk(data)
                 write(path, data)
             rows_of_file, context = data["benchmarks"], data["context"]
-        except (AttributeError, ValueError, KeyError, TypeError) as error:
+            if not isinstance(context, dict) or not isinstance(rows_of_file, list):
+                raise TypeError("no object of context, or no list of benchmarks")
+        except (OSError, AttributeError, ValueError, KeyError, TypeError, RecursionError) as error:
             failed.append(f"{path} is not as Google Benchmark writes it: {error!r}")
             continue
-        for row in rows_of_file:
+        if not any(str(row["name"]).split("/")[0] in TOPICS for row in rows_of_file
+                   if isinstance(row, dict) and "name" in row):
+            failed.append(f"{path}: no row is of what a chart shows ({', '.join(TOPICS)})")
+        for number, row in enumerate(rows_of_file):
+            if wrong := fault_of(row):
+                failed.append(f"{path}: row {number}, {wrong}")
+                continue
             row["context"] = context
             row["path"] = row["name"].split("/")
             if len(row["path"]) < 3 and row["path"][0] in ("distance", "stability"):
@@ -112,10 +120,32 @@ def load(folder):
                 continue
             row.setdefault("median_s", seconds(row))
             if row.get("error_occurred"):
-                failed.append("{}: {}".format(row["name"], row["error_message"]))
+                failed.append("{}: {}".format(row["name"], row.get("error_message", "it failed")))
             else:
                 rows.append(row)
     return rows, failed
+
+
+TOPICS = ("distance", "certify", "plan", "stability", "scene", "traced", "membranes", "transport", "log_map",
+          "normals", "smoothing", "frame")
+TEXTS = {"name", "label", "run_name", "run_type", "aggregate_name", "aggregate_unit", "time_unit", "error_message", "skip_message"}
+
+
+def fault_of(row):
+    """What keeps a row from every chart, if anything does."""
+    if not isinstance(row, dict) or not isinstance(row.get("name"), str):
+        return "has no name"
+    if row.get("error_occurred"):
+        return None
+    name = row["name"]
+    if row.get("time_unit", "ns") not in ("ns", "us", "ms", "s"):
+        return f"{name}: time in {row['time_unit']}"
+    for key, value in row.items():
+        if key not in TEXTS and not (isinstance(value, (int, float)) and math.isfinite(value)):
+            return f"{name}: {key} is {value!r}, not a number"
+        if key in ("real_time", "median_s", "ratio") and value <= 0:
+            return f"{name}: {key} is {value!r}, not positive"
+    return None
 
 
 def seconds(row):
@@ -353,8 +383,10 @@ def words_sphere(rows, folder):
     rows = {"/".join(r["path"][2:]): r for r in rows if r["path"][:2] == ["distance", "sphere"]}
     if not rows:
         return
-    exact, marching, virtual = (rows[name] for name in ("exact/default", "fast marching/default",
-                                                        "virtual source/default"))
+    three = "exact/default", "fast marching/default", "virtual source/default"
+    if any(name not in rows for name in three):
+        return
+    exact, marching, virtual = (rows[name] for name in three)
     lines = [f"Off by {percent(marching['smooth_mean'])} in {1e3 * marching['median_s']:.1f} ms (fast marching), by "
              f"{percent(virtual['smooth_mean'])} in {1e3 * virtual['median_s']:.1f} ms (virtual sources), by no more "
              f"than the mesh itself, {percent(exact['smooth_mean'])}, in {1e3 * exact['median_s']:.0f} ms (exact)."]
@@ -367,7 +399,7 @@ def words_sphere(rows, folder):
 def chart_certificate(rows, folder):
     exact = {r["path"][1]: r for r in rows
              if r["path"][0] == "distance" and r["path"][2] == "exact"}
-    certified = [r for r in rows if r["path"][0] == "certify" and r["path"][1] in exact]
+    certified = [r for r in rows if r["path"][0] == "certify" and r["path"][1] in exact and "mean" in r]
     if not certified:
         return
     figure, axes = plt.subplots(figsize=(7.5, 4.6))
@@ -400,7 +432,7 @@ def words_certificate(rows, folder):
     """How tight the bounds are, and what one more exact solve would take."""
     exact = {r["path"][1]: r["median_s"] for r in rows
              if r["path"][0] == "distance" and r["path"][2] == "exact"}
-    certified = [r for r in rows if r["path"][0] == "certify" and r["path"][1] in exact]
+    certified = [r for r in rows if r["path"][0] == "certify" and r["path"][1] in exact and "mean" in r]
     if not certified:
         return
 
@@ -1175,6 +1207,9 @@ def main():
                                                                 "..", "results")
     matplotlib.rcParams.update({"font.size": 9, "axes.spines.top": False,
                                 "axes.spines.right": False})
+    if not os.path.isdir(folder):
+        print(f"charts.py: there is no folder {folder}", file=sys.stderr)
+        return 2
     rows, failed = load(folder)
     if not rows and not failed:
         failed.append(f"there are no results in {folder}")
@@ -1185,7 +1220,8 @@ def main():
     for make in words if KIND == "words" else charts + words:
         try:
             make(rows, folder)
-        except (KeyError, IndexError, TypeError, ValueError) as fault:
+        except Exception as fault:  # whatever a row may hold: the others' charts are drawn all the same
+            plt.close("all")
             failed.append(f"{make.__name__} is left out, for a row lacks something: {fault!r}")
     for line in failed:
         print("not drawn:", line, file=sys.stderr)

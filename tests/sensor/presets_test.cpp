@@ -259,6 +259,23 @@ TEST_CASE("every preset shows a lit and coloured membrane, and where something t
   }
 }
 
+TEST_CASE("a GelSight Mini's camera sees its pad everywhere, whatever the image's shape") {
+  for (const auto& [width, height] :
+       std::vector<std::array<Index, 2>>{{640, 480}, {160, 120}, {320, 180}, {96, 96}, {60, 80}}) {
+    const auto sensor = gelsight_mini(width, height, 0.002f);
+    const auto& faces = rasterize(sensor.membrane, sensor.camera).face.pixels();
+    CHECK(std::ranges::count(faces, -1) == 0);
+  }
+}
+
+TEST_CASE("in millimetres no light would arrive: that is said") {
+  auto sensor = geltip(40, 30, 0.003f);
+  for (auto& p : sensor.membrane.positions) {
+    for (float& x : p) x *= 1000;
+  }
+  CHECK(test::refusal([&] { (void)tactile_renderer(sensor); }).find("metres") != std::string::npos);
+}
+
 TEST_CASE("a sensor without a colour for each LED is refused") {
   auto sensor = gelsight_mini(32, 24, 0.002f);
   sensor.colours.pop_back();

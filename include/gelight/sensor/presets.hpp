@@ -272,7 +272,9 @@ template <std::floating_point T = float>
 template <std::floating_point T = float>
 [[nodiscard]] SensorPreset<T> gelsight_mini(Index width = 640, Index height = 480,
                                             std::type_identity_t<T> edge_length = T(0.0005)) {
-  constexpr T across = T(0.0186), down = T(0.0143), distance = T(0.020);
+  constexpr T down = T(0.0143), distance = T(0.020);
+  // (At 4:3 its camera sees a little more across than the 18.6 mm that the maker tells.)
+  const T across = std::max(T(0.0186), down * T(width) / T(height));
   SensorPreset<T> sensor;
   sensor.membrane =
       detail::pad<T>(T(1.02) * across, T(1.02) * down, distance, unreachable<T>, edge_length);
@@ -332,6 +334,12 @@ template <std::floating_point T>
                                                    const Camera<T>& camera, const Raster<T>& rest) {
   require(sensor.leds.size() == sensor.colours.size(), "there are ", sensor.leds.size(),
           " LEDs and ", sensor.colours.size(), " colours");
+  for (std::size_t k = 0; k < sensor.colours.size(); ++k) {
+    for (const T share : sensor.colours[k]) {
+      require(share >= 0 && share <= 1, "LED ", k, " has colour ", share,
+              ", which is not in shares of full light from 0 to 1");
+    }
+  }
   const Surface<T> surface(sensor.membrane);
   Image<std::array<T, 3>> seen(camera.width, camera.height);
   std::vector<T> distances;
@@ -350,6 +358,11 @@ template <std::floating_point T>
       }
     }
     const std::vector<T> shares = strength(std::span<const T>(distances), sensor.falloff);
+    // In millimetres all of it would be black, without a word.
+    constexpr T least_seen = T(1) / 512;
+    const T most = shares.empty() ? T(1) : *std::max_element(shares.begin(), shares.end());
+    require(most >= least_seen, "of the light of LED ", k, " at most the share ", most,
+            " comes to where the camera sees: lengths are in metres, the falloff per metre");
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
         (*pixels[i])[c] += sensor.coating[c] * shares[i] * sensor.colours[k][c];
@@ -431,6 +444,7 @@ template <std::floating_point T, LightModel<T> Model>
                                       std::type_identity_t<std::span<const SurfacePoint<T>>> points,
                                       const CancelHook& cancelled = {}) {
   detail::require(led < sensor.leds.size(), "LED ", led, " of a sensor with ", sensor.leds.size());
+  detail::require(sensor.led_width >= 0, "an LED ", sensor.led_width, " wide");
   std::vector<SurfacePoint<T>> parts{sensor.leds[led]};
   if (sensor.led_width > 0) {
     parts = points_along_border(membrane, sensor.leds[led], sensor.led_width, sensor.led_parts);
