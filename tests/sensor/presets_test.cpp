@@ -331,7 +331,7 @@ struct KeepsEmission {
 }  // namespace
 
 TEST_CASE_TEMPLATE("LEDs shine across the border, whatever the triangles there", T, float, double) {
-  for (const std::size_t flipped : {0, 1, 2}) {  // no diagonals, all, or every other
+  for (const std::size_t flipped : {0U, 1U, 2U}) {  // no diagonals, all, or every other
     for (const Index cells : {1, 2, 5, 16}) {
       CAPTURE(flipped);
       CAPTURE(cells);
