@@ -232,18 +232,17 @@ std::vector<Row> rows_of(const std::string& name) {
 
 void write_json(const std::string& file, const std::string& commit, const std::vector<Row>& rows) {
   std::ofstream out(file);
-  out << "{\n  \"commit\": \"" << commit << "\",\n  \"flags\": \"" << GELIGHT_FLAGS
-      << "\",\n  \"rows\": [";
+  out << R"({"commit": ")" << commit << R"(", "flags": ")" << GELIGHT_FLAGS << R"(", "rows": [)";
   const char* comma = "\n";
   for (const Row& row : rows) {
     const Figures& f = row.figures;
-    out << comma << "    {\"mesh\": \"" << row.mesh << "\", \"method\": \"" << row.method
-        << "\", \"vertices\": " << row.vertices << ", \"first_s\": " << f.first
-        << ", \"further_s\": " << f.further << ", \"peak_MB\": " << f.megabytes
-        << ", \"mean\": " << f.mean << ", \"max\": " << f.most << "}";
+    out << comma << R"(  {"mesh": ")" << row.mesh << R"(", "method": ")" << row.method
+        << R"(", "vertices": )" << row.vertices << R"(, "first_s": )" << f.first
+        << R"(, "further_s": )" << f.further << R"(, "peak_MB": )" << f.megabytes << R"(, "mean": )"
+        << f.mean << R"(, "max": )" << f.most << "}";
     comma = ",\n";
   }
-  out << "\n  ]\n}\n";
+  out << "\n]}\n";
   if (!out.flush()) throw std::runtime_error(file + " cannot be written");
 }
 
