@@ -7,6 +7,7 @@ import { createRequire } from "node:module";
 import { join, resolve } from "node:path";
 
 import { edge_length, objects, sensors, switches } from "./choices.js";
+import { compile, Engine } from "./engine.js";
 import { serve } from "./serve.js";
 
 const folder = resolve(process.argv[2]);
@@ -23,6 +24,9 @@ function expect(is_true, words) {
   console.log(`${is_true ? "ok    " : "FAILED"} ${words}`);
   if (!is_true) failures += 1;
 }
+
+const threads = await Engine.from(await compile(readFileSync(join(folder, "wasm/threads.wasm"))));
+expect(threads.wasm.differences() === 0, "work for several threads comes out right on one");
 
 const { chromium } = createRequire(join(folder, "npm/"))("playwright-core");
 mkdirSync(pictures, { recursive: true });
