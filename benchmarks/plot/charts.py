@@ -396,8 +396,9 @@ def chart_sphere(rows, folder):
         claim = f"Exact distances in {x:.0f} ms, {x_peer / x:.0f} times as fast as CGAL's"
     axes.set_xlabel("milliseconds for one more source")
     axes.set_ylabel("mean error against the great circle")
-    axes.set_title(claim + ("\non a sphere of {:,.0f} vertices; left is faster, down is more accurate".format(
-        rows[0]["vertices"]) if "vertices" in rows[0] else ""), fontsize=12, fontweight="bold")
+    size = " of {:,.0f} vertices".format(rows[0]["vertices"]) if "vertices" in rows[0] else ""
+    axes.set_title(f"{claim}\non a sphere{size}; left is faster, down is more accurate", fontsize=12,
+                   fontweight="bold")
     figure.tight_layout(rect=(0, 0.015, 1, 1))
     label_beside(axes, [(method, style(method)[0], *sorted(points)[0]) for method, points in groups.items()], 10)
     save(figure, folder, "sphere", rows)
@@ -845,20 +846,23 @@ def chart_traced(rows, folder):
     names = list(dict.fromkeys(r["path"][1] for r in rows))
     kinds = [("angle_", "degrees to the traced light\n(weighted by irradiance)"),
              ("levels_", "grey levels off, as a share\nof those without any light, %")]
-    figure, axes = plt.subplots(2, len(names), figsize=(1.6 + 2.5 * len(names), 6.9), sharey="row", squeeze=False)
+    figure, axes = plt.subplots(2, len(names), figsize=(max(9.5, 1.6 + 2.5 * len(names)), 6.9), sharey="row", squeeze=False)
     left = {model: [r["levels_" + model] / r["levels_none"] for r in rows if "levels_" + model in r]
             for model in models}
     left = {model: mean(shares) for model, shares in left.items() if shares}
     if left:
         nearest = min(left, key=left.get)
-        others = [percent(left[m]) + f" by \u201c{m}\u201d" for m in ("linear", "geodesic") if m in left and m != nearest]
+        others = [f", \u201c{m}\u201d {percent(left[m])}" for m in ("linear", "geodesic")
+                  if m in left and m != nearest]
         figure.suptitle(f"\u201c{nearest}\u201d leaves {percent(left[nearest])} of the error in grey levels" +
-                        (" where " + " and ".join(others) + " are left" if others else ""), fontsize=13,
-                        fontweight="bold")
+                        "".join(others), fontsize=13, fontweight="bold")
     figure.text(0.5, 0.915, "Gel over air, one LED in the rim; light fields beside light traced ray by ray. "
                 "Lower is nearer.", fontsize=9, ha="center", color="0.25")
     figure.subplots_adjust(left=0.85 / figure.get_figwidth(), right=1 - 0.95 / figure.get_figwidth(), bottom=0.14,
                            top=0.84, wspace=0.1, hspace=0.3)
+    angles = [r["angle_" + m] for r in rows for m in models if "angle_" + m in r]
+    shares = [100 * r["levels_" + m] / r["levels_none"] for r in rows for m in models if "levels_" + m in r]
+    highest = {"angle_": max([70] + [1.05 * x for x in angles]), "levels_": max([104] + [1.04 * x for x in shares])}
     for column, name in zip(axes.T, names):
         here = [r for r in rows if r["path"][1] == name]
         labels = [r["path"][3].replace("albedo ", "") for r in here]
@@ -882,15 +886,13 @@ def chart_traced(rows, folder):
                 if first:
                     place.axvline(first - 0.5, color="0.85", linewidth=0.8)
             place.grid(True, axis="y", color="0.9", linewidth=0.6)
-            place.set_ylim(0, 70 if kind == "angle_" else 104)
+            place.set_ylim(0, highest[kind])
             if name == names[-1] and ends:
                 label_ends(place, ends)
         column[0].set_title(name, fontsize=10, fontweight="bold")
         column[1].set_xlabel("albedo of the coating,\nthickness of the gel", labelpad=15, fontsize=8)
     for place, (_, label) in zip(axes[:, 0], kinds):
         place.set_ylabel(label)
-    most = max((v for r in rows for k, v in r.items() if k.startswith("angle_")), default=60)
-    axes[0, 0].set_ylim(0, max(70, 1.1 * most))
     save(figure, folder, "traced", rows)
 
 
