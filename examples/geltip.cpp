@@ -206,13 +206,15 @@ struct Contact {
   Image<double> depth;
 };
 
-/// Images from files, read before anything is computed.
+/// What is in files, read before anything is computed.
 struct Given {
+  std::optional<Mesh<double>> mesh;
   std::optional<Image<double>> rest;
   std::optional<Image<Rgb8>> background;
   std::vector<Contact> contacts;
 
   explicit Given(const Settings& settings) {
+    if (!settings.mesh.empty()) mesh = read_mesh(settings.mesh);
     if (!settings.background.empty()) {
       background = gelight::read_png(settings.background);
       if (background->width() != settings.width || background->height() != settings.height) {
@@ -240,9 +242,8 @@ struct Sensor {
   Background<double> background;
 
   Sensor(const Settings& settings, const Given& given)
-      : mesh(settings.mesh.empty()
-                 ? gelight::membrane(settings.radius, settings.length, settings.edge)
-                 : read_mesh(settings.mesh)),
+      : mesh(given.mesh ? *given.mesh
+                        : gelight::membrane(settings.radius, settings.length, settings.edge)),
         surface(mesh),
         camera(Camera<double>::from_vertical_fov(settings.fov * std::numbers::pi / 180,
                                                  settings.width, settings.height)),
