@@ -1177,6 +1177,7 @@ def chart_scaling(_, folder):
         data = json.load(file)
     measured, assumed = data["measured"], data["assumed"]
     core = min(measured["samples_a_second_a_core_one_rank"], measured["samples_a_second_a_core_two_ranks"])
+    full = 1e9 / measured["bytes_a_sample"] / core
     cores = [10 ** (k / 50) for k in range(201)]
     dealt = assumed["samples_a_part"] / (assumed["message_us"] * 1e-6)
     opened = assumed["samples_a_part"] * assumed["files_a_second"]
@@ -1193,7 +1194,7 @@ def chart_scaling(_, folder):
         axes.plot([ranks], [ranks * measured["samples_a_second_a_core_" + key]], "ks", markersize=5,
                   label="measured" if ranks == 1 else None)
     axes.set(xscale="log", yscale="log", xlabel="cores", ylabel="samples a second",
-             title="A dataset on many cores: two of them measured, the rest by a model")
+             title=f"Cores add up until, at {full:,.0f}, they fill a file server of 1 GB a second")
     plain_ticks(axes.xaxis)
     plain_ticks(axes.yaxis)
     axes.grid(alpha=0.3)
