@@ -60,7 +60,8 @@ Surface<double> read_surface(const Settings& settings) {
     return file.status(v).fixed_nonmanifold();
   });
   gelight::detail::require(torn == 0, settings.mesh, " has faces that meet others at an edge of ",
-                           "more than two faces, or the wrong way round; they would be torn off");
+                           "more than two, the wrong way round or in a vertex alone; they would ",
+                           "be torn off");
   return Surface<double>(file);
 }
 
