@@ -14,6 +14,7 @@ import re
 import shutil
 import subprocess
 import sys
+import textwrap
 
 import matplotlib
 
@@ -1285,9 +1286,9 @@ def chart_scaling(_, folder):
     plain_ticks(axes.xaxis)
     plain_ticks(axes.yaxis)
     axes.grid(alpha=0.3)
-    figure.tight_layout(rect=(0, 0.015, 0.83, 1))
+    figure.tight_layout(rect=(0, 0.03, 0.83, 1))
     label_ends(axes, ends)
-    figure.text(0.995, 0.003, measured.get("what", ""), ha="right", va="bottom", fontsize=5.5, color="0.4")
+    figure.text(0.995, 0.003, textwrap.fill(measured.get("what", ""), 150), ha="right", va="bottom", fontsize=5.5, color="0.4")
     write_chart(figure, folder, "scaling")
 
 
