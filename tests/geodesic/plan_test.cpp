@@ -245,6 +245,36 @@ TEST_CASE("the error is that of the numbers that are returned, in their type") {
   }
 }
 
+TEST_CASE("what the method is off and what rounding loses besides keep the tolerance together") {
+  // Tolerances of what rounding exact distances loses beside a start, and a little more.
+  test::Random random(41);
+  for (int trial = 0; trial < 60; ++trial) {
+    const auto mesh = icosphere<float>(2 + trial % 2);
+    const auto count = static_cast<Index>(mesh.positions.size());
+    const double start = (trial % 4 < 2 ? -1 : 1) * std::pow(10, test::uniform(random, 1, 5));
+    const auto source = vertex_point<float>(test::uniform_index(random, count));
+    const std::vector<Source<float>> sources{{source, static_cast<float>(start)}};
+    const auto ways = ExactSolver(Surface<double>(mesh)).distance(source.element[0]);
+    PlanRequest request{.assurance = trial % 3 == 0 ? Assurance::expected : Assurance::sampled};
+    std::vector<float> rounded;
+    for (const double way : ways) {
+      rounded.push_back(static_cast<float>(double{sources[0].distance} + way));
+    }
+    const double lost = test::true_error(rounded, sources[0].distance, ways, request);
+    for (const double more : {1.01, 1.05, 1.2, 1.5, 3.0}) {
+      request.tolerance = more * lost;
+      const auto answer =
+          DistancePlanner(mesh, request).solve(std::span<const Source<float>>(sources));
+      CAPTURE(answer.reason);
+      CAPTURE(start);
+      const double error = test::true_error(answer.distance, sources[0].distance, ways, request);
+      if (answer.satisfies) CHECK(error <= request.tolerance);
+      // Exact distances keep it, as far as a few of them tell.
+      if (request.assurance == Assurance::expected) CHECK(answer.satisfies);
+    }
+  }
+}
+
 TEST_CASE("nothing changes where all start distances grow by the same, of either sign") {
   const auto mesh = rough_sphere(3, 0.2);
   const std::vector<Source<double>> sources{{vertex_point<double>(7), 0},

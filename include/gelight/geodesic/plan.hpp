@@ -393,10 +393,13 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     return method < Method::own ? Models(statistics_).of(method) : own_method(method)->error;
   }
 
-  // Of the method, and of what T cannot hold.
+  // Of the method, and of what T cannot hold: of ways from the start, or as found of distances.
   [[nodiscard]] double expected_error(Method method) const {
     constexpr double rounding = std::numeric_limits<T>::epsilon() / 2;
-    return in_norm(error_of(method)) + in_norm({rounding / 2, rounding});
+    return expected_error(method, in_norm({rounding / 2, rounding}));
+  }
+  [[nodiscard]] double expected_error(Method method, double rounding) const {
+    return in_norm(error_of(method)) + rounding;
   }
   [[nodiscard]] double provable(Method method) const {
     return in_norm(Models(statistics_).provable(error_of(method)));
@@ -679,7 +682,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
       return {Assurance::expected, unreachable<double>, "a target to which a path leads is missed"};
     }
     if (check == Check::none) {
-      const double error = std::max(expected_error(method), rounding);
+      const double error = expected_error(method, rounding);
       return {Assurance::expected, error,
               "expected to be within " + in_words(error + floor()) + ", not checked"};
     }
@@ -699,8 +702,11 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     const double width = std::min(widest_search, search_width * request_.tolerance);
     Finding sampled = sample(query, answer, targets, method == Method::exact ? exact_search : width,
                              hook.part(0.5, 1));
-    sampled.error = std::max({sampled.error, traced.error, rounding});
     sampled.words = traced.words + sampled.words;
+    if (sampled.checked == std::ssize(targets)) return sampled;
+    // The others are off by what the method is expected to be, and rounding besides.
+    const double others = has_paths(check) ? traced.error : expected_error(method, rounding);
+    sampled.error = std::max(sampled.error, others);
     return sampled;
   }
 
