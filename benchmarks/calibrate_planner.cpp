@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "../examples/support/plain_words.hpp"
 #include "gelight/geodesic/certify.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/exact.hpp"
@@ -76,13 +77,16 @@ std::string header(const PlanCosts& costs, const std::string& machine) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   const std::span<char*> arguments(argv, static_cast<std::size_t>(argc));
   if (argc != 3) {
     std::cerr << "usage: " << arguments[0] << " HEADER MACHINE\n";
     return 2;
   }
+  require_writable(arguments[1]);
   PlanCosts costs = measured_plan_costs();
   measure_bytes(costs);
   std::ofstream(arguments[1]) << header(costs, arguments[2]);
+} catch (...) {
+  return told();
 }

@@ -8,10 +8,12 @@
 #include <functional>
 #include <numbers>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "../examples/support/plain_words.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
@@ -308,7 +310,10 @@ void print_vectors(const Subjects& on) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
+  if (argc > 2 || (argc == 2 && std::string(argv[1]) != "--quick")) {
+    throw std::runtime_error("usage: claims [--quick]");
+  }
   const bool is_quick = argc > 1 && std::string(argv[1]) == "--quick";
   Subjects on;
   for (const int level : {4, 5}) on.singles.push_back(against_great_circles(level));
@@ -337,4 +342,6 @@ int main(int argc, char** argv) {
       "two answers are right.\n\n");
   print_head("vectors", on);
   print_vectors(on);
+} catch (...) {
+  return told();
 }

@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
-#include <exception>
 #include <fstream>
 #include <functional>
 #include <memory>
@@ -17,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "../examples/support/plain_words.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
@@ -248,7 +248,7 @@ void write_json(const std::string& file, const std::string& commit, const std::v
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   std::vector<std::string> meshes;
   std::string json, commit = "unknown";
   for (int i = 1; i < argc; ++i) {
@@ -257,20 +257,21 @@ int main(int argc, char** argv) {
       json = argument.substr(7);
     } else if (argument.starts_with("--commit=")) {
       commit = argument.substr(9);
+    } else if (argument.starts_with("-")) {
+      throw std::runtime_error("what is " + argument +
+                               "? usage: first_answer [MESH ...] [--json=FILE] [--commit=NAME]");
     } else {
       meshes.push_back(argument);
     }
   }
   if (meshes.empty()) meshes = {"membrane:0.4", "noisy_sphere:6", "icosphere:6"};
-  try {
-    std::vector<Row> rows;
-    for (const std::string& mesh : meshes) {
-      for (Row& row : rows_of(mesh)) rows.push_back(std::move(row));
-    }
-    if (!json.empty()) write_json(json, commit, rows);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
+  if (!json.empty()) require_writable(json);
+  std::vector<Row> rows;
+  for (const std::string& mesh : meshes) {
+    for (Row& row : rows_of(mesh)) rows.push_back(std::move(row));
   }
+  if (!json.empty()) write_json(json, commit, rows);
   return 0;
+} catch (...) {
+  return told();
 }

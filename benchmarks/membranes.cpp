@@ -22,6 +22,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -349,7 +350,10 @@ void add_shape(std::vector<Row>& rows, const Shape& shape, const Gel& gel, int r
 
 }  // namespace
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
+  if (count > 2 || (count == 2 && arguments[1][0] == '-')) {
+    throw std::runtime_error("usage: membranes [COMMIT]");
+  }
   constexpr int rounds = 3;
   const auto ball = [](double radius, double x0) {
     return [=](double x, double y) {
@@ -395,4 +399,6 @@ int main(int count, char** arguments) {
     }
   }
   std::printf("\n]}\n");
+} catch (...) {
+  return told();
 }

@@ -355,7 +355,7 @@ Case read_case(const std::string&) { throw std::runtime_error("reading meshes ne
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   std::vector<Case> own;
   Patience patience;
   for (int i = 1; i < argc; ++i) {
@@ -410,4 +410,6 @@ int main(int argc, char** argv) {
   }
   for (const Case& on : unseen) register_plans(on, singles[on.name]);
   return run(argc, argv);
+} catch (...) {
+  return told();
 }

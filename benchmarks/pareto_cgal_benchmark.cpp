@@ -61,7 +61,7 @@ void measure_heat(benchmark::State& state, const Case& on) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   static const std::vector<Case> cases = procedural_cases();
   using benchmark::RegisterBenchmark;
   for (const Case& on : cases) {
@@ -76,4 +76,6 @@ int main(int argc, char** argv) {
         ->Unit(benchmark::kMillisecond);
   }
   return run(argc, argv);
+} catch (...) {
+  return told();
 }

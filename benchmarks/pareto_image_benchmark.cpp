@@ -322,10 +322,12 @@ void add_frames() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   add_vectors();
   for (const double sigma : {5.0, 20.0}) add_smoothing(sigma);
   add_normals();
   add_frames();
   return run(argc, argv);
+} catch (...) {
+  return told();
 }

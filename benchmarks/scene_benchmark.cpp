@@ -8,8 +8,10 @@
 // approximations of that one; their rows say how much the choice of the model matters.
 
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <span>
+#include <stdexcept>
 
 #include "../examples/support/press.hpp"
 #include "gelight/image/camera.hpp"
@@ -236,14 +238,18 @@ double* setting(Settings& settings, const std::string& name) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   Settings settings;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     const auto equals = argument.find('=');
     double* value = setting(settings, argument.substr(0, equals));
     if (value == nullptr || equals == std::string::npos) continue;
-    *value = std::atof(argument.c_str() + equals + 1);
+    char* end = nullptr;
+    *value = std::strtod(argument.c_str() + equals + 1, &end);
+    if (*end != '\0' || end == argument.c_str() + equals + 1 || !(*value > 0 && *value <= 8192)) {
+      throw std::runtime_error(argument + ": not a number above 0, to 8192");
+    }
     std::copy(argv + i + 1, argv + argc, argv + i);
     --argc, --i;
   }
@@ -260,4 +266,6 @@ int main(int argc, char** argv) {
   const int result = run(argc, argv);
   print(settings, all);
   return result;
+} catch (...) {
+  return told();
 }

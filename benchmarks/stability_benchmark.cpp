@@ -45,7 +45,7 @@ void measure(benchmark::State& state, const Method& method, const Spoiling& spoi
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   for (const Spoiling& spoiling : bench::spoilings) {
     for (const Method& method : methods) {
       if (!spoiling.is_flat && method.name == "exact") continue;
@@ -58,4 +58,6 @@ int main(int argc, char** argv) {
     }
   }
   return bench::run(argc, argv);
+} catch (...) {
+  return told();
 }

@@ -43,7 +43,7 @@ void measure(benchmark::State& state, const Method& method, const Spoiling& spoi
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   for (const Spoiling& spoiling : bench::spoilings) {
     for (const Method& method : methods) {
       for (const double degree : spoiling.degrees) {
@@ -56,4 +56,6 @@ int main(int argc, char** argv) {
     }
   }
   return bench::run(argc, argv);
+} catch (...) {
+  return told();
 }

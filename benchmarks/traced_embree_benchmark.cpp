@@ -364,7 +364,7 @@ void measure(benchmark::State& state, const Sensor& sensor, const std::vector<Mo
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   static const auto all = sensors();
   static std::map<std::string, std::vector<Model>> models;
   for (const Sensor& sensor : all) {
@@ -386,4 +386,6 @@ int main(int argc, char** argv) {
     }
   }
   return gelight::bench::run(argc, argv);
+} catch (...) {
+  return told();
 }

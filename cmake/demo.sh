@@ -39,26 +39,35 @@ HELP
   esac
 done
 demo=geltip
+case ${1:-} in
+  bullet | mujoco | calibrate) demo=$1 && shift ;;
+  -* | '') ;;
+  *) echo "demo.sh: what is $1? --help says what there is" >&2 && exit 2 ;;
+esac
 more=
-if [ "${1:-}" = bullet ]; then
-  demo=bullet
-  more=libbullet-dev
-  shift
-fi
-if [ "${1:-}" = mujoco ]; then
-  demo=mujoco
-  more="libwebp-dev libmujoco-dev"
-  shift
-fi
-if [ "${1:-}" = calibrate ]; then
-  demo=calibrate
-  shift
-fi
+case $demo in
+  geltip) known="radius length edge depth fov width height mesh rest contact scale background out" ;;
+  bullet) known="width height seconds every out" more=libbullet-dev ;;
+  mujoco) known="" more="libwebp-dev libmujoco-dev" ;;
+  calibrate) known="fit test out" ;;
+esac
+# Before anything is installed or built.
+for word in "$@"; do
+  case $word in
+    --*)
+      option=${word#--}
+      case " $known " in
+        *" ${option%%=*} "*) ;;
+        *) echo "demo.sh: $demo has no option $word; --help lists them" >&2 && exit 2 ;;
+      esac
+      ;;
+  esac
+done
 # shellcheck disable=SC2086 # one word a package
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev libcli11-dev \
   libcairo2-dev pkg-config fonts-dejavu-core $more
 cmake --preset demo
-cmake --build --preset demo --target $demo
+cmake --build --preset demo --target "$demo"
 program=$PWD/build/demo/examples/$demo
 cd "$here"
 exec "$program" "$@"

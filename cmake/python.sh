@@ -5,7 +5,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev pybind11-dev python3-dev python3-numpy \
-  python3-pytest
+  python3-pytest libembree-dev?
 python=${PYTHON:-/usr/bin/python3}
 command -v "$python" >/dev/null || python=python3
 cmake --preset python -DPython_EXECUTABLE="$(command -v "$python")" "$@"

@@ -13,11 +13,9 @@
 #include <LinearMath/btConvexHullComputer.h>
 #include <btBulletDynamicsCommon.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,6 +24,7 @@
 #include "gelight/io/image.hpp"
 #include "gelight/membrane/springs.hpp"
 #include "gelight/sensor/see_through.hpp"
+#include "support/command_line.hpp"
 #include "support/household.hpp"
 #include "support/scene.hpp"
 
@@ -328,8 +327,23 @@ Column let_fall(const Thing& thing, Sensor& sensor, const Settings& settings, Ti
   return views;
 }
 
+void require_plausible(const Settings& settings) {
+  const auto require = [](bool holds, const std::string& words) {
+    if (!holds) throw gelight::InvalidInput(words);
+  };
+  const auto size = std::to_string(settings.width) + " x " + std::to_string(settings.height);
+  require(std::min(settings.width, settings.height) >= 16 &&
+              std::max(settings.width, settings.height) <= 8192,
+          "an image of " + size + " pixels; each side has 16 to 8192");
+  require(settings.seconds > 0 && settings.seconds <= 600,
+          "--seconds is " + std::to_string(settings.seconds) + ", not between 0 and 600");
+  require(settings.every >= 0,
+          "--every is " + std::to_string(settings.every) + "; it counts frames, and 0 writes none");
+}
+
 int run(const Settings& settings) {
-  std::filesystem::create_directories(settings.out);
+  require_plausible(settings);
+  make_folder(settings.out);
   Sensor sensor(settings);
   Times times;
   Faults faults;
@@ -362,7 +376,7 @@ int run(const Settings& settings) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   CLI::App app("A half-silvered sensor under things that Bullet lets fall");
   Settings settings;
   app.add_option("--width", settings.width, "pixels")->capture_default_str();
@@ -371,11 +385,8 @@ int main(int argc, char** argv) {
   app.add_option("--every", settings.every, "frames from one to the next that is written; 0: none")
       ->capture_default_str();
   app.add_option("--out", settings.out, "folder for the pictures")->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
-  try {
-    return run(settings);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
+  if (!read_command_line(app, argc, argv)) return 0;
+  return run(settings);
+} catch (...) {
+  return told();
 }

@@ -9,13 +9,10 @@
 
 #include "gelight/sensor/calibrate.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <iostream>
 #include <limits>
 #include <string>
 #include <vector>
@@ -25,6 +22,7 @@
 #include "gelight/membrane/tension.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "support/calibration_measure.hpp"
+#include "support/command_line.hpp"
 #include "support/figure.hpp"
 
 using gelight::BallPress;
@@ -93,9 +91,9 @@ void draw(const std::string& path, const std::vector<BallPress>& tests,
 }
 
 int run(const std::string& fit_folder, const std::string& test_folder, const std::string& out) {
+  make_folder(out);
   const PressFolder known = gelight::read_presses(fit_folder);
   const PressFolder tests = gelight::read_presses(test_folder);
-  std::filesystem::create_directories(out);
   std::vector<std::string> lines;
   const struct {
     const char* name;
@@ -142,18 +140,15 @@ int run(const std::string& fit_folder, const std::string& test_folder, const std
 
 }  // namespace
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   CLI::App app("Fits a sensor to photographs of ball presses and renders others");
   std::string fit, test, out = "out";
   app.add_option("--fit", fit, "folder of background.png, presses.csv and photographs")->required();
   app.add_option("--test", test, "the same, of presses to compare with; none is fitted")
       ->required();
   app.add_option("--out", out, "folder for the sensor and the contact sheets");
-  CLI11_PARSE(app, count, arguments);
-  try {
-    return run(fit, test, out);
-  } catch (const std::exception& problem) {
-    std::cerr << problem.what() << '\n';
-    return 1;
-  }
+  if (!read_command_line(app, count, arguments)) return 0;
+  return run(fit, test, out);
+} catch (...) {
+  return told();
 }

@@ -1,10 +1,11 @@
-// How many presses are enough, and which model: calibration_chart PHOTOGRAPHS OUT.json
+// How many presses are enough, and which model: calibration_chart PHOTOGRAPHS OUT.json [COMMIT]
 //
 // PHOTOGRAPHS holds gelsight_mini and gelsight, folders as gelight/io/presses.hpp reads them. Every
 // third press is held out in turn; each fit is to others only. About two minutes on one core.
 // benchmarks/plot/charts.py draws calibration.json.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -19,6 +20,7 @@
 #include "gelight/sensor/calibrate.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "support/calibration_measure.hpp"
+#include "support/plain_words.hpp"
 
 using gelight::BallPress;
 using gelight::Image;
@@ -126,13 +128,24 @@ double frame_time(const PressFolder& all, ReflectanceModel model) {
 
 }  // namespace
 
-int main(int count, char** arguments) {
-  if (count != 3) {
-    std::fprintf(stderr, "calibration_chart PHOTOGRAPHS OUT.json\n");
+int main(int count, char** arguments) try {
+  if (count != 3 && count != 4) {
+    std::fprintf(stderr, "calibration_chart PHOTOGRAPHS OUT.json [COMMIT]\n");
     return 2;
   }
+  require_writable(arguments[2]);
+  const std::array<std::string, 2> names{"gelsight_mini", "gelsight"};
+  std::vector<PressFolder> folders;
+  for (const std::string& name : names) {
+    folders.push_back(gelight::read_presses(std::string(arguments[1]) + "/" + name));
+  }
+  const std::time_t now = std::time(nullptr);
+  std::array<char, 40> date{};
+  std::strftime(date.data(), date.size(), "%Y-%m-%d", std::gmtime(&now));
   std::ofstream out(arguments[2]);
-  out << "{\n \"context\": {\"compiler\": \"" << __VERSION__ << "\"},\n \"benchmarks\": [";
+  out << "{\n \"context\": {\"date\": \"" << date.data() << "\", \"commit\": \""
+      << (count > 3 ? arguments[3] : "unknown") << "\", \"compiler\": \"g++ " << __VERSION__
+      << "\"},\n \"benchmarks\": [";
   const char* separator = "\n";
   const auto write = [&](const std::string& name, const Error& error, const std::string& more) {
     out << separator << "  {\"name\": \"calibration/" << name << "\", \"error\": " << error.mean
@@ -140,8 +153,9 @@ int main(int count, char** arguments) {
     separator = ",\n";
     std::printf("%s: %.2f grey levels%s\n", name.c_str(), error.mean, more.c_str());
   };
-  for (const std::string name : {"gelsight_mini", "gelsight"}) {
-    const PressFolder all = gelight::read_presses(std::string(arguments[1]) + "/" + name);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string& name = names[i];
+    const PressFolder& all = folders[i];
     write(name + "/untouched", {untouched_difference(all), 0}, "");
     for (const auto& [word, model] : {std::pair{"table", ReflectanceModel::table},
                                       std::pair{"polynomial", ReflectanceModel::polynomial},
@@ -159,4 +173,6 @@ int main(int count, char** arguments) {
   out << "\n ]\n}\n";
   out.flush();
   return out.good() ? 0 : 1;
+} catch (...) {
+  return told();
 }

@@ -43,7 +43,7 @@ std::vector<double> great_circles(const gelight::Mesh<double>& sphere) {
   return distance;
 }
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "choosing_a_method");
 
   Figure figure(900, 480);
@@ -103,4 +103,6 @@ int main(int count, char** arguments) {
                 "on a finer one " + for_fine.plan().method + " is enough");
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

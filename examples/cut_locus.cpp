@@ -46,7 +46,7 @@ gelight::Mesh<double> pipe_of(Index sides, double half_length) {
   return pipe;
 }
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "cut_locus");
 
   const Index sides = 48;
@@ -95,4 +95,6 @@ int main(int count, char** arguments) {
       500, 490, 14);
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

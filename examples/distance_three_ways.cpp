@@ -20,7 +20,7 @@
 
 using gelight::Index;
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "distance_three_ways");
 
   // A flat sheet of unit cells, bent into an S whose arcs have a radius of one.
@@ -74,4 +74,6 @@ int main(int count, char** arguments) {
   figure.text("From the red dot. A new colour every half radius of the bend.", 495, 412, 14);
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

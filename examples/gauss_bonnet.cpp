@@ -44,7 +44,7 @@ double total(const std::vector<double>& values) {
   return sum;
 }
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "gauss_bonnet");
 
   auto sphere = gelight::icosphere<double>(4), ring = gelight::torus<double>(1, 0.42, 90, 40);
@@ -107,4 +107,6 @@ int main(int count, char** arguments) {
       345, 14);
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

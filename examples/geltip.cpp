@@ -8,9 +8,9 @@
 //
 // With options it runs on data of your own: --mesh, --rest, --contact, --background.
 
-#include <CLI/CLI.hpp>
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -37,6 +37,7 @@
 #include "gelight/sensor/presets.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "gelight/views/openmesh.hpp"
+#include "support/command_line.hpp"
 #include "support/field_pictures.hpp"
 #include "support/figure.hpp"
 #include "support/press.hpp"
@@ -49,8 +50,16 @@ using gelight::Surface;
 
 namespace {
 
+/// A number with as many digits as it has.
+std::string in_words(double number) {
+  std::array<char, 32> words{};
+  std::snprintf(words.data(), words.size(), "%g", number);
+  return words.data();
+}
+
 struct Settings {
-  double radius = 0.01146, length = 0.0455, edge = 0.001, depth = 0.0025, fov = 90, scale = 0;
+  double radius = 0.01146, length = 0.0455, edge = 0.001, depth = 0.0025, fov = 90;
+  std::optional<double> scale;
   Index width = 640, height = 480;
   std::string mesh, rest, background, out = "out";
   std::vector<std::string> contacts;
@@ -80,7 +89,7 @@ void read_options(CLI::App& app, Settings& settings) {
 /// is a thousand times too large will be in millimetres.
 void require_metres(double length, const std::string& what) {
   constexpr double least = 1e-3, most = 1;
-  const std::string says = what + " is " + std::to_string(length) + " m";
+  const std::string says = what + " is " + in_words(length) + " m";
   if (length > most && length <= 1000 * most) {
     throw gelight::InvalidInput(says + ": is it in millimetres? Lengths are in metres");
   }
@@ -89,7 +98,7 @@ void require_metres(double length, const std::string& what) {
   }
 }
 
-/// The largest depth of a surface in an image, in whatever unit.
+/// The largest depth of a surface in an image, in whatever unit; 0 if it shows none.
 double largest_depth(const Image<double>& depth) {
   double largest = 0;
   for (const double z : depth.pixels()) {
@@ -98,18 +107,26 @@ double largest_depth(const Image<double>& depth) {
   return largest;
 }
 
+std::string lower_case(std::string words) {
+  for (char& c : words) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return words;
+}
+
 Image<double> read_depth(const std::string& path, const Settings& settings) {
-  const bool is_png = std::filesystem::path(path).extension() == ".png";
-  if (is_png && !(settings.scale > 0)) {
+  const bool is_png = lower_case(std::filesystem::path(path).extension().string()) == ".png";
+  if (is_png && !settings.scale) {
     throw gelight::InvalidInput(path + " needs --scale, how many metres a step of its values is");
   }
   auto depth =
-      is_png ? gelight::read_depth_png(path, settings.scale) : gelight::read_npy<double>(path);
+      is_png ? gelight::read_depth_png(path, *settings.scale) : gelight::read_npy<double>(path);
   if (depth.width() != settings.width || depth.height() != settings.height) {
     throw gelight::InvalidInput(path + " has " + std::to_string(depth.width()) + " x " +
                                 std::to_string(depth.height()) + " pixels, not --width x --height");
   }
-  require_metres(largest_depth(depth), "the largest depth in " + path);
+  const double largest = largest_depth(depth);
+  if (largest == 0)
+    throw gelight::InvalidInput(path + " shows no surface: no depth in it is above 0 and finite");
+  require_metres(largest, "the largest depth in " + path);
   return depth;
 }
 
@@ -121,23 +138,36 @@ void require_plausible(const Settings& settings) {
     throw gelight::InvalidInput("there is no file " + file);
   }
   if (!(settings.fov > 0 && settings.fov < 180)) {
-    throw gelight::InvalidInput("--fov is " + std::to_string(settings.fov) +
+    throw gelight::InvalidInput("--fov is " + in_words(settings.fov) +
                                 " degrees, which is not between 0 and 180");
   }
-  if (!(settings.width > 0 && settings.height > 0)) {
+  constexpr Index most_pixels = 8192;  // a side
+  if (!(settings.width > 0 && settings.height > 0 && settings.width <= most_pixels &&
+        settings.height <= most_pixels)) {
     throw gelight::InvalidInput("an image of " + std::to_string(settings.width) + " x " +
-                                std::to_string(settings.height) + " pixels");
+                                std::to_string(settings.height) + " pixels; each side has 1 to " +
+                                std::to_string(most_pixels));
+  }
+  if (settings.scale && !(*settings.scale > 0 && std::isfinite(*settings.scale))) {
+    throw gelight::InvalidInput("--scale is " + in_words(*settings.scale) +
+                                "; a step of a depth map is more than 0 m");
   }
   require_metres(settings.radius, "--radius");
   require_metres(settings.length, "--length");
   if (!(settings.depth >= 0 && settings.depth < settings.radius)) {
-    throw gelight::InvalidInput("--depth is " + std::to_string(settings.depth) +
+    throw gelight::InvalidInput("--depth is " + in_words(settings.depth) +
                                 " m; objects are pressed in by 0 m up to the membrane's radius, " +
-                                std::to_string(settings.radius) + " m");
+                                in_words(settings.radius) + " m");
   }
-  if (!(settings.edge > 0 && settings.edge < settings.radius)) {
-    throw gelight::InvalidInput("--edge is " + std::to_string(settings.edge) +
-                                " m; edges are longer than 0 m and shorter than the radius");
+  // Of equilateral triangles there are two to a vertex.
+  constexpr double most_vertices = 5e6;
+  const double area = 2 * std::numbers::pi * settings.radius * settings.length;
+  const double least_edge = std::sqrt(area / (std::sqrt(0.75) * most_vertices));
+  if (!(settings.edge > least_edge && settings.edge < settings.radius)) {
+    throw gelight::InvalidInput(
+        "--edge is " + in_words(settings.edge) + " m; edges are longer than " +
+        in_words(least_edge) +
+        " m, which makes five million vertices, and shorter than the radius");
   }
 }
 
@@ -176,13 +206,15 @@ struct Contact {
   Image<double> depth;
 };
 
-/// Images from files, read before anything is computed.
+/// What is in files, read before anything is computed.
 struct Given {
+  std::optional<Mesh<double>> mesh;
   std::optional<Image<double>> rest;
   std::optional<Image<Rgb8>> background;
   std::vector<Contact> contacts;
 
   explicit Given(const Settings& settings) {
+    if (!settings.mesh.empty()) mesh = read_mesh(settings.mesh);
     if (!settings.background.empty()) {
       background = gelight::read_png(settings.background);
       if (background->width() != settings.width || background->height() != settings.height) {
@@ -210,9 +242,8 @@ struct Sensor {
   Background<double> background;
 
   Sensor(const Settings& settings, const Given& given)
-      : mesh(settings.mesh.empty()
-                 ? gelight::membrane(settings.radius, settings.length, settings.edge)
-                 : read_mesh(settings.mesh)),
+      : mesh(given.mesh ? *given.mesh
+                        : gelight::membrane(settings.radius, settings.length, settings.edge)),
         surface(mesh),
         camera(Camera<double>::from_vertical_fov(settings.fov * std::numbers::pi / 180,
                                                  settings.width, settings.height)),
@@ -428,7 +459,7 @@ std::optional<std::string> fault(const Sensor& sensor, const std::vector<NamedFi
 int run(const Settings& settings) {
   require_plausible(settings);
   const Given given(settings);
-  std::filesystem::create_directories(settings.out);
+  make_folder(settings.out);
   const auto file = [&](const std::string& name) { return settings.out + "/" + name + ".png"; };
   const Sensor sensor = timed("membrane, camera, LEDs", [&] { return Sensor(settings, given); });
   std::printf("  (%d vertices, %d faces, %zu pixels of membrane)\n", sensor.surface.vertex_count(),
@@ -461,15 +492,12 @@ int run(const Settings& settings) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   CLI::App app("Tactile images of a GelTip sensor");
   Settings settings;
   read_options(app, settings);
-  CLI11_PARSE(app, argc, argv);
-  try {
-    return run(settings);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
+  if (!read_command_line(app, argc, argv)) return 0;
+  return run(settings);
+} catch (...) {
+  return told();
 }

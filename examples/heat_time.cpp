@@ -18,7 +18,7 @@
 
 using gelight::Vec2;
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "heat_time");
 
   const auto sheet = gelight::grid<double>(48, 32, 1.5, 1);
@@ -64,4 +64,6 @@ int main(int count, char** arguments) {
   plot.curve(errors, blue, "");
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

@@ -34,7 +34,7 @@ gelight::Path<double> round_trip(const gelight::ExactSolver<double>& solver,
   return trip;
 }
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "holonomy");
 
   // A cone of 36 triangles round its tip, as high as its radius.
@@ -98,4 +98,6 @@ int main(int count, char** arguments) {
       500, 560, 14);
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

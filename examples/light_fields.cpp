@@ -24,7 +24,7 @@
 
 using gelight::Vec3;
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "light_fields");
 
   // A GelTip's membrane, an LED on its rim that shines towards the tip, and where we ask: near the
@@ -95,4 +95,6 @@ int main(int count, char** arguments) {
       500, 508, 14);
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

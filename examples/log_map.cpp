@@ -32,7 +32,7 @@ Colour on_globe(const Vec3<double>& p) {
   return {1 - ink * (1 - hue.red), 1 - ink * (1 - hue.green), 1 - ink * (1 - hue.blue)};
 }
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "log_map");
 
   const auto sphere = gelight::icosphere<double>(4);
@@ -104,4 +104,6 @@ int main(int count, char** arguments) {
       535, 14);
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

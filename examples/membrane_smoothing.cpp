@@ -18,7 +18,7 @@ using gelight::Image;
 using gelight::Index;
 using gelight::Vec2;
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "membrane_smoothing");
 
   // A cut across a rod and the edge of a broad block, both pressed in by 2 mm: one row of pixels.
@@ -74,4 +74,6 @@ int main(int count, char** arguments) {
   lesson.expect(is_at_rest, "out of the Gaussian's reach it is at rest, exactly");
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

@@ -32,7 +32,7 @@ double percent_off(const gelight::Mesh<double>& sphere, const std::vector<double
   return 100 * sum / static_cast<double>(distance.size() - 1);
 }
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "mesh_error");
 
   std::vector<Vec2<double>> exact, marching, smooth;  // edge / radius, % off
@@ -76,4 +76,6 @@ int main(int count, char** arguments) {
   plot.label({0.55, 1}, black, "exact on the mesh");
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

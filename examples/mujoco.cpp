@@ -4,12 +4,10 @@
 //                                      |
 //      pose in the camera's frame --> rasterize_into --> render_next_into --> tactile image
 //
-// It takes the folder for its pictures, and the images' width. Checks that the image is that at
-// rest while nothing touches, that the things bear the finger's weight and push, and that what they
-// change of the image grows with the force.
+// mujoco [FOLDER [WIDTH]]. Checks that the image is that at rest while nothing touches, that things
+// bear the finger's weight and push, and that what they change of the image grows with the force.
 
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <numbers>
 
@@ -17,6 +15,7 @@
 #include "support/animation.hpp"
 #include "support/household.hpp"
 #include "support/mujoco_world.hpp"
+#include "support/plain_words.hpp"
 #include "support/scene.hpp"
 
 using namespace gelight;
@@ -88,10 +87,9 @@ constexpr std::array<int, 5> row_frames{16, 24, 31, 35, 45};
 
 }  // namespace
 
-int main(int count, char** arguments) {
-  const std::string out = count > 1 ? arguments[1] : "out";
-  const Index width = count > 2 ? std::stoi(arguments[2]) : 320;  // of each image, pixels
-  std::filesystem::create_directories(out);
+int main(int count, char** arguments) try {
+  const std::string out = folder_argument(count, arguments, "mujoco [FOLDER [WIDTH]]", 2);
+  const Index width = whole_number(count > 2 ? arguments[2] : "320", "the width", 16, 4096);
   const auto touched = things();
   write_model(out + "/mujoco.xml", touched);
   MujocoWorld world(out + "/mujoco.xml");
@@ -121,16 +119,14 @@ int main(int count, char** arguments) {
       move(world, now, thing.body.pose.translation.x());
       const double force = std::abs(world.contact_force().z());
       const Pose camera = bodies.back().pose = moved(world.last_body(), camera_in_finger);
-
       std::ranges::fill(depth.pixels(), std::numeric_limits<float>::infinity());
       for (const Touched& near : touched) {
         rasterize_into(depth, near.body.mesh, seen_from(camera, near.body.pose), preset.camera);
       }
       sensor.render_next_into(frame, depth);
       if (force == 0) is_right &= frame.image == sensor.rest_image();
-      const std::string words =
-          std::string(now.does) + ", " + std::to_string(std::round(10 * force) / 10).substr(0, 3);
-      animation.add(side_by_side(photograph(bodies, eye, view), frame.image, words + " N"), 60);
+      const std::string words = now.does + (", " + in_newtons(force));
+      animation.add(side_by_side(photograph(bodies, eye, view), frame.image, words), 60);
 
       const auto row = std::ranges::find(row_frames, i) - row_frames.begin();
       if (row == std::ssize(row_frames)) continue;
@@ -147,4 +143,6 @@ int main(int count, char** arguments) {
   std::printf("Pictures: %s/mujoco.webp, %s/mujoco.png\n", out.c_str(), out.c_str());
   if (!is_right) std::fprintf(stderr, "An image or a force is not what it has to be.\n");
   return is_right ? 0 : 1;
+} catch (...) {
+  return told();
 }

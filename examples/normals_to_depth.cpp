@@ -7,15 +7,14 @@
 //     over all neighbours at once, a Poisson equation, spreads them. One depth has to be known:
 //     twice as far and twice as large, everything looks the same.
 
-#include <Eigen/SparseCholesky>
 #include <cmath>
 #include <random>
-#include <vector>
 
 #include "gelight/image/camera.hpp"
 #include "gelight/image/normals.hpp"
 #include "support/lesson.hpp"
 #include "support/relief.hpp"
+#include "support/steps.hpp"
 
 using gelight::Image;
 using gelight::Index;
@@ -24,65 +23,27 @@ using gelight::Vec3;
 
 constexpr Index width = 160, height = 120;
 
-// By how much log z grows from a pixel to the next, right and down: n . d(z ray) = 0.
-Vec2<double> slope(const Vec3<double>& n, const gelight::Camera<double>& camera, Index u, Index v) {
-  const double towards = n.dot(camera.ray(u, v));
-  return {-n[0] / camera.fx / towards, -n[1] / camera.fy / towards};
-}
-
-// The depth whose steps between neighbours come nearest to what the normals say of them.
-Image<double> from_normals(const Image<Vec3<double>>& normals,
-                           const gelight::Camera<double>& camera, double depth_of_first) {
-  const auto at = [](Index u, Index v) { return v * width + u; };
-  std::vector<Eigen::Triplet<double>> laplacian{{0, 0, 1.0}};  // holds the first pixel
-  Eigen::VectorXd divergence = Eigen::VectorXd::Zero(width * height);
+// By how much log z grows from each pixel to the next, right and down: n . d(z ray) = 0.
+Image<Vec2<double>> slopes(const Image<Vec3<double>>& normals,
+                           const gelight::Camera<double>& camera) {
+  Image<Vec2<double>> result(width, height);
   for (Index v = 0; v < height; ++v) {
     for (Index u = 0; u < width; ++u) {
-      for (const int axis : {0, 1}) {
-        const Index u1 = u + 1 - axis, v1 = v + axis;
-        if (u1 == width || v1 == height) continue;
-        const double step = 0.5 * (slope(normals(u, v), camera, u, v)[axis] +
-                                   slope(normals(u1, v1), camera, u1, v1)[axis]);
-        const Index a = at(u, v), b = at(u1, v1);
-        laplacian.insert(laplacian.end(), {{a, a, 1.0}, {b, b, 1.0}, {a, b, -1.0}, {b, a, -1.0}});
-        divergence[a] -= step;
-        divergence[b] += step;
-      }
+      const Vec3<double>& n = normals(u, v);
+      const double towards = n.dot(camera.ray(u, v));
+      result(u, v) = {-n[0] / camera.fx / towards, -n[1] / camera.fy / towards};
     }
   }
-  Eigen::SparseMatrix<double> matrix(width * height, width * height);
-  matrix.setFromTriplets(laplacian.begin(), laplacian.end());
-  const Eigen::VectorXd logs =
-      Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(divergence);
-  Image<double> depth(width, height);
-  for (Index i = 0; i < width * height; ++i) {
-    depth(i % width, i / width) = depth_of_first * std::exp(logs[i] - logs[0]);
-  }
-  return depth;
+  return result;
 }
 
-// The same by walking: down the first column, then along each row.
-Image<double> by_walking(const Image<Vec3<double>>& normals, const gelight::Camera<double>& camera,
-                         double depth_of_first) {
-  Image<double> depth(width, height, depth_of_first);
-  for (Index v = 0; v < height; ++v) {
-    if (v > 0)
-      depth(0, v) = depth(0, v - 1) * std::exp(slope(normals(0, v - 1), camera, 0, v - 1)[1]);
-    for (Index u = 1; u < width; ++u) {
-      depth(u, v) = depth(u - 1, v) * std::exp(slope(normals(u - 1, v), camera, u - 1, v)[0]);
-    }
-  }
-  return depth;
+// A depth from its logarithm, of which the first pixel's is known.
+Image<double> depth_of(Image<double> logarithm, double first) {
+  for (double& z : logarithm.pixels()) z = first * std::exp(z);
+  return logarithm;
 }
 
-double rms(const Image<double>& a, const Image<double>& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.pixels().size(); ++i)
-    sum += std::pow(a.pixels()[i] - b.pixels()[i], 2);
-  return std::sqrt(sum / static_cast<double>(a.pixels().size()));
-}
-
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "normals_to_depth");
 
   // Gel 30 mm away with two dents of a millimetre, 0.1 mm to the pixel.
@@ -105,7 +66,7 @@ int main(int count, char** arguments) {
     unlike = std::max(unlike, (normals.pixels()[i] - normals_farther.pixels()[i]).norm());
   }
   lesson.expect(unlike < 1e-9, "twice as far and twice as large has the same normals");
-  const double clean = rms(from_normals(normals, camera, depth(0, 0)), depth);
+  const double clean = rms(depth_of(from_slopes(slopes(normals, camera)), depth(0, 0)), depth);
   lesson.expect(clean < 5e-6,
                 "true normals give back the depth, to five thousandths of a millimetre");
 
@@ -114,8 +75,9 @@ int main(int count, char** arguments) {
   std::mt19937 random(1);
   std::normal_distribution<double> tilt(0, 0.04);
   for (auto& n : noisy.pixels()) n = (n + Vec3<double>(tilt(random), tilt(random), 0)).normalized();
-  const auto walked = by_walking(noisy, camera, depth(0, 0));
-  const auto fitted = from_normals(noisy, camera, depth(0, 0));
+  const auto tilted = slopes(noisy, camera);
+  const auto walked = depth_of(walked_along(tilted), depth(0, 0));
+  const auto fitted = depth_of(from_slopes(tilted), depth(0, 0));
   std::printf("Off by %.4f mm (true normals), %.4f mm (fitted), %.4f mm (walked)\n", 1e3 * clean,
               1e3 * rms(fitted, depth), 1e3 * rms(walked, depth));
   lesson.expect(rms(fitted, depth) < 1.5e-5,
@@ -135,4 +97,6 @@ int main(int count, char** arguments) {
   figure.text("Two dents in flat gel. Dark: nearer to the camera.", 510, 312, 14);
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

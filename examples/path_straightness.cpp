@@ -7,9 +7,10 @@
 //     +-----------------------------+        five of the six walls. Laid flat one beside the other
 //                                            they fit along a straight line, 40 feet long.
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
-#include <tuple>
 #include <vector>
 
 #include "gelight/geodesic/exact.hpp"
@@ -33,7 +34,7 @@ bool is_on(const gelight::Surface<double>& surface, Index face, const Point& poi
   });
 }
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "path_straightness");
 
   const auto room = gelight::box<double>(30, 12, 12);  // about the origin
@@ -50,13 +51,12 @@ int main(int count, char** arguments) {
   // Lay each triangle that the path crosses so that its piece of the path continues along the x
   // axis. The path is straight if every triangle then fits the one before: no turn at the edge.
   std::vector<std::map<Index, Vec2<double>>> flat;  // of each triangle: where its vertices lie
-  std::vector<Colour> inks;
+  std::vector<std::size_t> walls;
   double so_far = 0, misfit = 0;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     Index face = 0;
     while (!is_on(surface, face, path[i]) || !is_on(surface, face, path[i + 1])) ++face;
-    inks.push_back(
-        std::array{green, blue, orange, orange, red, red}[static_cast<std::size_t>(face / 2)]);
+    walls.push_back(static_cast<std::size_t>(face / 2));
     const auto [a, b, c] = surface.face(face);
     const Vec3<double> normal = gelight::cross<double>(surface.position(b) - surface.position(a),
                                                        surface.position(c) - surface.position(a));
@@ -75,10 +75,12 @@ int main(int count, char** arguments) {
   }
   lesson.expect(misfit < 1e-12, "laid flat along the path the walls fit: it is straight");
 
-  Figure figure(1010, 430);
+  Figure figure(1100, 430);
+  const std::array inks{green, blue, orange, orange, red, red};
+  const std::array names{"floor", "ceiling", "side wall", "side wall", "end wall", "end wall"};
   const View view(room, {20, 80, 420, 330}, -0.45, 1.15);
   const auto on_flat = [](double along, double across) {
-    return Vec2<double>(555 + 9 * along, 260 - 9 * across);
+    return Vec2<double>(600 + 9 * along, 260 - 9 * across);
   };
   for (std::size_t i = 0; i < flat.size(); ++i) {
     std::vector<Vec2<double>> in_room, laid_flat;
@@ -86,8 +88,8 @@ int main(int count, char** arguments) {
       in_room.push_back(view.on_page(surface.position(v)));
       laid_flat.push_back(on_flat(p[0], p[1]));
     }
-    figure.area(in_room, inks[i], 0.2);
-    figure.area(laid_flat, inks[i], 0.2);
+    figure.area(in_room, inks[walls[i]], 0.2);
+    figure.area(laid_flat, inks[walls[i]], 0.2);
   }
   figure.pen(grey, 1);
   for (Index h = 0; h < surface.halfedge_count(); ++h) {
@@ -98,17 +100,22 @@ int main(int count, char** arguments) {
   double x = 0;
   for (std::size_t i = 0; i < flat.size(); ++i) {
     const double end = x + (points[i + 1] - points[i]).norm();
-    figure.pen(inks[i], 5);
+    figure.pen(inks[walls[i]], 5);
     figure.polyline(std::array{on_flat(x, 0), on_flat(end, 0)});
     figure.polyline(std::array{view.on_page(points[i]), view.on_page(points[i + 1])});
     x = end;
   }
-  for (const auto& [name, colour, along, across] :
-       {std::tuple("end wall", red, -5.5, -9.5), std::tuple("ceiling", blue, 11.0, 9.0),
-        std::tuple("side wall", orange, 17.5, 3.5), std::tuple("floor", green, 29.0, -7.0),
-        std::tuple("end wall", red, 45.0, -7.0)}) {
-    figure.pen(colour, 1);
-    figure.text(name, on_flat(along, across), 15);
+  for (std::size_t i = 0; i < flat.size(); ++i) {
+    if (i > 0 && walls[i] == walls[i - 1]) continue;
+    Vec2<double> middle = Vec2<double>::Zero();
+    double lowest = 0;
+    for (const auto& [v, p] : flat[i]) {
+      middle += p / 3;
+      lowest = std::min(lowest, p[1]);
+    }
+    const bool is_small = walls[i] >= 4;  // an end wall: the name stands below it
+    figure.pen(inks[walls[i]], 1);
+    figure.text(names[walls[i]], on_flat(middle[0], is_small ? lowest - 1.5 : middle[1]), 15);
   }
   figure.pen(black, 1);
   for (const auto& [p, name] : {std::pair(0, "spider"), std::pair(1, "fly")}) {
@@ -120,7 +127,9 @@ int main(int count, char** arguments) {
     figure.text(name, laid_flat[0] + (p == 0 ? -34 : 22), laid_flat[1], 15);
   }
   figure.text("The shortest way in the room", 230, 30, 17);
-  figure.text("Laid flat, it is straight: 40 feet", 740, 30, 17);
+  figure.text("Laid flat, it is straight: 40 feet", 785, 30, 17);
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

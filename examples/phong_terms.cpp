@@ -19,7 +19,7 @@ using gelight::Index;
 using gelight::Rgb8;
 using gelight::Vec3;
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "phong_terms");
 
   // Flat gel 30 mm before the camera, a ball of 6 mm radius pressed in 4 mm deep, no smoothing.
@@ -107,4 +107,6 @@ int main(int count, char** arguments) {
   figure.text_from("red along the bright spot's row, 0 to 255", 14, 306, 12);
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

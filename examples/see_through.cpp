@@ -42,7 +42,7 @@ double mean(const Image<Rgb8>& image) {
 
 }  // namespace
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "see_through");
   const auto camera = Camera<float>::from_vertical_fov(0.9f, 480, 360);
   const gelight::SpringBed<float> bed(camera, gel_depth, {.elastic_modulus = 5e4});
@@ -111,4 +111,6 @@ int main(int count, char** arguments) {
       "without LEDs it shows what is beyond, bit for bit");
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

@@ -63,7 +63,7 @@ std::vector<gelight::Light<double>> lights(const Mesh& mesh, const gelight::Rast
 
 // --- all three of them ---------------------------------------------------------------------------
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "sensor_shapes");
   const auto camera = gelight::Camera<double>::from_vertical_fov(0.95, 240, 240);
   const std::array<std::pair<const char*, double (*)(double, double)>, 3> shapes{
@@ -119,4 +119,6 @@ int main(int count, char** arguments) {
       500, 565, 14);
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

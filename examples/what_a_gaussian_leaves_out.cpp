@@ -65,7 +65,7 @@ double highest(const std::vector<Vec2<double>>& curve) {
 
 }  // namespace
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "what_a_gaussian_leaves_out");
 
   // A ball of 10 mm, half a millimetre deep.
@@ -122,4 +122,6 @@ int main(int count, char** arguments) {
   lesson.expect(beside[1] > 2, "but 5 mm from the middle it sinks more than twice as far");
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

@@ -20,7 +20,7 @@ using gelight::Index;
 using gelight::Vec2;
 using gelight::Vec3;
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "why_dijkstra_is_wrong");
 
   // The largest error of distances from a corner, in percent of the true one, as cells get smaller.
@@ -77,4 +77,6 @@ int main(int count, char** arguments) {
   plot.label(exact_errors.back(), blue, "exact");
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

@@ -18,7 +18,7 @@ using gelight::Index;
 using gelight::Vec3;
 using Point = gelight::SurfacePoint<double>;
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "windows");
 
   // A floor of 10 x 7 cells, less four of them: a wall between c = (5, 4) and d = (6, 4).
@@ -92,4 +92,6 @@ int main(int count, char** arguments) {
   figure.text("Two windows, from s and from c, share the edge on the right.", 380, 535, 15);
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

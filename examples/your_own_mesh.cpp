@@ -46,7 +46,7 @@ static_assert(gelight::TriangleMesh<Terrain>);
 
 // -------------------------------------------------------------------------------------------------
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   Lesson lesson(count, arguments, "your_own_mesh");
 
   Terrain terrain{90, 60, {}};
@@ -91,4 +91,6 @@ int main(int count, char** arguments) {
       500, 535, 14);
   figure.save(lesson.picture());
   return lesson.result();
+} catch (...) {
+  return told();
 }

@@ -14,6 +14,7 @@ import re
 import shutil
 import subprocess
 import sys
+import textwrap
 
 import matplotlib
 
@@ -156,15 +157,10 @@ def seconds(row):
 
 def save(figure, folder, name, rows):
     """The chart, and at its foot how the rows came about that it draws."""
-    contexts = [row.get("context", {}) for row in rows]
-
-    def told(key):
-        return ", ".join(dict.fromkeys(c[key] for c in contexts if key in c))
-
-    made = ", ".join(word + told(key) for word, key in
-                     (("", "cpu"), ("commit ", "commit"), ("", "compiler")) if told(key))
-    made += " " + told("flags")
-    figure.text(0.995, 0.003, made, ha="right", va="bottom", fontsize=6, color="0.4")
+    words = (("", "cpu"), ("commit ", "commit"), ("", "compiler"), ("", "flags"))
+    made = dict.fromkeys(", ".join(word + str(context[key]) for word, key in words if key in context)
+                         for context in (row.get("context", {}) for row in rows))
+    figure.text(0.995, 0.003, "; ".join(made), ha="right", va="bottom", fontsize=6, color="0.4")
     write_chart(figure, folder, name)
 
 
@@ -198,6 +194,53 @@ def label_ends(axes, ends, size=9):
     for i, height in zip(order, placed):
         axes.text(1.02, height, ends[i][0], transform=axes.transAxes, va="center", fontsize=size,
                   color=ink(ends[i][1]))
+
+
+def label_beside(axes, labels, size=8, far=False):
+    """A name beside each mark, on the side where it covers least of lines, marks and other names.
+
+    labels: (name, colour, x, y). Call it once limits and layout stand.
+    """
+    figure = axes.figure
+    renderer = figure.canvas.get_renderer()
+    taken = []  # points that are drawn on, in pixels
+    for line in axes.lines:
+        points = line.get_transform().transform(line.get_xydata())
+        alone = line.get_linestyle() == "None" or len(points) == 1
+        taken += [(x, y, 4) for x, y in points if line.get_marker() != "None"]
+        for (x, y), (u, v) in [] if alone else zip(points, points[1:]):
+            steps = max(1, min(400, int(math.hypot(u - x, v - y) / 3)))
+            taken += [(x + (u - x) * k / steps, y + (v - y) * k / steps, 1) for k in range(steps + 1)]
+    boxes = [text.get_window_extent(renderer).extents for text in axes.texts]
+    frame, pixel = axes.bbox, figure.dpi / 72
+    for name, colour, x, y in labels:
+        text = axes.annotate(name, (x, y), xytext=(0, 0), textcoords="offset points", fontsize=size,
+                             color=ink(colour), zorder=6, ha="center", va="center")
+        extent = text.get_window_extent(renderer)
+        wide, high = extent.width / pixel, extent.height / pixel
+        px, py = axes.transData.transform((x, y))
+        best = None
+        for gap in (6, 12, 20, 30) if far else (6, 12):
+            for sx, sy in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)):
+                dx, dy = sx * (gap + wide / 2), sy * (gap + high / 2)
+                if sx and sy:
+                    dx, dy = sx * (gap / 2 + wide / 2), sy * (gap / 2 + high / 2)
+                box = (px + pixel * (dx - wide / 2) - 1, py + pixel * (dy - high / 2) - 1,
+                       px + pixel * (dx + wide / 2) + 1, py + pixel * (dy + high / 2) + 1)
+                hits = sum(box[0] - r < u < box[2] + r and box[1] - r < v < box[3] + r for u, v, r in taken)
+                hits += 300 * sum(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in boxes)
+                hits += 200 * (box[0] < frame.x0 or box[2] > frame.x1 + 4 or box[1] < frame.y0 or box[3] > frame.y1)
+                hits += 0.1 * gap + (0.3 if sx and sy else 0)
+                if best is None or hits < best[0]:
+                    best = hits, (dx, dy), box
+        text.set_position(best[1])
+        boxes.append(best[2])
+
+
+def span_of(values, words):
+    """From the least to the largest, in words: "3 to 5", or "3" where they read alike."""
+    low, high = words(min(values)), words(max(values))
+    return low if low == high else f"{low} to {high}"
 
 
 def times(ratio):
@@ -235,12 +278,12 @@ def marker(axes, method, x, y, size=8):
               markeredgecolor=colour if hollow else "white", zorder=4)
 
 
-def draw_mesh(axes, rows, error_name, time_of, floor):
+def draw_mesh(axes, rows, error_name, time_of, floor, left_out=("planner",)):
     """Every method's dial on one mesh: time against error, the front, the floor."""
     groups = {}
     for row in rows:
         method = row["path"][2]
-        if error_name not in row or method == "planner":
+        if error_name not in row or method in left_out:
             continue
         groups.setdefault(method, []).append((1e3 * time_of(row), max(row[error_name], EXACT)))
     for method, points in groups.items():
@@ -252,11 +295,11 @@ def draw_mesh(axes, rows, error_name, time_of, floor):
     kept = front(ours)
     if kept:
         low, high = axes_time(groups)
-        xs, ys = [kept[0][0]], [1.0]
+        xs, ys = [], []
         for (x, y), following in zip(kept, kept[1:] + [kept[-1]]):
             xs += [x, following[0]]
             ys += [y, y]
-        axes.plot(xs, ys, color="0.25", linewidth=1.2, zorder=2)
+        axes.plot(xs, ys, color="0.8", linewidth=4, zorder=1, solid_joinstyle="round")
         axes.set_xlim(low, high)
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -265,8 +308,8 @@ def draw_mesh(axes, rows, error_name, time_of, floor):
     if floor > 0:
         axes.axhspan(EXACT / 3, floor, color="0.92", zorder=0)
         axes.axhline(floor, color="0.35", linewidth=1, linestyle=(0, (4, 2)), zorder=1)
-        axes.text(0.985, floor * 0.8, "the mesh's own error: finer is false precision", va="top",
-                  ha="right", fontsize=7, color="0.25", transform=axes.get_yaxis_transform())
+        axes.text(0.985, floor * 0.7, "grey: finer than the mesh itself", va="top", ha="right", fontsize=7,
+                  color="0.25", transform=axes.get_yaxis_transform())
     axes.grid(True, which="major", color="0.88", linewidth=0.6)
     axes.set_axisbelow(True)
     axes.set_yticks([1, 1e-2, 1e-4, 1e-6, EXACT])
@@ -279,16 +322,19 @@ def axes_time(groups):
     return min(times) / 2, max(times) * 4
 
 
-def legend(figure, methods, **options):
-    handles = []
-    for method in [m for m in STYLE if m in methods]:
-        colour, shape = style(method)
-        hollow = method.startswith("CGAL")
-        handles.append(Line2D([], [], linestyle="none", marker=shape, markersize=8, label=method,
-                              markerfacecolor="none" if hollow else colour, markeredgewidth=1.4,
-                              markeredgecolor=colour if hollow else "white"))
-    handles.append(Line2D([], [], color="0.25", linewidth=1.2, label="Pareto front"))
-    figure.legend(handles=handles, frameon=False, **options)
+# Their marks are on those of our own, or among others' lines: they stand in sphere.png and in the JSON.
+NOT_IN_DISTANCES = ("planner", "exact with resets", "CGAL heat")
+
+
+def claim_of_distances(rows, time_of):
+    """How long exact distances take, and how many times as long CGAL's, over the meshes that have both."""
+    found = {(r["path"][1], r["path"][2]): time_of(r) for r in rows if r["path"][2] in ("exact", "CGAL exact")}
+    pairs = [(t, found[mesh, "CGAL exact"]) for (mesh, method), t in found.items()
+             if method == "exact" and (mesh, "CGAL exact") in found]
+    if not pairs:
+        return "left is faster, down is more accurate"
+    return (f"exact distances take {span_of([1e3 * ours for ours, _ in pairs], '{:.0f}'.format)} ms, "
+            f"CGAL's {span_of([peer / ours for ours, peer in pairs], times)} times as long")
 
 
 def chart_distances(rows, folder):
@@ -300,13 +346,13 @@ def chart_distances(rows, folder):
              ("first", "mesh to first answer", lambda r: r.get("setup_s", 0) + r.get("first_s", r["median_s"]))]
     for kind, words, time_of in kinds:
         height = (len(meshes) + 2) // 3
-        figure, axes = plt.subplots(height, 3, figsize=(11.5, 3.5 * height + 0.9), squeeze=False,
+        figure, axes = plt.subplots(height, 3, figsize=(12.5, 3.7 * height + 0.6), squeeze=False,
                                     sharey=True)
-        seen = set()
+        drawn = []
         for place, mesh in zip(axes.flat, meshes):
             here = [r for r in rows if r["path"][1] == mesh]
-            groups = draw_mesh(place, here, "mean", time_of, here[0].get("floor", 0))
-            seen |= set(groups)
+            groups = draw_mesh(place, here, "mean", time_of, here[0].get("floor", 0), NOT_IN_DISTANCES)
+            drawn.append((place, groups))
             size = max((r.get("vertices", 0) for r in here), default=0)
             place.set_title(MESHES.get(mesh, mesh) + (f", {size:,.0f} vertices" if size else ""),
                             fontsize=10)
@@ -316,11 +362,15 @@ def chart_distances(rows, folder):
             place.set_xlabel(f"milliseconds, {words}")
         for place in axes[:, 0]:
             place.set_ylabel("mean error against the exact distance")
-        figure.suptitle("Geodesic distance: left is faster, down is more accurate", fontsize=14,
+        figure.suptitle(words[0].upper() + words[1:] + ": " + claim_of_distances(rows, time_of), fontsize=14,
                         fontweight="bold")
-        figure.tight_layout(rect=(0, 0.07, 1, 0.98))
-        legend(figure, seen, loc="lower center", ncol=(len(seen) + 2) // 2, fontsize=9,
-               bbox_to_anchor=(0.5, 0.012))
+        figure.text(0.5, 1 - 0.55 / figure.get_figheight(), "Left is faster, down is more accurate. Marks of one "
+                    "method: its settings. Wide grey line: nothing of ours is both faster and more accurate.",
+                    fontsize=9, ha="center", color="0.25")
+        figure.tight_layout(rect=(0, 0.015, 1, 1 - 0.35 / figure.get_figheight()))
+        for place, groups in drawn:
+            label_beside(place, [(method, style(method)[0], *sorted(points)[0])
+                                 for method, points in groups.items()])
         save(figure, folder, f"distance_{kind}", rows)
 
 
@@ -329,32 +379,29 @@ def chart_sphere(rows, folder):
     rows = [r for r in rows if r["path"][:2] == ["distance", "sphere"]]
     if not rows:
         return
-    figure, axes = plt.subplots(figsize=(8, 5.6))
+    figure, axes = plt.subplots(figsize=(8.4, 5.6))
     floor = max(r.get("floor", 0) for r in rows)
     groups = draw_mesh(axes, rows, "smooth_mean", lambda r: r["median_s"], floor)
+    low, high = axes.get_xlim()
+    axes.set_xlim(low / 2, high * 1.6)
     axes.set_ylim(max(floor, 1e-4) / 8, 0.3)
     axes.set_yticks([0.1, 0.01, 1e-3, 1e-4])
     axes.set_yticklabels(["10 %", "1 %", "0.1 %", "0.01 %"])
-    beside = {"Dijkstra": (9, 6, "left"), "fast marching": (-8, -4, "right"),
-              "heat": (-8, 2, "right"), "virtual source": (-9, -4, "right"),
-              "exact": (9, 6, "left"), "exact with resets": (10, -14, "left"),
-              "CGAL heat": (9, -4, "left"), "CGAL exact": (9, 6, "left")}
-    for method, points in groups.items():
-        x, y, side = beside.get(method, (9, 6, "left"))
-        axes.annotate(method, sorted(points)[0], textcoords="offset points", fontsize=10,
-                      xytext=(x, y), color="0.15", ha=side)
+    claim = "What accuracy costs"
     if "CGAL exact" in groups and "exact" in groups:
         (x, y), (x_peer, _) = groups["exact"][0], groups["CGAL exact"][0]
-        axes.annotate("", (x * 1.25, y), (x_peer / 1.25, y), zorder=5,
-                      arrowprops={"arrowstyle": "->", "color": "0.15"})
+        axes.plot([x * 1.3, x_peer / 1.2], [y, y], color="0.15", linewidth=1.2)
+        axes.plot(x * 1.3, y, "<", color="0.15", markersize=5)
         axes.text((x * x_peer) ** 0.5, y * 1.1, f"{x_peer / x:.0f} times as fast", ha="center",
                   va="bottom", fontsize=10, fontweight="bold")
+        claim = f"Exact distances in {x:.0f} ms, {x_peer / x:.0f} times as fast as CGAL's"
     axes.set_xlabel("milliseconds for one more source")
     axes.set_ylabel("mean error against the great circle")
-    axes.set_title("What accuracy costs on a sphere of {:,.0f} vertices\n"
-                   "left is faster, down is more accurate".format(rows[0]["vertices"]),
-                   fontsize=12, fontweight="bold")
+    size = " of {:,.0f} vertices".format(rows[0]["vertices"]) if "vertices" in rows[0] else ""
+    axes.set_title(f"{claim}\non a sphere{size}; left is faster, down is more accurate", fontsize=12,
+                   fontweight="bold")
     figure.tight_layout(rect=(0, 0.015, 1, 1))
+    label_beside(axes, [(method, style(method)[0], *sorted(points)[0]) for method, points in groups.items()], 10)
     save(figure, folder, "sphere", rows)
 
 
@@ -408,8 +455,6 @@ def chart_certificate(rows, folder):
         share = row["median_s"] / exact[mesh]["median_s"]
         axes.plot([share, share], [row["mean"], row["p99"]], color="0.6", linewidth=2, zorder=1)
         axes.plot(share, row["mean"], "o", color="#0072B2", markersize=9, zorder=2)
-        axes.annotate(MESHES.get(mesh, mesh), (share, row["mean"]), textcoords="offset points",
-                      xytext=(0, -16), fontsize=9, ha="center")
     axes.set_yscale("log")
     axes.axvline(1, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
     axes.text(1, 0.98, " an exact solve", transform=axes.get_xaxis_transform(), va="top",
@@ -422,10 +467,14 @@ def chart_certificate(rows, folder):
     axes.text(0.985, 0.03, "dot: mean over the vertices\nline: up to the 99th percentile", fontsize=8,
               ha="right", transform=axes.transAxes, color="0.25")
     axes.grid(True, color="0.88", linewidth=0.6)
-    axes.set_title("What a proof of the error costs, and how tight it is", fontsize=12,
-                   fontweight="bold")
+    shares = [row["median_s"] / exact[row["path"][1]]["median_s"] for row in certified]
+    axes.set_title(f"A proof of the error takes {span_of(shares, times)} times an exact solve,\n"
+                   f"and leaves {span_of([row['mean'] for row in certified], percent)} open in the mean",
+                   fontsize=12, fontweight="bold")
     figure.tight_layout(rect=(0, 0.015, 1, 1))
-    save(figure, folder, "certificate", rows)
+    label_beside(axes, [(MESHES.get(row["path"][1], row["path"][1]), "#000000", share, row["mean"])
+                        for row, share in zip(certified, shares)], 9)
+    save(figure, folder, "certificate", certified + [exact[row["path"][1]] for row in certified])
 
 
 def words_certificate(rows, folder):
@@ -675,10 +724,23 @@ def chart_scene(rows, folder):
     axes.set_xlabel("mean change in grey levels where something touches the membrane\n"
                     "(time: of smoothing, for each frame; else of the light fields, once a sensor)")
     axes.grid(True, axis="x", color="0.88", linewidth=0.6)
-    axes.set_title("Where precision shows in a GelTip's image, and where it is wasted",
-                   fontsize=11, fontweight="bold")
+    figure.suptitle(claim_of_scene(rows, seen), fontsize=12, fontweight="bold")
     figure.tight_layout(rect=(0, 0.015, 1, 1))
     save(figure, folder, "scene", rows)
+
+
+def claim_of_scene(rows, seen):
+    """The quickest choices that change less than half a grey level, and what light model changes."""
+    enough = {}
+    for row in sorted(rows, key=lambda r: r["median_s"]):
+        if row["levels_mean"] < seen:
+            enough.setdefault(row["path"][1], row["path"][2])
+    words = [words.format(enough[topic].removeprefix("1:")) for topic, words in (
+        ("mesh edges", "edges of {}"), ("light field's grid", "light at every {}th pixel"), ("smoothing", "{}"))
+        if topic in enough]
+    light = [r["levels_mean"] for r in rows if r["path"][1] == "light model"]
+    claim = "Finer is not seen: " + ", ".join(words) if words else "What each choice changes in a GelTip's image"
+    return claim + (f"\nanother light model changes {span_of(light, '{:.0f}'.format)} grey levels" if light else "")
 
 
 def words_scene(rows, folder):
@@ -765,67 +827,73 @@ def words_stability(rows, folder):
     write_between(os.path.join(folder, "README.md"), "stability", lines)
 
 
+# Of the light fields those that a panel of five lines shows, and that are not named: they stand in words_traced, in
+# chart_light_fields and in the JSON.
+TRACED = {"linear": ("#0072B2", "v"), "geodesic": ("#000000", "o"), "transport": ("#A0527F", "^"),
+          "near": ("#009E73", "P"), "gel": ("#D55E00", "h")}
+NOT_IN_TRACED = ("plane", "mirrored", "rectified", "radial", "linear_dimmed", "geodesic_dimmed")
+
+
 def chart_traced(rows, folder):
     """Light fields beside traced light: angle, and grey levels as a share of those without light."""
     rows = [r for r in rows if r["path"][0] == "traced"]
     if not rows:
         return
-    models = {"linear": ("#56B4E9", "v"), "rectified": ("#009E73", "D"), "plane": ("#E69F00", "s"),
-              "geodesic": ("#000000", "o"), "transport": ("#CC79A7", "^"),
-              "radial": ("#D55E00", "X"), "linear_dimmed": ("#56B4E9", "v"),
-              "geodesic_dimmed": ("#000000", "o"), "near": ("#0072B2", "P"),
-              "mirrored": ("#7A4FBF", "d"), "gel": ("#8B0000", "h")}
+    models = dict(TRACED)
     for row in rows:  # fields that are not named above
         for key in row:
-            if key.startswith("angle_") and key[6:] not in models:
+            if key.startswith("angle_") and key[6:] not in list(models) + list(NOT_IN_TRACED):
                 models[key[6:]] = SPARE[len(models) % len(SPARE)]
     names = list(dict.fromkeys(r["path"][1] for r in rows))
-    kinds = [("angle_", "angle to the traced light, degrees\n(weighted by irradiance)"),
-             ("given_", "error in grey levels,\ndirection alone"),
-             ("levels_", "error in grey levels,\ndirection and strength")]
-    figure, axes = plt.subplots(3, len(names), figsize=(3.1 * len(names), 10.2), sharey="row",
-                                squeeze=False)
+    kinds = [("angle_", "degrees to the traced light\n(weighted by irradiance)"),
+             ("levels_", "grey levels off, as a share\nof those without any light, %")]
+    figure, axes = plt.subplots(2, len(names), figsize=(max(9.5, 1.6 + 2.5 * len(names)), 6.9), sharey="row", squeeze=False)
+    left = {model: [r["levels_" + model] / r["levels_none"] for r in rows if "levels_" + model in r]
+            for model in models}
+    left = {model: mean(shares) for model, shares in left.items() if shares}
+    if left:
+        nearest = min(left, key=left.get)
+        others = [f", \u201c{m}\u201d {percent(left[m])}" for m in ("linear", "geodesic")
+                  if m in left and m != nearest]
+        figure.suptitle(f"\u201c{nearest}\u201d leaves {percent(left[nearest])} of the error in grey levels" +
+                        "".join(others), fontsize=13, fontweight="bold")
+    figure.text(0.5, 0.915, "Gel over air, one LED in the rim; light fields beside light traced ray by ray. "
+                "Lower is nearer.", fontsize=9, ha="center", color="0.25")
+    figure.subplots_adjust(left=0.85 / figure.get_figwidth(), right=1 - 0.95 / figure.get_figwidth(), bottom=0.14,
+                           top=0.84, wspace=0.1, hspace=0.3)
+    angles = [r["angle_" + m] for r in rows for m in models if "angle_" + m in r]
+    shares = [100 * r["levels_" + m] / r["levels_none"] for r in rows for m in models if "levels_" + m in r]
+    highest = {"angle_": max([70] + [1.05 * x for x in angles]), "levels_": max([104] + [1.04 * x for x in shares])}
     for column, name in zip(axes.T, names):
         here = [r for r in rows if r["path"][1] == name]
         labels = [r["path"][3].replace("albedo ", "") for r in here]
         for place, (kind, _) in zip(column, kinds):
+            ends = []
             for model, (colour, shape) in models.items():
-                dimmed = model.endswith("_dimmed")
-                if kind != "levels_" and dimmed:
-                    continue
-                values = [r.get(kind + model, float("nan")) /
-                          (1 if kind == "angle_" else r["levels_none"] / 100) for r in here]
+                values = [r.get(kind + model, float("nan")) / (1 if kind == "angle_" else r["levels_none"] / 100)
+                          for r in here]
                 for first in range(0, len(here), 3):
                     three = values[first:first + 3]
-                    place.plot(range(first, first + len(three)), three, marker=shape,
-                               color=colour, linewidth=1, markersize=7, label=None if first else
-                               model.replace("_dimmed", ", 1 / distance"),
-                               markerfacecolor="none" if dimmed else colour,
-                               markeredgecolor=colour if dimmed else "white",
-                               linestyle=(0, (2, 2)) if dimmed else "-")
+                    place.plot(range(first, first + len(three)), three, marker=shape, color=colour, linewidth=1.2,
+                               markersize=6, markeredgecolor="white")
+                if math.isfinite(values[-1]):
+                    ends.append((model, colour, len(here) - 1, values[-1]))
             place.set_xticks(range(len(here)))
             place.set_xticklabels(labels, fontsize=7)
             for first in range(0, len(here), 3):
                 middle = first + (len(here[first:first + 3]) - 1) / 2
-                place.text(middle, -0.115, here[first]["path"][2], ha="center", va="top",
+                place.text(middle, -0.105, here[first]["path"][2], ha="center", va="top",
                            fontsize=8, transform=place.get_xaxis_transform())
                 if first:
                     place.axvline(first - 0.5, color="0.85", linewidth=0.8)
             place.grid(True, axis="y", color="0.9", linewidth=0.6)
+            place.set_ylim(0, highest[kind])
+            if name == names[-1] and ends:
+                label_ends(place, ends)
         column[0].set_title(name, fontsize=10, fontweight="bold")
-        column[0].set_ylim(0, 90)
-        for place in column[1:]:
-            place.set_ylim(0, 108)
-            place.axhline(100, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
-        column[2].set_xlabel("albedo of the coating, thickness of the gel", labelpad=18, fontsize=8)
-    for place, (kind, label) in zip(axes[:, 0], kinds):
-        place.set_ylabel(label + ("" if kind == "angle_" else "\n(100 %: without any light)"))
-    figure.suptitle("Does light follow geodesics? Gel over air, one LED in the rim: the fields beside"
-                    " light traced ray by ray", fontsize=12, fontweight="bold")
-    figure.tight_layout(rect=(0, 0.04, 1, 0.99))
-    handles, labels = axes[2, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncol=len(labels), frameon=False, fontsize=8,
-                  bbox_to_anchor=(0.5, 0.01))
+        column[1].set_xlabel("albedo of the coating,\nthickness of the gel", labelpad=15, fontsize=8)
+    for place, (_, label) in zip(axes[:, 0], kinds):
+        place.set_ylabel(label)
     save(figure, folder, "traced", rows)
 
 
@@ -975,22 +1043,30 @@ def chart_calibration(_, folder):
         return
     colours = dict(zip(sensors, ("#0072B2", "#D55E00")))
     shapes = {"table": "o", "polynomial": "s", "lights": "^"}
-    figure, (by_count, by_time) = plt.subplots(1, 2, figsize=(9.6, 4.2), sharey=True)
+    figure, (by_count, by_time) = plt.subplots(1, 2, figsize=(10.2, 4.4), sharey=True)
+    labels, marks = [], []
     for sensor in sensors:
         counts = sorted(int(name[2]) for name in rows if name[:2] == (sensor, "table"))
         here = [rows[sensor, "table", str(count)] for count in counts]
-        by_count.errorbar(counts, [r["error"] for r in here], [r["spread"] for r in here],
-                          color=colours[sensor], marker="o", capsize=3, linewidth=1.2, label=sensor)
+        shift = 1.03 if sensor == sensors[0] else 1 / 1.03  # so that no bar hides another
+        by_count.errorbar([count * shift for count in counts], [r["error"] for r in here],
+                          [r["spread"] for r in here], color=colours[sensor], marker="o", capsize=3, linewidth=1.4,
+                          elinewidth=0.7)
+        labels.append((sensor.replace("_", " "), colours[sensor], counts[-1], here[-1]["error"]))
         floor = rows[sensor, "untouched"]["error"]
         for axes in (by_count, by_time):
             axes.axhline(floor, color=colours[sensor], linestyle=(0, (4, 3)), linewidth=1)
+        by_time.text(0.02, floor - 0.12, f"{sensor.replace('_', ' ')}, nothing touches it", fontsize=8, va="top",
+                     color=ink(colours[sensor]), transform=by_time.get_yaxis_transform())
         for model in models:
             row = rows.get((sensor, model, "20"))
             if row is None:
                 continue
             by_time.plot(row["frame_ms"], row["error"], marker=shapes[model], linestyle="none",
                          markersize=8, color=colours[sensor], markeredgecolor="white")
+            marks.append((model, colours[sensor], row["frame_ms"], row["error"]))
     by_count.set_xscale("log")
+    by_count.set_xlim(0.85, 75)
     by_count.set_xticks(counts)
     by_count.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
     by_count.xaxis.set_minor_formatter(NullFormatter())
@@ -999,17 +1075,22 @@ def chart_calibration(_, folder):
     by_count.set_ylim(bottom=0)
     by_time.set_xlim(0, 1.25 * max(r.get("frame_ms", 0) for r in rows.values()))
     by_time.set_xlabel("ms a frame, every pixel computed (20 presses fitted)")
-    handles = [Line2D([], [], color=colours[x], marker="o", label=x) for x in sensors]
-    handles += [Line2D([], [], color="0.3", linestyle="none", marker=shapes[x], label=x)
-                for x in models]
-    handles += [Line2D([], [], color="0.3", linestyle=(0, (4, 3)), linewidth=1,
-                       label="untouched gel against its own background")]
-    figure.suptitle("A sensor calibrated from photographs of a ball", fontsize=12,
-                    fontweight="bold")
-    figure.tight_layout(rect=(0, 0.1, 1, 0.99))
-    figure.legend(handles=handles, loc="lower center", ncol=len(handles), frameon=False, fontsize=8,
-                  bbox_to_anchor=(0.5, 0.03))
-    save(figure, folder, "calibration", [{"context": context}])
+    enough = max(presses_enough(rows, sensor, counts) for sensor in sensors)
+    figure.suptitle(f"{enough} presses of a ball calibrate a sensor: within a tenth of what {counts[-1]} do",
+                    fontsize=13, fontweight="bold")
+    figure.tight_layout(rect=(0, 0.02, 0.97, 0.99))
+    for name, colour, x, y in labels:
+        by_count.annotate(name, (x, y), textcoords="offset points", xytext=(8, 0), fontsize=9, color=ink(colour),
+                          va="center", annotation_clip=False)
+    label_beside(by_time, marks, 9)
+    made = {"compiler": context.get("compiler", "unknown"), "commit": context.get("commit", "unknown")}
+    save(figure, folder, "calibration", [{"context": made}])
+
+
+def presses_enough(rows, sensor, counts):
+    """The fewest presses that come within a tenth of the most."""
+    table = {count: rows[sensor, "table", str(count)]["error"] for count in counts}
+    return next(count for count in counts if table[count] <= 1.1 * table[counts[-1]])
 
 
 def words_calibration(_, folder):
@@ -1029,8 +1110,7 @@ def words_calibration(_, folder):
                  " | ".join(f"{rows[x, 'untouched']['error']:.1f}" for x in sensors) + " |")
     lines.append("")
     for sensor in sensors:
-        table = {count: rows[sensor, "table", str(count)]["error"] for count in counts}
-        enough = next(count for count in counts if table[count] <= 1.1 * table[counts[-1]])
+        enough = presses_enough(rows, sensor, counts)
         ranked = sorted((x for x in models if (sensor, x, "20") in rows),
                         key=lambda x: rows[sensor, x, "20"]["error"])
         best, second = (rows[sensor, x, "20"] for x in ranked[:2])
@@ -1046,12 +1126,11 @@ def words_calibration(_, folder):
     write_between(os.path.join(folder, "README.md"), "calibration", lines)
 
 
-MEMBRANES = {"blur": ("#E69F00", "s", "a blur"), "springs": ("#009E73", "D", "springs"),
-             "bulging": ("#D55E00", "o", "bulging (2, 4 kernels)"),
-             "coarse layer": ("#56B4E9", "v", "layer on pixels 4, 2 times as wide"),
-             "layer": ("#000000", "P", "layer to 10, 1, 0.1 %; in float")}
-BLURS = {"Gaussian, sigma 5": "5", "Gaussian of the gel": "G", "three boxes": "B", "pyramid": "P",
-         "flat GelSight": "F"}
+MEMBRANES = {"blur": ("#B07800", "s", "blur"), "springs": ("#009E73", "D", "springs"),
+             "bulging": ("#D55E00", "o", "bulging"), "coarse layer": ("#0072B2", "v", "coarse layer"),
+             "layer": ("#000000", "P", "elastic layer")}
+# Blurs that the chart shows: the others' marks would lie on them; the table of words_membranes has them.
+BLURS = {"Gaussian of the gel": "own Gaussian", "pyramid": "Taxim", "flat GelSight": "flat GelSight"}
 
 
 def membranes_of(rows):
@@ -1083,56 +1162,60 @@ def bulging_gain(groups):
 
 
 def chart_membranes(rows, folder):
-    """Every membrane model beside the converged elastic layer: what it is off, and its time."""
+    """Membrane models beside the converged elastic layer: what they are off, and their time."""
+    rows = [row for row in rows if row["path"][0] == "membranes"]
     groups = membranes_of(rows)
     if not groups:
         return
-    gels = {"thin": "thin: 0.35 contact radii", "medium": "medium: one contact radius",
+    gels = {"thin": "thin gel: 0.35 contact radii", "medium": "medium: one contact radius",
             "thick": "thick: 4 contact radii"}
-    kinds = {"normals": "normals,\nmean degrees off", "levels": "image,\nmean grey levels off",
-             "surface": "surface depth,\n% of the press (rms)", "pressure": "pressure,\n% of the force"}
-    figure, axes = plt.subplots(4, 3, figsize=(11.5, 12.5), sharex=True, sharey="row")
+    kinds = {"normals": "normals: mean degrees off", "surface": "surface: % of the press off (rms)",
+             "pressure": "pressure: % of the force off"}
+    figure, axes = plt.subplots(3, 3, figsize=(12, 11), sharex=True, sharey="row")
+    drawn = []
     for column, gel in zip(axes.T, gels):
         column[0].set_title(gels[gel], fontsize=10)
         for place, kind in zip(column, kinds):
+            labels = []
             for family, (colour, shape, label) in MEMBRANES.items():
                 points = []
                 for (of, model), here in groups.items():
-                    if of != gel or model.split("/")[0] != family or kind not in here[0]:
+                    of_family, _, kind_of_blur = model.partition("/")
+                    if of != gel or of_family != family or kind not in here[0] or (
+                            family == "blur" and kind_of_blur not in BLURS):
                         continue
                     ms, errors = mean(r["ms"] for r in here), [r[kind] for r in here]
                     points.append((ms, mean(errors)))
                     place.plot([ms, ms], [min(errors), max(errors)], color=colour, linewidth=1, alpha=0.6)
                     if family == "blur":
-                        place.annotate(BLURS[model.split("/")[1]], (ms, mean(errors)), ha="center",
-                                       va="center", fontsize=6.5, color="black", zorder=5)
+                        labels.append((BLURS[kind_of_blur], colour, *points[-1]))
                 if points:
-                    place.plot(*zip(*points), marker=shape, color=colour, markersize=9, label=label,
+                    place.plot(*zip(*points), marker=shape, color=colour, markersize=9,
                                markeredgecolor="white", linewidth=0 if family == "blur" else 1.1)
+                    if family != "blur":
+                        labels.append((label, colour, *points[-1 if family == "springs" else 0]))
             place.set_xscale("log")
             place.set_yscale("log")
             plain_ticks(place.yaxis)
             plain_ticks(place.xaxis)
             place.grid(True, color="0.88", linewidth=0.6)
+            drawn.append((place, labels))
         column[-1].set_xlabel("milliseconds a press, 320 x 240")
     for place, label in zip(axes[:, 0], kinds.values()):
         place.set_ylabel(label)
+    low, high = axes[0, 0].get_xlim()
+    axes[0, 0].set_xlim(low, 2 * high)
     nearer, longer = bulging_gain(groups)
     figure.suptitle(f"BulgingMembrane comes {nearer:.1f} times as near to the elastic layer's normals as the "
                     f"gel's own Gaussian,\nin {longer:.1f} times its time (geometric means over twelve gels)",
                     fontsize=13, fontweight="bold")
-    figure.text(0.5, 0.045, "Left is faster, down is more accurate. Marks: mean over a ball, an edge, a grating "
-                "and two points, and Poisson ratios 0.3, 0.45, 0.49, 0.5; bars: from one ratio to another.\n"
-                "Blurs: 5: Gaussian of sigma 5; G: the gel's own (gaussian_sigma); B: as three boxes; P: Taxim's "
-                "pyramid; F: flat GelSight's loop. Springs: alone, with tension.", ha="center", fontsize=8)
-    figure.tight_layout(rect=(0, 0.075, 1, 0.99))
-    handles, labels = axes[-1, 0].get_legend_handles_labels()
-    for handle, label in zip(*axes[0, 0].get_legend_handles_labels()):
-        if label not in labels:
-            handles.append(handle)
-            labels.append(label)
-    figure.legend(handles, labels, loc="lower center", ncol=5, frameon=False, fontsize=8.5,
-                  bbox_to_anchor=(0.5, 0.012))
+    figure.text(0.5, 0.018, "Left is faster, down is more accurate. Marks: mean over a ball, an edge, a grating and two "
+                "points, and Poisson ratios 0.3, 0.45, 0.49, 0.5; bars: from one ratio to another.\nSprings: alone, and "
+                "with tension. Bulging: 2 and 4 kernels. Coarse layer: pixels 4 and 2 times as wide. Elastic layer: to "
+                "10, 1 and 0.1 %, and in float.", ha="center", fontsize=8)
+    figure.tight_layout(rect=(0, 0.055, 1, 0.99))
+    for place, labels in drawn:
+        label_beside(place, labels, 8, far=True)
     save(figure, folder, "membranes", rows)
 
 
@@ -1180,25 +1263,32 @@ def chart_scaling(_, folder):
     cores = [10 ** (k / 50) for k in range(201)]
     dealt = assumed["samples_a_part"] / (assumed["message_us"] * 1e-6)
     opened = assumed["samples_a_part"] * assumed["files_a_second"]
-    figure, axes = plt.subplots(figsize=(7.5, 4.6))
-    axes.plot(cores, [core * n for n in cores], color="0.6", dashes=(4, 3), label="the cores alone")
+    figure, axes = plt.subplots(figsize=(8.6, 4.9))
+    axes.plot(cores, [core * n for n in cores], color="0.6", dashes=(4, 3))
+    ends, bound = [("the cores alone", "#888888", cores[-1], core * cores[-1])], []
     for (name, bandwidth), colour in zip(assumed["file_systems"].items(), ("#D55E00", "#0072B2", "#009E73")):
         most = min(bandwidth / measured["bytes_a_sample"], dealt, opened)
-        axes.plot(cores, [min(core * n, most) for n in cores], color=colour, linewidth=2, label=name)
+        axes.plot(cores, [min(core * n, most) for n in cores], color=colour, linewidth=2)
+        ends.append((name.replace(", ", ",\n").replace(" (", "\n("), colour, cores[-1], min(core * cores[-1], most)))
         if most < core * cores[-1]:
+            bound.append((most / core, name.split(",")[0].split(" (")[0]))
             axes.plot([most / core], [most], "o", color=colour)
-            axes.annotate(f"binds at {most / core:,.0f} cores\n{most:,.0f} a second", (most / core, most),
-                          xytext=(6, -24), textcoords="offset points", fontsize=8, color=colour)
+            axes.annotate(f"{most / core:,.0f} cores\n{most:,.0f} a second", (most / core, most),
+                          xytext=(6, -24), textcoords="offset points", fontsize=8, color=ink(colour))
     for ranks, key in ((1, "one_rank"), (2, "two_ranks")):
-        axes.plot([ranks], [ranks * measured["samples_a_second_a_core_" + key]], "ks", markersize=5,
-                  label="measured" if ranks == 1 else None)
-    axes.set(xscale="log", yscale="log", xlabel="cores", ylabel="samples a second",
-             title="A dataset on many cores: two of them measured, the rest by a model")
+        rate = ranks * measured["samples_a_second_a_core_" + key]
+        axes.plot([ranks], [rate], "ks", markersize=6, zorder=4)
+    axes.annotate("measured", (2, rate), xytext=(9, -9), textcoords="offset points", fontsize=9)
+    axes.set(xscale="log", yscale="log", xlabel="cores (more than two: by a model)", ylabel="samples a second")
+    figure.suptitle(f"A core makes {core:,.0f} samples a second" + "".join(
+        f"; {name} binds from {n:,.0f} cores on" if k == 0 else ("," if k > 1 else ",\n") + f" {name} from {n:,.0f}"
+        for k, (n, name) in enumerate(sorted(bound))), fontsize=11, fontweight="bold")
     plain_ticks(axes.xaxis)
     plain_ticks(axes.yaxis)
     axes.grid(alpha=0.3)
-    axes.legend(loc="upper left", frameon=False)
-    figure.tight_layout()
+    figure.tight_layout(rect=(0, 0.03, 0.83, 1))
+    label_ends(axes, ends)
+    figure.text(0.995, 0.003, textwrap.fill(measured.get("what", ""), 150), ha="right", va="bottom", fontsize=5.5, color="0.4")
     write_chart(figure, folder, "scaling")
 
 
@@ -1210,9 +1300,10 @@ def main():
     if not os.path.isdir(folder):
         print(f"charts.py: there is no folder {folder}", file=sys.stderr)
         return 2
+    if not glob.glob(os.path.join(folder, "*.json")):
+        print(f"charts.py: there are no results (*.json) in {folder}", file=sys.stderr)
+        return 2
     rows, failed = load(folder)
-    if not rows and not failed:
-        failed.append(f"there are no results in {folder}")
     charts = (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images, chart_scene,
               chart_stability, chart_light_fields, chart_traced, chart_membranes, chart_calibration, chart_scaling)
     words = (words_distances, words_sphere, words_certificate, words_planner, words_images, words_scene,

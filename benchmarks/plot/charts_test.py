@@ -85,6 +85,9 @@ def main():
         check("toy light" in charts.get(chart, ""), f"the toy light is not in {chart}")
     check("tiny.obj" in charts.get("planner", ""), "the mesh is not in planner")
 
+    code, words, charts = draw({})
+    check(code != 0 and "no results" in words and "Traceback" not in words, f"an empty folder ends with {code}: {words}")
+
     code, words, charts = draw({
         "pareto_a.json": "{", "pareto_b.json": [1], "stability_c.json": {
             "context": {}, "benchmarks": [dict(row, name="distance/tiny.obj"),

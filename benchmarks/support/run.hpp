@@ -7,6 +7,8 @@
 #include <fstream>
 #include <string>
 
+#include "../../examples/support/plain_words.hpp"
+
 namespace gelight::bench {
 
 inline std::string processor() {

@@ -37,6 +37,21 @@ if "$all_pairs" $geltip --method fast_marching one.h5 >said 2>&1; then fail "ano
 grep -q "another description" said || fail "nothing is said of another description"
 if "$all_pairs" not_there.obj no.h5 >said 2>&1; then fail "no mesh is one"; fi
 grep -q "there is no mesh not_there.obj" said || fail "nothing is said of a missing mesh"
+# Three faces at an edge, of which one would be torn off, and a face the wrong way round.
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 -1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n' >book.obj
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\nf 1 2 4\n' >turned.obj
+for mesh in book turned; do
+  if "$all_pairs" $mesh.obj torn.h5 >said 2>&1; then fail "$mesh is torn without a word"; fi
+  grep -q "be torn off" said && [ ! -e torn.h5.parts ] || fail "what is said of $mesh"
+done
+# Two parts, and a vertex of no face: from one to the other there is no way.
+printf 'v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf 2 3 4\nf 5 6 7\n' >parts.obj
+for method in exact smooth fast_marching; do
+  "$all_pairs" parts.obj "parts_$method.h5" --method $method >said 2>&1 || fail "$method in two parts"
+done
+for edge in 0 -1 nan 1e-7 1; do
+  if "$all_pairs" geltip --edge "$edge" no.h5 >said 2>&1; then fail "an edge of $edge m"; fi
+done
 
 # A regular octahedron: next corners are an edge apart, opposite ones two heights of a face.
 printf 'v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n' >octahedron.obj
@@ -58,6 +73,10 @@ assert (h5py.File("octahedron.h5")["position"][3] == (0, -1, 0)).all()
 truth = np.where(np.arange(6)[:, None] // 2 == np.arange(6) // 2, np.sqrt(6), np.sqrt(2))
 np.fill_diagonal(truth, 0)
 assert np.allclose(corners, truth, rtol=1e-14, atol=0)
+part = np.array([0, 1, 1, 1, 2, 2, 2])
+for method in "exact", "smooth", "fast_marching":
+    parts = h5py.File(f"parts_{method}.h5")["distance"][:]
+    assert (np.isfinite(parts) == (part[:, None] == part)).all() and np.isclose(parts[2, 3], np.sqrt(2))
 END
 else
   echo "h5py is not there: comparing what is written is skipped"

@@ -52,8 +52,16 @@ Surface<double> read_surface(const Settings& settings) {
   gelight::detail::require(std::filesystem::exists(settings.mesh), "there is no mesh ",
                            settings.mesh);
   OpenMesh::TriMesh_ArrayKernelT<> file;
+  file.request_vertex_status();
   gelight::detail::require(OpenMesh::IO::read_mesh(file, settings.mesh) && file.n_faces() > 0,
                            "no mesh can be read from ", settings.mesh);
+  // OpenMesh tears such faces off, and gives them vertices that the file has not.
+  const auto torn = std::count_if(file.vertices_begin(), file.vertices_end(), [&](const auto& v) {
+    return file.status(v).fixed_nonmanifold();
+  });
+  gelight::detail::require(torn == 0, settings.mesh, " has faces that meet others at an edge of ",
+                           "more than two, the wrong way round or in a vertex alone; they would ",
+                           "be torn off");
   return Surface<double>(file);
 }
 
@@ -178,7 +186,8 @@ int main(int argc, char** argv) {
   app.add_option("mesh", settings.mesh, "a file, or geltip")->required();
   app.add_option("out", settings.out, "the HDF5 file; its parts go beside it")->required();
   app.add_option("--edge", settings.edge, "edge length of geltip's mesh, metres")
-      ->default_val(0.001);
+      ->default_val(0.001)
+      ->check(CLI::Range(0.0001, 0.02));
   app.add_option("--method", settings.method, "how distances are found")
       ->check(CLI::IsMember({"exact", "smooth", "fast_marching"}))
       ->capture_default_str();
@@ -186,7 +195,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"float32", "float64"}))
       ->capture_default_str();
   app.add_option("--part", settings.rows_a_part, "rows a file")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1, 1000000000))
       ->capture_default_str();
   hdf5::be_quiet();
   return run_on_ranks(argc, argv, app, settings.threads,

@@ -159,6 +159,7 @@ echo precious >theirs.h5 && mkdir -p folder.h5
 refused "theirs.h5 is there" "$dataset" tiny.json theirs.h5
 [ "$(cat theirs.h5)" = precious ] && [ ! -e theirs.h5.parts ] || fail "a refusal leaves something"
 refused "folder.h5 is there" "$dataset" tiny.json folder.h5
+mkdir -p new && refused '"new/" names no file' "$dataset" tiny.json new/
 sed 's/"part": 2/"part": 18446744073709551615/' tiny.json >one_part.json
 "$dataset" one_part.json one_part.h5 >said 2>&1 && [ -e one_part.h5.parts/000000.h5 ] || fail "one part"
 # A description of which nothing was made can be changed.
@@ -184,6 +185,7 @@ wrong 'edge is 1.*e-09, not from' '0.004' '1e-9'
 wrong 'edge is true, not a number' '0.004' 'true'
 wrong 'model is 3, not a text' '"gelsight_mini"' '3'
 wrong 'not a text of one line' '"shape"' '"name": "a\\nb", "shape"'
+wrong 'not a text of one line' '"shape"' '"name": "a\\u0000b", "shape"'
 wrong 'is not JSON' '0.004' 'NaN'
 wrong 'is not JSON' '0.004' '1e999'
 wrong 'has "part" twice' '"part": 2' '"part": 2, "part": 4'

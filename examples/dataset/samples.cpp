@@ -46,9 +46,9 @@ const Sample& Press::sample(std::uint64_t number, Stopwatch& watch) {
   take_sensor(number / scene_.sensor_every);
   watch.lap(Stage::sensor);
   const Draws draws(scene_.seed, Draws::Of::sample, number);
-  const LitSensor& sensor = kinds_[built_->kind];
+  const LitSensor& sensor = kinds_[built_->drawn.kind];
   sample_.seed = {scene_.seed, number};
-  sample_.sensor = static_cast<std::int32_t>(built_->kind);
+  sample_.sensor = static_cast<std::int32_t>(built_->drawn.kind);
   sample_.press = {scene_.depth.draw(draws, Drawn::depth), scene_.shift.draw(draws, Drawn::shift_x),
                    scene_.shift.draw(draws, Drawn::shift_y),
                    scene_.modulus.draw(draws, Drawn::modulus)};
@@ -63,9 +63,11 @@ const Sample& Press::sample(std::uint64_t number, Stopwatch& watch) {
 
 void Press::take_sensor(std::uint64_t number) {
   if (built_ && number_ == number) return;
-  built_.reset();
-  built_ = std::make_unique<BuiltSensor>(built_sensor(scene_, kinds_, number));
   number_ = number;
+  const DrawnSensor drawn = drawn_sensor(scene_, kinds_, number);
+  if (built_ && built_->drawn == drawn) return;
+  built_.reset();
+  built_ = std::make_unique<BuiltSensor>(built_sensor(kinds_[drawn.kind], drawn));
   const auto& camera = built_->renderer.camera();
   if (object_depth_.width() == camera.width) return;
   object_depth_ = Image<float>(camera.width, camera.height);
@@ -89,7 +91,7 @@ std::pair<Vec3<double>, Vec3<double>> Press::place(const Draws& draws,
     return {point.cast<double>(), -sensor.normals(x, y).cast<double>()};
   }
   gelight::detail::refuse({"the scene's pose presses beside the membrane of ",
-                           scene_.sensors[built_->kind].name, " each of ",
+                           scene_.sensors[built_->drawn.kind].name, " each of ",
                            Distribution::most_attempts, " times"});
 }
 
@@ -169,8 +171,9 @@ void Press::label(const LitSensor& sensor) {
                                         (rest[i] < std::numeric_limits<float>::infinity()));
   }
   if (store.depth || store.normals) {
-    sample_.depth = gelight::elastic_depth(object_depth_, sensor.rest.depth, built_->smoothing,
-                                           static_cast<Index>(std::ceil(4 * built_->smoothing)));
+    sample_.depth =
+        gelight::elastic_depth(object_depth_, sensor.rest.depth, built_->drawn.smoothing,
+                               static_cast<Index>(std::ceil(4 * built_->drawn.smoothing)));
   }
   if (store.normals) sample_.normals = gelight::sobel_normals(sample_.depth, camera);
   if (store.force) press_back(sensor);

@@ -36,7 +36,8 @@ T value_of(const json& value, const std::string& where) {
   } else if constexpr (std::is_same_v<T, std::string>) {
     require_that(value.is_string(), "a text");
     const auto text = value.get<std::string>();
-    require_that(text.find('\n') == std::string::npos, "a text of one line");
+    const auto is_control = [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 127; };
+    require_that(std::none_of(text.begin(), text.end(), is_control), "a text of one line");
     return text;
   } else if constexpr (std::is_integral_v<T>) {
     constexpr auto most = static_cast<std::uint64_t>(std::numeric_limits<T>::max());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -67,25 +68,44 @@ void light_up(LitSensor& sensor, const Model& model) {
   return sensor;
 }
 
-/// A sensor as one was built.
-struct BuiltSensor {
-  std::size_t kind;  ///< of the scene's
-  double smoothing;  ///< pixels
-  gelight::TactileRenderer<float> renderer;
+/// What is drawn of a sensor.
+struct DrawnSensor {
+  std::size_t kind = 0;            ///< of the scene's
+  std::vector<double> brightness;  ///< of each LED
+  double ambient = 0, diffuse = 0, specular = 0, shininess = 0;
+  double smoothing = 0;  ///< pixels
+
+  bool operator==(const DrawnSensor&) const = default;
 };
 
-/// The sensor of this number: what differs depends on the seed and the number alone.
-[[nodiscard]] inline BuiltSensor built_sensor(const Scene& scene,
+/// The sensor of this number: it depends on the seed and the number alone.
+[[nodiscard]] inline DrawnSensor drawn_sensor(const Scene& scene,
                                               const std::vector<LitSensor>& kinds,
                                               std::uint64_t number) {
   const Draws draws(scene.seed, Draws::Of::sensor, number);
-  const auto kind = static_cast<std::size_t>(draws.uniforms(Drawn::sensor)[0] *
-                                             static_cast<double>(kinds.size()));
-  const SensorRange& range = scene.sensors[kind];
-  const LitSensor& lit = kinds[kind];
-  const auto drawn = [&](const Distribution& spread, Drawn what) {
-    return spread.draw(draws, what);
-  };
+  DrawnSensor sensor;
+  sensor.kind = static_cast<std::size_t>(draws.uniforms(Drawn::sensor)[0] *
+                                         static_cast<double>(kinds.size()));
+  const SensorRange& range = scene.sensors[sensor.kind];
+  for (std::size_t k = 0; k < kinds[sensor.kind].preset.leds.size(); ++k) {
+    const auto which = static_cast<Drawn>(static_cast<std::uint32_t>(Drawn::brightness) + k);
+    sensor.brightness.push_back(range.brightness.draw(draws, which));
+  }
+  sensor.ambient = range.ambient.draw(draws, Drawn::ambient);
+  sensor.diffuse = range.diffuse.draw(draws, Drawn::diffuse);
+  sensor.specular = range.specular.draw(draws, Drawn::specular);
+  sensor.shininess = range.shininess.draw(draws, Drawn::shininess);
+  sensor.smoothing = range.smoothing.draw(draws, Drawn::smoothing);
+  return sensor;
+}
+
+/// A sensor as one was built.
+struct BuiltSensor {
+  DrawnSensor drawn;
+  gelight::TactileRenderer<float> renderer;
+};
+
+[[nodiscard]] inline BuiltSensor built_sensor(const LitSensor& lit, const DrawnSensor& drawn) {
   gelight::SensorPreset<float> preset{.membrane = lit.preset.membrane,
                                       .camera = lit.preset.camera,
                                       .leds = lit.preset.leds,
@@ -94,21 +114,20 @@ struct BuiltSensor {
                                       .falloff = lit.preset.falloff};
   std::vector<gelight::Light<float>> lights;
   for (std::size_t k = 0; k < preset.leds.size(); ++k) {
-    const auto which = static_cast<Drawn>(static_cast<std::uint32_t>(Drawn::brightness) + k);
-    const auto share = static_cast<float>(drawn(range.brightness, which));
+    const auto share = static_cast<float>(drawn.brightness[k]);
     for (float& channel : preset.colours[k]) channel *= share;
     lights.push_back({.direction = lit.directions[k],
                       .rgb = preset.colours[k],
-                      .diffuse = static_cast<float>(drawn(range.diffuse, Drawn::diffuse)),
-                      .specular = static_cast<float>(drawn(range.specular, Drawn::specular)),
-                      .shininess = static_cast<float>(drawn(range.shininess, Drawn::shininess))});
+                      .diffuse = static_cast<float>(drawn.diffuse),
+                      .specular = static_cast<float>(drawn.specular),
+                      .shininess = static_cast<float>(drawn.shininess)});
   }
   gelight::TactileOptions options;
-  options.smoothing_sigma = drawn(range.smoothing, Drawn::smoothing);
+  options.smoothing_sigma = drawn.smoothing;
   options.smoothing_radius = static_cast<Index>(std::ceil(4 * options.smoothing_sigma));
-  options.ambient = drawn(range.ambient, Drawn::ambient);
+  options.ambient = drawn.ambient;
   options.rectify = lit.is_tangent;
-  return {kind, options.smoothing_sigma,
+  return {drawn,
           gelight::TactileRenderer<float>(preset.camera, lit.rest.depth, lights,
                                           gelight::coating_light(preset, lit.rest), options)};
 }

@@ -7,17 +7,16 @@
 
 #include "gelight/image/similarity.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <exception>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "../support/command_line.hpp"
 #include "../support/figure.hpp"
 #include "../support/hdf5.hpp"
 #include "gelight/core/parallel.hpp"
@@ -154,19 +153,16 @@ void compare(const std::string& one, const std::string& other, const std::string
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   std::string one, other, picture;
   CLI::App app("Tells how much the images of two datasets are alike.");
   app.add_option("one", one, "an HDF5 file of dataset")->required();
   app.add_option("other", other, "another, of as many images")->required();
   app.add_option("--picture", picture, "a PNG file for pairs and their differences");
-  CLI11_PARSE(app, argc, argv);
+  if (!read_command_line(app, argc, argv)) return 0;
   hdf5::be_quiet();
-  try {
-    compare(one, other, picture);
-  } catch (const std::exception& why) {
-    std::fprintf(stderr, "similarity: %s\n", why.what());
-    return 1;
-  }
+  compare(one, other, picture);
   return 0;
+} catch (...) {
+  return told();
 }

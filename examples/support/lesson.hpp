@@ -1,8 +1,9 @@
 #pragma once
 
 #include <cstdio>
-#include <filesystem>
 #include <string>
+
+#include "plain_words.hpp"
 
 // What all lessons share: where the picture goes, and what must hold of the result.
 
@@ -10,9 +11,8 @@ class Lesson {
  public:
   /// The picture is `name`.png in the folder that the first argument names, out/ without one.
   Lesson(int count, char** arguments, const std::string& name) {
-    const std::filesystem::path folder = count > 1 ? arguments[1] : "out";
-    std::filesystem::create_directories(folder);
-    picture_ = (folder / (name + ".png")).string();
+    picture_ = folder_argument(count, arguments, name + " [FOLDER]") + "/" + name + ".png";
+    require_writable(picture_);
   }
 
   [[nodiscard]] const std::string& picture() const { return picture_; }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <iomanip>
 #include <memory>
 #include <numbers>
 #include <sstream>
@@ -46,6 +47,13 @@
     xml << "'/>";
   }
   return xml.str();
+}
+
+/// A force to a tenth, such as 3.2 N.
+[[nodiscard]] inline std::string in_newtons(double force) {
+  std::ostringstream words;
+  words << std::fixed << std::setprecision(1) << force << " N";
+  return words.str();
 }
 
 /// A MuJoCo model from a file, and its state.

@@ -109,8 +109,11 @@ inline int run_on_ranks(int argc, char** argv, CLI::App& app, int& threads,
       ->check(CLI::Range(1, 4096));
   try {
     app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {  // for help
+    return ranks.is_first() ? app.exit(asked) : 0;
   } catch (const CLI::ParseError& error) {
-    return ranks.is_first() ? app.exit(error) : error.get_exit_code();
+    if (ranks.is_first()) std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.what());
+    return 1;
   }
   if (threads < 1) threads = ranks.threads_by_default();
   try {

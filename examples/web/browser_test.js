@@ -7,6 +7,7 @@ import { createRequire } from "node:module";
 import { join, resolve } from "node:path";
 
 import { edge_length, objects, sensors, switches } from "./choices.js";
+import { compile, Engine } from "./engine.js";
 import { serve } from "./serve.js";
 
 const folder = resolve(process.argv[2]);
@@ -23,6 +24,9 @@ function expect(is_true, words) {
   console.log(`${is_true ? "ok    " : "FAILED"} ${words}`);
   if (!is_true) failures += 1;
 }
+
+const threads = await Engine.from(await compile(readFileSync(join(folder, "wasm/threads.wasm"))));
+expect(threads.wasm.differences() === 0, "work for several threads comes out right on one");
 
 const { chromium } = createRequire(join(folder, "npm/"))("playwright-core");
 mkdirSync(pictures, { recursive: true });
@@ -78,6 +82,19 @@ await page.goto(`http://127.0.0.1:${server.address().port}/`);
 await page.waitForFunction(() => document.body.dataset.picture, null, { timeout: 60000 });
 console.log(`       first picture after ${await page.evaluate(() => document.body.dataset.picture)} ms`);
 
+const marks = await page.evaluate(() =>
+  performance.getEntriesByType("mark").map(({ name, startTime }) => `${name} ${Math.round(startTime)}`),
+);
+console.log(`       ms until: ${marks.join(", ")}`);
+await done("measure");
+const waited_for = await page.evaluate(() =>
+  performance
+    .getEntriesByType("resource")
+    .filter(({ name, startTime }) => startTime < Number(document.body.dataset.picture) && /three|worker/.test(name))
+    .map(({ name }) => name),
+);
+expect(waited_for.length === 0, `the first picture waits for nothing else ${waited_for.join(", ")}`);
+
 // A drag presses.
 await page.keyboard.press("Tab");
 await page.focus("#image");
@@ -116,6 +133,35 @@ await page.keyboard.press("+");
 await frame();
 const moved = await state();
 expect(moved.u === after.u - 6 && moved.depth > after.depth, "keys move and press");
+
+// A finger on glass does what the mouse does.
+const touch = await page.context().newCDPSession(page);
+async function swipe(selector, from, to) {
+  await page.locator(selector).scrollIntoViewIfNeeded();
+  const box = await page.locator(selector).boundingBox();
+  const points = ([x, y], id = 0) => [{ x: box.x + x * box.width, y: box.y + y * box.height, id }];
+  const other = points([0.1, 0.9], 1); // a second finger, which changes nothing
+  const send = (type, touchPoints) => touch.send("Input.dispatchTouchEvent", { type, touchPoints });
+  await send("touchStart", points(from));
+  await send("touchMove", points(to));
+  await send("touchStart", [...points(to), ...other]);
+  await send("touchEnd", points(to));
+  await send("touchEnd", []);
+  await frame();
+}
+await swipe("#image", [0.3, 0.3], [0.6, 0.5]);
+const touched = await state();
+expect(
+  Math.abs(touched.u - (0.6 * 320 - 0.5)) < 1 && Math.abs(touched.v - (0.5 * 240 - 0.5)) < 1,
+  `a touch that moves presses there (${touched.u}, ${touched.v})`,
+);
+await swipe("#finger", [0.5, 0.42], [0.52, 0.42]);
+const on_finger = await state();
+expect(
+  on_finger.u === after.u && on_finger.v === after.v,
+  `on the finger in space, too (${on_finger.u}, ${on_finger.v}; by mouse ${after.u}, ${after.v})`,
+);
+await page.focus("#finger");
 
 // Every choice works, and each switch changes the image.
 for (let sensor = 0; sensor < sensors.length; ++sensor) {

@@ -191,6 +191,7 @@ export class FingerView {
     let dragged = "";
     let before = null;
     this.canvas.addEventListener("pointerdown", (event) => {
+      if (!event.isPrimary || event.button !== 0) return;
       this.canvas.setPointerCapture(event.pointerId);
       const { led, point } = this.#hit(event);
       dragged = led !== undefined ? "led" : point ? "skin" : "view";
@@ -199,6 +200,7 @@ export class FingerView {
       if (dragged === "skin") on_press(point.x, point.y, point.z);
     });
     this.canvas.addEventListener("pointermove", (event) => {
+      if (!event.isPrimary) return;
       if (dragged === "skin") {
         const { point } = this.#hit(event);
         if (point) on_press(point.x, point.y, point.z);
@@ -213,7 +215,8 @@ export class FingerView {
       }
     });
     for (const name of ["pointerup", "pointercancel"]) {
-      this.canvas.addEventListener(name, () => {
+      this.canvas.addEventListener(name, (event) => {
+        if (!event.isPrimary) return;
         dragged = "";
         on_release();
       });

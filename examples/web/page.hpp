@@ -28,4 +28,6 @@ PAGE_EXPORT int distances(int solver, int led);  ///< of each vertex
 PAGE_EXPORT int isolines(float step);            ///< of the last distances, as pieces of two points
 PAGE_EXPORT int path(int led, float u, float v);  ///< the shortest, as pieces
 PAGE_EXPORT int fan(int led, int count);          ///< shortest paths all over, as pieces
+
+PAGE_EXPORT int differences();  ///< threads.cpp, another program: of several threads from one
 }

@@ -3,7 +3,6 @@
 import { draw_chart } from "./chart.js";
 import { edge_length, led_key, objects, sensors, start, switches } from "./choices.js";
 import { compile, Engine, image_height, image_width } from "./engine.js";
-import { FingerView } from "./finger.js";
 import { show_levels } from "./levels.js";
 import { Tour } from "./tour.js";
 
@@ -13,7 +12,7 @@ const element = (id) => document.getElementById(id);
 const image = element("image");
 const pen = image.getContext("2d");
 let engine;
-let view;
+let view; // comes after the first picture, as does all that the picture does not need
 let worker;
 let rates = [];
 let is_waiting = false;
@@ -37,24 +36,27 @@ function attempt(work) {
 function set_sensor() {
   attempt(() => {
     engine.sensor(state.sensor, edge_length(state));
-    view.set_sensor(engine.mesh(false), engine.leds());
+    view?.set_sensor(engine.mesh(false), engine.leds());
     state.led = Math.min(state.led, engine.leds().length - 1);
     show_leds();
     set_object();
     set_renderer();
     // After the picture is shown.
     clearTimeout(following);
-    following = setTimeout(() => {
-      set_distances();
-      measure();
-    }, 20);
+    following = setTimeout(follow, 20);
   });
+}
+
+function follow() {
+  if (!view) return;
+  set_distances();
+  measure();
 }
 
 function set_object() {
   attempt(() => {
     engine.object(state.object);
-    view.set_object(engine.mesh(true));
+    view?.set_object(engine.mesh(true));
   });
 }
 
@@ -67,6 +69,7 @@ function set_renderer() {
 
 function set_distances() {
   attempt(() => {
+    if (!view) return;
     const distances = engine.call("distances", state.solver, state.led);
     view.set_distances(
       distances,
@@ -87,8 +90,8 @@ function press() {
     rates.push(performance.now() - begin);
     pen.putImageData(new ImageData(pixels, image_width, image_height), 0, 0);
     document.body.dataset.picture ??= String(Math.round(performance.now()));
-    view.set_pose(pose ?? null);
-    view.draw();
+    view?.set_pose(pose ?? null);
+    view?.draw();
     show_numbers();
     trace_soon();
   });
@@ -99,7 +102,7 @@ function trace_soon() {
   clearTimeout(tracing);
   const count = element("leds").childElementCount;
   const path = (_, k) => (state.is_pressed ? engine.call("path", k, state.u, state.v) : []);
-  tracing = setTimeout(() => attempt(() => view.set_paths(Array.from({ length: count }, path))), 15);
+  tracing = setTimeout(() => attempt(() => view?.set_paths(Array.from({ length: count }, path))), 15);
 }
 
 /** At most one press for each picture of the screen. */
@@ -126,14 +129,14 @@ let measured = [];
 function measure() {
   measured = [];
   draw_chart(element("chart"), measured, state.solver);
-  worker.postMessage({ task: "measure", state: { ...state } });
+  worker?.postMessage({ task: "measure", state: { ...state } });
   compare();
 }
 
 let comparing;
 function compare() {
   clearTimeout(comparing);
-  comparing = setTimeout(() => worker.postMessage({ task: "compare", state: { ...state } }), 150);
+  comparing = setTimeout(() => worker?.postMessage({ task: "compare", state: { ...state } }), 150);
 }
 
 function heard({ data }) {
@@ -251,13 +254,15 @@ function drag_image() {
     );
   };
   image.addEventListener("pointerdown", (event) => {
+    if (!event.isPrimary || event.button !== 0) return;
     image.setPointerCapture(event.pointerId);
     is_down = true;
     at(event);
   });
-  image.addEventListener("pointermove", (event) => is_down && at(event));
+  image.addEventListener("pointermove", (event) => event.isPrimary && is_down && at(event));
   for (const name of ["pointerup", "pointercancel"]) {
-    image.addEventListener(name, () => {
+    image.addEventListener(name, (event) => {
+      if (!event.isPrimary) return;
       is_down = false;
       compare();
     });
@@ -286,13 +291,20 @@ function wire() {
 
 // --- the beginning -------------------------------------------------------------------------------
 
+/** When the browser has shown what was drawn. */
+const shown = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+
 async function begin() {
   wire();
   const module = await compile("page.wasm");
+  performance.mark("compiled");
   engine = await Engine.from(module);
+  set_sensor();
+  await shown();
   worker = new Worker("worker.js", { type: "module" });
   worker.addEventListener("message", heard);
   worker.postMessage({ task: "begin", module });
+  const { FingerView } = await import("./finger.js");
   view = new FingerView(element("finger"), {
     on_press(x, y, z) {
       const { fx, fy, cx, cy } = engine.camera;
@@ -301,7 +313,10 @@ async function begin() {
     on_led: choose_led,
     on_release: compare,
   });
-  set_sensor();
+  view.set_sensor(engine.mesh(false), engine.leds());
+  view.set_object(engine.mesh(true));
+  press();
+  follow();
 }
 
 begin().catch((error) => attempt(() => {

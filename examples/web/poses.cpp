@@ -10,7 +10,10 @@
 #include "page.hpp"
 
 int main(int count, char** arguments) {
-  if (count != 2) return 2;
+  if (count != 2) {
+    std::fprintf(stderr, "usage: poses FOLDER\n");
+    return 2;
+  }
   constexpr int width = 320, height = 240;
   int sensor = 0, object = 0, light = 0, smoothing = 0, solver = 0;
   float edge = 0, u = 0, v = 0, depth = 0, turn = 0;

@@ -2,11 +2,16 @@
 
 #include <doctest/doctest.h>
 
+#if defined(__GLIBC__)
+#include <pthread.h>
+#endif
+
 #include <array>
 #include <atomic>
 #include <mutex>
 #include <set>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -48,3 +53,46 @@ TEST_CASE("an exception comes out, after every thread has ended") {
     CHECK(calls < 1000);
   }
 }
+
+#if defined(__GLIBC__)
+namespace {
+
+// While this is there, no thread starts: none finds room for its stack.
+class NoThreads {
+ public:
+  NoThreads() {
+    pthread_getattr_default_np(&before_);
+    pthread_attr_t greedy;
+    pthread_attr_init(&greedy);
+    pthread_attr_setstacksize(&greedy, std::size_t{1} << 60);
+    pthread_setattr_default_np(&greedy);
+    pthread_attr_destroy(&greedy);
+  }
+  NoThreads(const NoThreads&) = delete;
+  NoThreads& operator=(const NoThreads&) = delete;
+  ~NoThreads() {
+    pthread_setattr_default_np(&before_);
+    pthread_attr_destroy(&before_);
+  }
+
+ private:
+  pthread_attr_t before_;
+};
+
+}  // namespace
+
+TEST_CASE("the caller's thread does all the work where the machine gives no other") {
+  const NoThreads none;
+  REQUIRE_THROWS_AS(std::thread([] {}).join(), std::system_error);
+  for (const unsigned threads : {0u, 2u, 7u}) {
+    std::vector<int> calls(1000);
+    parallel_for(1000, threads, [&](Index i) { ++calls[static_cast<std::size_t>(i)]; });
+    CHECK(calls == std::vector<int>(1000, 1));
+    CHECK_THROWS_WITH_AS(parallel_for(3, threads,
+                                      [](Index i) {
+                                        if (i == 1) throw std::runtime_error("one");
+                                      }),
+                         "one", std::runtime_error);
+  }
+}
+#endif

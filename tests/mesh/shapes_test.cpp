@@ -138,6 +138,9 @@ TEST_CASE("shapes that cannot be are refused") {
   CHECK_THROWS_AS((void)gelight::box(1.0, 0.0, 1.0), InvalidInput);
   CHECK_THROWS_AS((void)gelight::membrane(0.01, 0.005, 0.001), InvalidInput);
   CHECK_THROWS_AS((void)gelight::membrane(0.01, 0.05, 0.0), InvalidInput);
+  // More vertices than can be counted: in a ring, of rings.
+  CHECK_THROWS_AS((void)gelight::membrane(0.01, 0.05, 1e-300), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::membrane(1e-3, 1e6, 1e-3), InvalidInput);
   CHECK_THROWS_AS((void)gelight::torus(1.0, 2.0, 10, 10), InvalidInput);
   const gelight::ProfilePoint<double> axis[] = {{0, 0}, {0, 1}};
   CHECK_THROWS_AS((void)gelight::revolve<double>(axis, 0.1), InvalidInput);

@@ -370,6 +370,7 @@ class Assurance:
     certified: Assurance
 
 class RelativeError:
+    def __init__(self, mean: float, max: float) -> None: ...
     @property
     def mean(self) -> float: ...
     @property
@@ -387,6 +388,47 @@ class Certifier:
     def bounds(
         self, sources: _Sources, distances: ArrayLike, cancelled: _Hook = None
     ) -> DistanceBounds: ...
+
+class MethodCost:
+    setup_ns: float
+    query_ns: float
+    growth: float
+    bytes: float
+    def __init__(
+        self,
+        setup_ns: float = 0.0,
+        query_ns: float = 0.0,
+        growth: float = 0.0,
+        bytes: float = 0.0,
+    ) -> None: ...
+    def seconds(self, vertices: int, queries: int) -> float: ...
+
+class PlanCosts:
+    dijkstra: MethodCost
+    virtual_source: MethodCost
+    fast_marching: MethodCost
+    exact: MethodCost
+    certificate: MethodCost
+    paths: MethodCost
+    sample_share: float
+    def __init__(self) -> None: ...
+
+def measured_plan_costs(cancelled: _Hook = None) -> PlanCosts: ...
+
+class PlanMethod:
+    def __init__(
+        self,
+        name: str,
+        cost: MethodCost,
+        error: RelativeError,
+        make: Callable[[Surface], Callable[[list[Source]], ArrayLike]],
+    ) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def cost(self) -> MethodCost: ...
+    @property
+    def error(self) -> RelativeError: ...
 
 class DistancePlan:
     @property
@@ -437,6 +479,8 @@ class DistancePlanner:
         time_limit: float = ...,
         memory_limit: float = ...,
         slowness: float = 1.0,
+        costs: PlanCosts | None = None,
+        methods: Sequence[PlanMethod] = (),
         cancelled: _Hook = None,
     ) -> None: ...
     @property
@@ -658,6 +702,76 @@ class GelLight:
         barycentric: ArrayLike | None = None,
         cancelled: _Hook = None,
     ) -> _F32: ...
+
+# InnerLayer to LightTracer: only where the module was built with Embree 3.
+
+class InnerLayer:
+    def __init__(self, surface: Surface, index: float = 1.0, absorption: float = 0.0) -> None: ...
+
+def beneath(membrane: Surface, thickness: float) -> Surface: ...
+
+class LightBalance:
+    @property
+    def coating(self) -> float: ...
+    @property
+    def gel(self) -> float: ...
+    @property
+    def lost(self) -> float: ...
+    @property
+    def cut(self) -> float: ...
+    @property
+    def segments(self) -> float: ...
+
+class TracedLight:
+    @property
+    def irradiance(self) -> _F64: ...
+    @property
+    def irradiance_error(self) -> _F64: ...
+    @property
+    def direction(self) -> _F64: ...
+    @property
+    def direction_error(self) -> _F64: ...
+    @property
+    def directed(self) -> _F64: ...
+    @property
+    def directed_error(self) -> _F64: ...
+    @property
+    def vector(self) -> _F64: ...
+    @property
+    def vector_error(self) -> _F64: ...
+    @property
+    def balance(self) -> LightBalance: ...
+    @property
+    def balance_error(self) -> LightBalance: ...
+
+class LightTracer:
+    def __init__(
+        self,
+        membrane: Surface,
+        *,
+        index: float = 1.41,
+        absorption: float = 0.0,
+        albedo: float = 0.5,
+        layers: Sequence[InnerLayer] = (),
+    ) -> None: ...
+    @property
+    def surface(self) -> Surface: ...
+    def trace(
+        self,
+        place: ArrayLike,
+        axis: ArrayLike,
+        *,
+        radius: float = 0.0,
+        power: float = 1.0,
+        narrowness: float = 1.0,
+        behind_air: bool = False,
+        layer: int = 0,
+        paths: int = ...,
+        seed: int = 1,
+        longest: int = 1000,
+        threads: int = 1,
+        cancelled: _Hook = None,
+    ) -> TracedLight: ...
 
 class Light:
     rgb: _Triple
@@ -937,6 +1051,23 @@ class SeeThroughRenderer:
         visual: ArrayLike | None = None,
         levels: LightLevels | None = None,
     ) -> None: ...
+
+# --- dots on a gel ------------------------------------------------------------------------------
+
+def dot_grid(columns: int, rows: int, first: ArrayLike, step: ArrayLike) -> _F64: ...
+
+class PrintedDots:
+    def __init__(
+        self,
+        camera: Camera,
+        rest_depth: ArrayLike,
+        centres: ArrayLike,
+        radius: float,
+        ink: ArrayLike = ...,
+    ) -> None: ...
+    @property
+    def centres(self) -> _F64: ...
+    def draw_into(self, image: _U8, displacement: ArrayLike | None = None) -> None: ...
 
 # --- calibration --------------------------------------------------------------------------------
 

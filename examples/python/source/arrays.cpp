@@ -17,11 +17,20 @@ Packed<Index> narrowed(const py::array& array, const char* what) {
 
 }  // namespace
 
+py::array array_itself(py::handle object, const char* what) {
+  if (!py::isinstance<py::array>(object)) {
+    throw py::type_error(std::string(what) + " is " +
+                         py::repr(py::type::handle_of(object)).cast<std::string>() +
+                         ", not an array to be written to");
+  }
+  return py::reinterpret_borrow<py::array>(object);
+}
+
 Packed<Index> indices_in(py::handle object, const char* what) {
   // Of no numbers NumPy does not know of which type they are.
   const py::array any = array_in(object, "fiu", what);
   const py::array array = any.size() == 0 ? any : array_in(any, "iu", what);
-  if (array.dtype().is(py::dtype::of<Index>()) || array.size() == 0) return Packed<Index>(array);
+  if (has_type<Index>(array) || array.size() == 0) return Packed<Index>(array);
   if (array.dtype().kind() == 'u') return narrowed<std::uint64_t>(array, what);
   return narrowed<std::int64_t>(array, what);
 }
@@ -57,9 +66,7 @@ DepthImage::DepthImage(py::handle object, const char* what) {
   py::array array = array_in(object, "f", what);
   gelight::detail::require(array.ndim() == 2, what, " has shape ", shape_text(array),
                            ", not (height, width)");
-  const bool is_float = array.dtype().is(py::dtype::of<float>());
-  const bool is_aligned = array.attr("flags").attr("aligned").cast<bool>();
-  kept_ = is_float && is_aligned ? array : py::array(Packed<float>(array));
+  kept_ = has_type<float>(array) && is_aligned(array) ? array : py::array(Packed<float>(array));
   view_ = ImageView<const float>::from_bytes(
       static_cast<const float*>(kept_.data()), static_cast<Index>(kept_.shape(1)),
       static_cast<Index>(kept_.shape(0)), kept_.strides(0), kept_.strides(1));

@@ -115,7 +115,7 @@ py::array_t<typename PixelTraits<P>::Scalar> view_of(const Image<P>& image, py::
 /// The same, which cannot be written to.
 template <class Scalar>
 py::array_t<Scalar> read_only(py::array_t<Scalar> array) {
-  array.attr("setflags")(py::arg("write") = false);
+  py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
   return array;
 }
 
@@ -136,13 +136,26 @@ inline py::array array_in(py::handle object, const char* kinds, const char* what
   return array;
 }
 
+/// Whether its numbers are of this type, in this machine's order of bytes.
+template <class T>
+bool has_type(const py::array& array) {
+  return py::isinstance<py::array_t<T>>(array);
+}
+inline bool is_aligned(const py::array& array) {
+  return (array.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) != 0;
+}
+
+/// An array that is written to. Throws TypeError for anything else.
+py::array array_itself(py::handle object, const char* what);
+
 inline std::string shape_text(const py::array& array) {
   return py::str(array.attr("shape")).cast<std::string>();
 }
 
-/// Packed numbers of one type: the array itself where it has them, else a copy.
+/// Packed and aligned numbers of one type: the array itself where it has them, else a copy.
 template <class T>
-using Packed = py::array_t<T, py::array::c_style | py::array::forcecast>;
+using Packed = py::array_t<T, py::array::c_style | py::array::forcecast |
+                                  py::detail::npy_api::NPY_ARRAY_ALIGNED_>;
 
 /// Numbers in a row. Throws ValueError for another shape.
 template <class T>
@@ -206,13 +219,11 @@ class PixelImage {
     gelight::detail::require(array.ndim() == 3 && array.shape(2) == PixelTraits<P>::count, what,
                              " has shape ", shape_text(array), ", not (height, width, ",
                              PixelTraits<P>::count, ")");
-    const bool is_of_type = array.dtype().is(py::dtype::of<Scalar>());
-    if (std::is_integral_v<Scalar> && !is_of_type) {
+    if (std::is_integral_v<Scalar> && !has_type<Scalar>(array)) {
       throw py::type_error(std::string(what) + " has numbers of type " +
                            py::str(array.dtype()).cast<std::string>() + ", not uint8");
     }
-    const bool is_aligned = array.attr("flags").attr("aligned").cast<bool>();
-    if (!is_of_type || !is_aligned || array.strides(2) != sizeof(Scalar)) {
+    if (!has_type<Scalar>(array) || !is_aligned(array) || array.strides(2) != sizeof(Scalar)) {
       array = Packed<Scalar>(array);
     }
     kept_ = array;
@@ -236,16 +247,17 @@ class PixelImage {
 
 /// An image of the caller's that is written to: where it lies, at any strides, but for pixels whose
 /// numbers do not lie side by side (channels in reverse, planes) or rows that have to be packed,
-/// which are written beside it and copied. Throws TypeError for other numbers than the pixel's, and
-/// ValueError for another shape and for an array that is read-only.
+/// which are written beside it and copied. Throws TypeError for what is no array, which nobody
+/// would see written, and for other numbers than the pixel's; ValueError for another shape and for
+/// an array that is read-only.
 template <class P>
 class OutputImage {
   using Scalar = typename PixelTraits<P>::Scalar;
 
  public:
-  OutputImage(py::array array, const char* what, bool packed_rows = false)
-      : array_(std::move(array)) {
-    if (!array_.dtype().is(py::dtype::of<Scalar>())) {
+  OutputImage(py::handle object, const char* what, bool packed_rows = false)
+      : array_(array_itself(object, what)) {
+    if (!has_type<Scalar>(array_)) {
       throw py::type_error(std::string(what) + " has numbers of type " +
                            py::str(array_.dtype()).cast<std::string>() + ", not " +
                            py::str(py::dtype::of<Scalar>()).cast<std::string>());
@@ -256,7 +268,7 @@ class OutputImage {
                              what, " has shape ", shape_text(array_),
                              has_channels ? ", not (height, width, 3)" : ", not (height, width)");
     gelight::detail::require(array_.writeable(), what, " is read-only");
-    const bool fits = array_.attr("flags").attr("aligned").cast<bool>() &&
+    const bool fits = is_aligned(array_) &&
                       (!has_channels || array_.strides(2) == sizeof(Scalar)) &&
                       (!packed_rows || array_.strides(1) == sizeof(P) || array_.shape(1) <= 1);
     target_ = fits ? array_ : py::array(array_.attr("copy")("C"));

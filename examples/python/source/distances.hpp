@@ -28,6 +28,7 @@ void bind_distances(Class& solver) {
           [](const Solver& self, py::array_t<double, py::array::c_style> out, py::handle sources) {
             const auto from = sources_in(sources);
             gelight::detail::require(out.ndim() == 1, "the output has shape ", shape_text(out));
+            gelight::detail::require(is_aligned(out), "the output's numbers are not aligned");
             const std::span<double> to(out.mutable_data(), static_cast<std::size_t>(out.size()));
             without_gil([&] {
               self.distance_into(to, std::span<const gelight::Source<double>>(from));

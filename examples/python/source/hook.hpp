@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "gelight/core/progress.hpp"
@@ -16,6 +17,10 @@ class PythonHook {
  public:
   explicit PythonHook(pybind11::object asks) {
     if (asks.is_none()) return;
+    if (PyCallable_Check(asks.ptr()) == 0) {
+      throw pybind11::type_error("cancelled is " + pybind11::repr(asks).cast<std::string>() +
+                                 ", which cannot be called");
+    }
     // Copies of a hook come and go while the interpreter is not ours.
     asks_ = std::shared_ptr<pybind11::object>(new pybind11::object(std::move(asks)),
                                               [](pybind11::object* held) {

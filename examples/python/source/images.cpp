@@ -5,6 +5,7 @@
 #include "gelight/image/normals.hpp"
 #include "gelight/image/raster.hpp"
 #include "gelight/sensor/noise.hpp"
+#include "one_at_a_time.hpp"
 #include "topics.hpp"
 
 using namespace py::literals;
@@ -21,7 +22,7 @@ Background background_in(py::handle object) {
     return std::array<float, 3>{rgb.data()[0], rgb.data()[1], rgb.data()[2]};
   }
   if (array.ndim() == 2) return DepthImage(object, "the background").view();
-  if (array.dtype().is(py::dtype::of<std::uint8_t>())) {
+  if (has_type<std::uint8_t>(array)) {
     return PixelImage<Rgb8>(object, "the background").view();
   }
   return PixelImage<std::array<float, 3>>(object, "the background").view();
@@ -80,7 +81,7 @@ void bind_camera(py::module_& m) {
       "float32 (h, w, 3); zero where no surface is seen around a pixel.");
   m.def(
       "add_noise",
-      [](const py::array& image, double sigma, std::uint64_t seed, std::uint64_t frame) {
+      [](py::handle image, double sigma, std::uint64_t seed, std::uint64_t frame) {
         OutputImage<Rgb8> out(image, "the image");
         without_gil([&] {
           gelight::add_noise(out.view(), sigma, seed, frame);
@@ -102,6 +103,7 @@ template <class T>
 void draw(const py::array& depth, const Surface& mesh, const Pose& pose, const Camera& camera,
           RasterWorkspace* work) {
   OutputImage<T> out(depth, "the depth image", true);
+  const OneAtATime alone(work, "the workspace");
   without_gil([&] {
     gelight::rasterize_into<T>(out.view(), mesh, pose, camera.cast<T>(), work);
     return 0;
@@ -161,9 +163,10 @@ void bind_raster(py::module_& m) {
       "a face are seen.");
   m.def(
       "rasterize_into",
-      [](const py::array& depth, const Surface& mesh, const Pose& pose, const Camera& camera,
+      [](py::handle object, const Surface& mesh, const Pose& pose, const Camera& camera,
          RasterWorkspace* workspace) {
-        if (depth.dtype().is(py::dtype::of<double>())) {
+        const py::array depth = array_itself(object, "the depth image");
+        if (has_type<double>(depth)) {
           draw<double>(depth, mesh, pose, camera, workspace);
         } else {
           draw<float>(depth, mesh, pose, camera, workspace);

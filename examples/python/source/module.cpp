@@ -36,9 +36,13 @@ PYBIND11_MODULE(_gelight, m) {
   bind_transport(m);
   bind_images(m);
   bind_light(m);
+#if defined(GELIGHT_HAS_EMBREE)
+  bind_traced(m);
+#endif
   bind_membranes(m);
   bind_renderers(m);
   bind_see_through(m);
+  bind_dots(m);
   bind_calibration(m);
   bind_presets(m);
 }

@@ -2,8 +2,11 @@
 
 #include "gelight/geodesic/plan.hpp"
 
+#include <memory>
+
 #include "distances.hpp"
 #include "gelight/geodesic/certify.hpp"
+#include "gelight/geodesic/measured_plan_costs.hpp"
 #include "hook.hpp"
 #include "points.hpp"
 #include "topics.hpp"
@@ -12,6 +15,10 @@ using namespace py::literals;
 using gelight::Assurance;
 using gelight::DistanceTruth;
 using gelight::ErrorNorm;
+using gelight::MethodCost;
+using gelight::PlanCosts;
+using gelight::PlanMethod;
+using gelight::RelativeError;
 using Bounds = gelight::DistanceBounds<double>;
 using Certifier = gelight::Certifier<double>;
 using Plan = gelight::DistancePlan;
@@ -26,9 +33,12 @@ py::array_t<double> numbers_of(const std::vector<double>& numbers, const py::obj
 }
 
 void bind_certifier(py::module_& m) {
-  using gelight::RelativeError;
   py::class_<RelativeError>(m, "RelativeError",
                             "How far distances can be from the exact ones, as a share of these.")
+      .def(py::init([](double mean, double max) {
+             return RelativeError{mean, max};
+           }),
+           "mean"_a, "max"_a)
       .def_readonly("mean", &RelativeError::mean, "Over the vertices that are reached.")
       .def_readonly("max", &RelativeError::max, "The largest of all.");
   py::class_<Bounds>(m, "DistanceBounds",
@@ -69,10 +79,93 @@ void bind_certifier(py::module_& m) {
           "be wrong.");
 }
 
+void bind_costs(py::module_& m) {
+  py::class_<MethodCost>(m, "MethodCost", "What a method, or a check, costs on a machine.")
+      .def(py::init([](double setup_ns, double query_ns, double growth, double bytes) {
+             return MethodCost{setup_ns, query_ns, growth, bytes};
+           }),
+           "setup_ns"_a = 0.0, "query_ns"_a = 0.0, "growth"_a = 0.0, "bytes"_a = 0.0,
+           "Nanoseconds a vertex of set-up, and of a query on a mesh of 10,000 vertices; the power "
+           "of the number of vertices by which that grows; bytes a vertex, beyond the mesh.")
+      .def_readwrite("setup_ns", &MethodCost::setup_ns, "Nanoseconds a vertex.")
+      .def_readwrite("query_ns", &MethodCost::query_ns,
+                     "Nanoseconds a vertex on a mesh of 10,000 vertices.")
+      .def_readwrite("growth", &MethodCost::growth,
+                     "Power of the number of vertices by which a query grows.")
+      .def_readwrite("bytes", &MethodCost::bytes, "A vertex, beyond the mesh.")
+      .def("seconds", &MethodCost::seconds, "vertices"_a, "queries"_a,
+           "Of so many queries that share their set-up.");
+  py::class_<PlanCosts>(m, "PlanCosts",
+                        "What the methods that DistancePlanner chooses from cost, and its checks; "
+                        "as it knows them by default.")
+      .def(py::init([] { return gelight::PlanRequest{}.costs; }))
+      .def_readwrite("dijkstra", &PlanCosts::dijkstra, "DijkstraSolver.")
+      .def_readwrite("virtual_source", &PlanCosts::virtual_source, "VirtualSourceSolver.")
+      .def_readwrite("fast_marching", &PlanCosts::fast_marching, "FastMarchingSolver.")
+      .def_readwrite("exact", &PlanCosts::exact, "ExactSolver.")
+      .def_readwrite("certificate", &PlanCosts::certificate, "Bounds of an approximate answer.")
+      .def_readwrite("paths", &PlanCosts::paths,
+                     "Following some back through an approximate answer.")
+      .def_readwrite("sample_share", &PlanCosts::sample_share,
+                     "Of checking one target exactly, as a share of an exact query.");
+  m.def(
+      "measured_plan_costs",
+      [](py::object cancelled) {
+        const auto hook = hook_of(std::move(cancelled));
+        return without_gil([&] { return gelight::measured_plan_costs<double>(hook); });
+      },
+      "cancelled"_a = py::none(), "What they cost on the machine that runs this, a PlanCosts.");
+}
+
+// A callable of Python that the library holds and copies while the interpreter is not its own.
+std::shared_ptr<py::object> held(py::object callable) {
+  return {new py::object(std::move(callable)), [](py::object* object) {
+            const py::gil_scoped_acquire acquire;
+            delete object;
+          }};
+}
+
+PlanMethod::Query query_of(py::object query) {
+  return [query = held(std::move(query))](FromSources sources) {
+    const py::gil_scoped_acquire acquire;
+    const auto distances = numbers_in<double>(
+        (*query)(std::vector<gelight::Source<double>>(sources.begin(), sources.end())),
+        "a method's distances");
+    const auto numbers = span_of(distances);
+    return std::vector<double>(numbers.begin(), numbers.end());
+  };
+}
+
+void bind_methods(py::module_& m) {
+  py::class_<PlanMethod>(m, "PlanMethod",
+                         "A method of the caller's own for DistancePlanner to choose from.")
+      .def(py::init([](std::string name, const MethodCost& cost, const RelativeError& error,
+                       py::object make) {
+             if (PyCallable_Check(make.ptr()) == 0) {
+               throw py::type_error("make is " + py::repr(make).cast<std::string>() +
+                                    ", which cannot be called");
+             }
+             const auto maker = [make = held(std::move(make))](const Surface& surface) {
+               const py::gil_scoped_acquire acquire;
+               return query_of((*make)(surface));
+             };
+             return PlanMethod{std::move(name), cost, error, maker};
+           }),
+           "name"_a, "cost"_a, "error"_a, "make"_a,
+           "make(surface) sets the method up and returns its queries: query(sources), of a list of "
+           "Sources, is the distance of every vertex from the nearest, (n,). cost: as measured on "
+           "the machine of the request's costs; error: what it is off at most from one source.")
+      .def_readonly("name", &PlanMethod::name, "What plans and answers call it.")
+      .def_readonly("cost", &PlanMethod::cost, "On the machine of the request's costs.")
+      .def_readonly("error", &PlanMethod::error, "What it is off at most from one source.");
+}
+
 void bind_results(py::module_& m) {
   py::class_<Plan>(m, "DistancePlan", "What was chosen, and why.")
-      .def_readonly("method", &Plan::method,
-                    "The solver: dijkstra, fast_marching, virtual_source, exact or smooth.")
+      .def_readonly(
+          "method", &Plan::method,
+          "The solver: dijkstra, fast_marching, virtual_source, exact, smooth or one of the "
+          "caller's own.")
       .def_readonly("expected_to_satisfy", &Plan::expected_to_satisfy,
                     "Whether tolerance, assurance and limits can all be met.")
       .def_readonly("expected_error", &Plan::expected_error, "In the norm asked for.")
@@ -101,7 +194,8 @@ void bind_results(py::module_& m) {
 gelight::PlanRequest request_of(double tolerance, ErrorNorm norm, DistanceTruth truth,
                                 Assurance assurance, Index sources, Index samples,
                                 py::handle targets, double time_limit, double memory_limit,
-                                double slowness, py::object cancelled) {
+                                double slowness, const PlanCosts* costs,
+                                std::vector<PlanMethod> methods, py::object cancelled) {
   gelight::PlanRequest request;
   request.tolerance = tolerance;
   request.norm = norm;
@@ -116,6 +210,8 @@ gelight::PlanRequest request_of(double tolerance, ErrorNorm norm, DistanceTruth 
   request.time_limit = time_limit;
   request.memory_limit = memory_limit;
   request.slowness = slowness;
+  if (costs != nullptr) request.costs = *costs;
+  request.methods = std::move(methods);
   request.cancelled = hook_of(std::move(cancelled));
   return request;
 }
@@ -130,10 +226,11 @@ void bind_planner(py::module_& m) {
       .def(py::init([](const Surface& surface, double tolerance, ErrorNorm norm,
                        DistanceTruth truth, Assurance assurance, Index sources, Index samples,
                        py::handle targets, double time_limit, double memory_limit, double slowness,
+                       const PlanCosts* costs, std::vector<PlanMethod> methods,
                        py::object cancelled) {
-             const auto request =
-                 request_of(tolerance, norm, truth, assurance, sources, samples, targets,
-                            time_limit, memory_limit, slowness, std::move(cancelled));
+             const auto request = request_of(tolerance, norm, truth, assurance, sources, samples,
+                                             targets, time_limit, memory_limit, slowness, costs,
+                                             std::move(methods), std::move(cancelled));
              return without_gil([&] { return Planner(surface, request); });
            }),
            "surface"_a, py::kw_only(), "tolerance"_a = 0.01, "norm"_a = ErrorNorm::mean,
@@ -141,10 +238,12 @@ void bind_planner(py::module_& m) {
            "sources"_a = 1, "samples"_a = 4, "targets"_a = py::none(),
            "time_limit"_a = gelight::unreachable<double>,
            "memory_limit"_a = gelight::unreachable<double>, "slowness"_a = 1.0,
+           "costs"_a = py::none(), "methods"_a = std::vector<PlanMethod>{},
            "cancelled"_a = py::none(),
            "tolerance: largest relative error. sources: how many queries share the set-up. "
            "targets: the vertices that matter, all by default. time_limit: in seconds, "
-           "memory_limit: in bytes, as estimated.")
+           "memory_limit: in bytes, as estimated. costs: PlanCosts; methods: PlanMethods to choose "
+           "from besides.")
       .def_property_readonly(
           "plan", [](const Planner& self) { return self.plan(); },
           "What was chosen for the request, and why.")
@@ -171,6 +270,8 @@ void bind_plan(py::module_& m) {
       .value("sampled", Assurance::sampled, "Some targets were computed exactly besides.")
       .value("certified", Assurance::certified, "Proved at every vertex.");
   bind_certifier(m);
+  bind_costs(m);
+  bind_methods(m);
   bind_results(m);
   bind_planner(m);
 }

@@ -3,6 +3,7 @@
 #include "any_membrane.hpp"
 #include "calibrated.hpp"
 #include "gelight/membrane/gel.hpp"
+#include "one_at_a_time.hpp"
 #include "renderer.hpp"
 #include "topics.hpp"
 
@@ -113,7 +114,7 @@ std::unique_ptr<AnyRenderer> renderer_of(const Camera& camera, py::handle rest_d
       [&] { return phong_renderer(camera, rest.view(), lights, seen, options, membrane); });
 }
 
-void render_into(const AnyRenderer& self, const py::array& out, py::handle depth) {
+void render_into(const AnyRenderer& self, py::handle out, py::handle depth) {
   const DepthImage image(depth);
   OutputImage<Rgb8> to(out, "the output image");
   without_gil([&] {
@@ -167,6 +168,7 @@ void bind_renderer(py::module_& m) {
           "render_next_into",
           [](const AnyRenderer& self, Frame& frame, py::handle depth) {
             const DepthImage image(depth);
+            const OneAtATime alone(&frame, "the frame");
             without_gil([&] {
               self.render_next_into(frame, image.view());
               return 0;

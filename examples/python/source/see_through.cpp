@@ -67,7 +67,7 @@ void render_visible(const Renderer& self, ImageView<Rgb8> out, const DepthImage&
     });
   };
   const py::array array = array_in(visual, "fu", "the visual image");
-  if (array.dtype().is(py::dtype::of<std::uint8_t>())) {
+  if (has_type<std::uint8_t>(array)) {
     render(PixelImage<Rgb8>(array, "the visual image"));
   } else {
     render(PixelImage<std::array<float, 3>>(array, "the visual image"));
@@ -134,7 +134,7 @@ void bind_see_through(py::module_& m) {
           "the membrane, (h, w, 3), uint8 or float32 in shares of full light.")
       .def(
           "render_into",
-          [](const Renderer& self, const py::array& out, py::handle depth, py::handle visual,
+          [](const Renderer& self, py::handle out, py::handle depth, py::handle visual,
              const std::optional<LightLevels>& levels) {
             OutputImage<Rgb8> to(out, "the output image");
             render_into(self, to.view(), depth, visual, levels);

@@ -24,7 +24,7 @@ auto with_mesh(py::handle vertices, py::handle faces, const Work& work) {
   const auto view = [&]<class T>(const Packed<T>& v) {
     return without_gil([&] { return work(gelight::MeshView<T>(rows_of<3>(v), rows_of<3>(f))); });
   };
-  if (array.dtype().is(py::dtype::of<float>())) {
+  if (has_type<float>(array)) {
     return view(rows_in<float, 3>(array, "vertices"));
   }
   return view(rows_in<double, 3>(array, "vertices"));

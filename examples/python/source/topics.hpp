@@ -16,8 +16,10 @@ void bind_plan(pybind11::module_& m);
 void bind_transport(pybind11::module_& m);
 void bind_images(pybind11::module_& m);
 void bind_light(pybind11::module_& m);
+void bind_traced(pybind11::module_& m);  // where Embree was found
 void bind_membranes(pybind11::module_& m);
 void bind_renderers(pybind11::module_& m);
 void bind_see_through(pybind11::module_& m);
+void bind_dots(pybind11::module_& m);
 void bind_calibration(pybind11::module_& m);
 void bind_presets(pybind11::module_& m);

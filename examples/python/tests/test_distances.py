@@ -1,5 +1,7 @@
 """Solvers against straight lines, great circles and cones laid flat."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -218,6 +220,87 @@ def test_certificates_and_plans():
     assert off.mean() <= found.error <= 0.02
     with pytest.raises(ValueError, match="tolerance"):
         gelight.DistancePlanner(surface, tolerance=-1)
+
+
+def always_right(calls):
+    """A method of Python's own that answers with the exact distances, for next to nothing."""
+
+    def make(surface):
+        solver = gelight.ExactSolver(surface)
+
+        def query(sources):
+            calls.append(sources)
+            return solver.distance(sources)
+
+        return query
+
+    cost = gelight.MethodCost(query_ns=1e-3)
+    return gelight.PlanMethod("mine", cost, gelight.RelativeError(1e-9, 1e-9), make)
+
+
+def test_plans_choose_methods_of_the_callers_own():
+    surface = gelight.icosphere(3)
+    exact = gelight.ExactSolver(surface).distance(5)
+    calls = []
+    planner = gelight.DistancePlanner(
+        surface,
+        tolerance=1e-6,
+        assurance=gelight.Assurance.expected,
+        methods=[always_right(calls)],
+    )
+    assert planner.plan.method == "mine"
+    found = planner.solve(gelight.Source(5))
+    assert found.method == "mine" and found.satisfies and found.error <= 1e-6
+    assert np.array_equal(found.distance, exact)
+    assert len(calls) == 1 and len(calls[0]) == 1
+    # In several threads, and after all names of it are gone.
+    with ThreadPoolExecutor(3) as pool:
+        for distance in pool.map(planner.distance, [5] * 6):
+            assert np.array_equal(distance, exact)
+
+
+def test_what_a_method_of_the_callers_own_does_wrong_is_told():
+    surface = gelight.icosphere(2)
+    cost, error = gelight.MethodCost(), gelight.RelativeError(0, 0)
+
+    def fails(sources):
+        raise KeyError("mine")
+
+    for query, failure, words in (
+        (lambda sources: [1.0, 2.0], ValueError, "2 distances of 162"),
+        (lambda sources: np.full(162, np.nan), ValueError, "nan at vertex 0"),
+        (lambda sources: np.zeros((162, 1)), ValueError, "shape"),
+        (lambda sources: "far", TypeError, "distances"),
+        (lambda sources: None, TypeError, "distances"),
+        (fails, KeyError, "mine"),
+    ):
+        method = gelight.PlanMethod("mine", cost, error, lambda surface, query=query: query)
+        with pytest.raises(failure, match=words):
+            gelight.DistancePlanner(
+                surface, assurance=gelight.Assurance.expected, methods=[method]
+            ).distance(0)
+    with pytest.raises(TypeError, match="cannot be called"):
+        gelight.PlanMethod("mine", cost, error, 7)
+    with pytest.raises(ValueError, match="mine"):
+        wrong = gelight.PlanMethod("mine", cost, gelight.RelativeError(1, 0), fails)
+        gelight.DistancePlanner(surface, methods=[wrong])
+    with pytest.raises(TypeError):
+        gelight.DistancePlanner(surface, methods=[fails])
+
+
+def test_plans_follow_costs():
+    surface = gelight.icosphere(4)
+    costs = gelight.PlanCosts()
+    assert costs.exact.seconds(10000, 2) > costs.dijkstra.seconds(10000, 2) > 0
+    plan = gelight.DistancePlanner(surface, tolerance=0.02, costs=costs).plan
+    assert plan.method == gelight.DistancePlanner(surface, tolerance=0.02).plan.method != "exact"
+    costs.exact = gelight.MethodCost(query_ns=1e-3)  # no other is as cheap
+    assert gelight.DistancePlanner(surface, tolerance=0.02, costs=costs).plan.method == "exact"
+    costs.exact.query_ns = np.nan
+    with pytest.raises(ValueError, match="exact"):
+        gelight.DistancePlanner(surface, costs=costs)
+    with pytest.raises(gelight.Cancelled):
+        gelight.measured_plan_costs(cancelled=lambda done: True)
 
 
 def test_heat_tells_its_error():

@@ -10,6 +10,10 @@ STUB = pathlib.Path(gelight.__file__).with_name("__init__.pyi")
 DUNDER = {"__init__", "__call__", "__len__", "__getitem__"}
 
 
+# What the module has only where it was built with Embree.
+WITH_EMBREE = {"InnerLayer", "beneath", "LightBalance", "TracedLight", "LightTracer"}
+
+
 def is_public(name):
     return not name.startswith("_") or name in DUNDER
 
@@ -78,6 +82,8 @@ def test_stub_and_module_name_the_same():
     module = module_members(gelight)
     stub = stub_members(ast.parse(STUB.read_text()).body)
     module.pop("annotations", None)
+    if "LightTracer" not in module:
+        stub = {name: members for name, members in stub.items() if name not in WITH_EMBREE}
     assert set(module) == set(stub)
     for name, members in stub.items():
         if not isinstance(members, dict):

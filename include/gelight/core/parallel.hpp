@@ -4,6 +4,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -21,9 +22,19 @@ class Threads {
   Threads& operator=(const Threads&) = delete;
   ~Threads() { join(); }
 
+  /// Whether there is one thread more, which does this work: some machines have none, or no more.
   template <class Work>
-  void start(const Work& work) {
-    threads_.emplace_back(work);
+  bool start([[maybe_unused]] const Work& work) {
+#if defined(__EMSCRIPTEN__) && !defined(__EMSCRIPTEN_PTHREADS__)
+    return false;  // where exceptions are switched off, too
+#else
+    try {
+      threads_.emplace_back(work);
+      return true;
+    } catch (const std::system_error&) {
+      return false;
+    }
+#endif
   }
   void join() {
     for (std::thread& thread : threads_) thread.join();
@@ -37,8 +48,9 @@ class Threads {
 }  // namespace detail
 
 /// Calls `work(i)` for every i in [0, count), in any order, on up to `threads` threads at once, the
-/// caller's among them (0: as many as the machine has). Returns when all is done. An exception ends
-/// the calls not yet begun and is thrown again here. Starting a thread takes some 20 us.
+/// caller's among them (0: as many as the machine has), on fewer where the machine gives no more.
+/// Returns when all is done. An exception ends the calls not yet begun and is thrown again here.
+/// Starting a thread takes some 20 us.
 template <class Work>
 void parallel_for(Index count, unsigned threads, const Work& work) {
   if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
@@ -56,7 +68,7 @@ void parallel_for(Index count, unsigned threads, const Work& work) {
   };
   detail::Threads others;
   const auto useful = static_cast<unsigned>(std::max(Index{1}, count));
-  for (unsigned t = 1; t < std::min(threads, useful); ++t) others.start(run);
+  for (unsigned t = 1; t < std::min(threads, useful) && others.start(run); ++t) continue;
   run();
   others.join();
   if (failure) std::rethrow_exception(failure);

@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <span>
 #include <unordered_map>
@@ -118,7 +119,8 @@ struct ProfilePoint {
 /// single vertex on the axis. An outline that runs upwards on the outside has its normals outwards.
 ///
 /// Throws InvalidInput for fewer than two points, a negative radius, two neighbours on the axis, or
-/// an edge length that is not positive. Cost is linear in the vertices made.
+/// an edge length that is not positive or makes more vertices than can be counted. Cost is linear
+/// in the vertices made.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> revolve(std::span<const ProfilePoint<T>> profile, T edge_length) {
   detail::require(profile.size() >= 2, "outline of ", profile.size(), " points");
@@ -137,6 +139,8 @@ template <std::floating_point T>
       const double around = std::round(2 * std::numbers::pi * double{radius} / double{edge_length});
       detail::require(around < 1e8, "ring of ", around, " vertices");
       ring.count = std::max(Index{3}, static_cast<Index>(around));
+      detail::require(ring.count < std::numeric_limits<Index>::max() - ring.first,
+                      "an outline that makes more vertices than can be counted");
       // Where the count stays, each ring stands in the gaps of the one below.
       const double step = 1.0 / ring.count;
       ring.turn = std::fmod(below.turn + step / 2, step);
@@ -171,13 +175,16 @@ template <std::floating_point T>
 
 /// The membrane of a fingertip sensor: an open cylinder about the z axis from z = 0, closed by a
 /// hemisphere whose tip is at z = length. The defaults are the GelTip's (Gomes, Paoletti, Luo), in
-/// metres. Throws InvalidInput unless 0 < edge_length <= radius <= length.
+/// metres. Throws InvalidInput unless 0 < edge_length <= radius <= length, and where that makes
+/// more vertices than can be counted.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> membrane(T radius = T(0.01146), T length = T(0.0455),
                                T edge_length = T(0.001)) {
   detail::require(edge_length > 0 && edge_length <= radius, "membrane with edge length ",
                   edge_length, " and radius ", radius);
   detail::require(radius <= length, "membrane with radius ", radius, " and length ", length);
+  detail::require(length < 1e8 * edge_length, "membrane with edge length ", edge_length,
+                  " and length ", length, ", which makes more rings than can be counted");
   const T wall = length - radius;
   // Rings of equilateral triangles are sqrt(3)/2 edges apart.
   const auto rings = [&](T distance) {

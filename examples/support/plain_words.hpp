@@ -1,0 +1,78 @@
+#pragma once
+
+#include <charconv>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+// What a program says, in one line, of what it cannot do.
+
+/// What main returns where it fails: says on standard error what is being caught. To be called as
+/// `int main() try { ... } catch (...) { return told(); }`.
+[[nodiscard]] inline int told() noexcept {
+  const auto say = [](const char* words) {
+    std::fflush(stdout);
+    std::fprintf(stderr, "%s\n", words);
+    return 1;
+  };
+  try {
+    throw;
+  } catch (const std::bad_alloc&) {
+    return say("there is not enough memory for something of this size");
+  } catch (const std::length_error&) {  // a vector of more than can be counted
+    return say("there is not enough memory for something of this size");
+  } catch (const std::filesystem::filesystem_error& error) {
+    return say((error.path1().string() + ": " + error.code().message()).c_str());
+  } catch (const std::exception& error) {
+    return say(error.what());
+  } catch (...) {
+    return say("something failed that has no name");
+  }
+}
+
+/// A whole number that a user wrote. Throws std::runtime_error where it is none from least to most.
+[[nodiscard]] inline int whole_number(std::string_view words, const std::string& what, int least,
+                                      int most) {
+  int value = 0;
+  const auto [end, fault] = std::from_chars(words.data(), words.data() + words.size(), value);
+  if (fault == std::errc() && end == words.data() + words.size() && value >= least &&
+      value <= most) {
+    return value;
+  }
+  throw std::runtime_error(what + " is \"" + std::string(words) + "\", not a whole number from " +
+                           std::to_string(least) + " to " + std::to_string(most));
+}
+
+/// Throws std::runtime_error if the file cannot be written; leaves what is there as it is.
+inline void require_writable(const std::filesystem::path& file) {
+  const bool is_new = !std::filesystem::exists(file);
+  const bool opens = std::ofstream(file, std::ios::app).is_open();
+  if (!opens) throw std::runtime_error("cannot write " + file.string());
+  if (is_new) std::filesystem::remove(file);
+}
+
+/// Makes a folder. Throws std::runtime_error if no file can be written into it.
+inline void make_folder(const std::filesystem::path& folder) {
+  if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder)) {
+    throw std::runtime_error(folder.string() + " is a file, not a folder for pictures");
+  }
+  std::filesystem::create_directories(folder);
+  require_writable(folder / "written_to_see_if_it_can_be");
+}
+
+/// The folder that a program's first argument names, out without one, made. Throws
+/// std::runtime_error, which says the usage, for an option or more than `most` arguments.
+[[nodiscard]] inline std::string folder_argument(int count, char** arguments,
+                                                 const std::string& usage, int most = 1) {
+  if (count > most + 1 || (count > 1 && arguments[1][0] == '-')) {
+    throw std::runtime_error("usage: " + usage);
+  }
+  const std::string folder = count > 1 ? arguments[1] : "out";
+  make_folder(folder);
+  return folder;
+}
