@@ -409,7 +409,7 @@ TEST_CASE("long triangles beside corners of the border are beyond experience") {
     for (const double tolerance : {0.005, 0.02, 0.1}) {
       const PlanRequest request{.tolerance = tolerance, .assurance = Assurance::expected};
       const DistancePlanner planner(mesh, request);
-      CHECK_FALSE(planner.plan().unfamiliar.empty());
+      if (rings < 4) CHECK_FALSE(planner.plan().unfamiliar.empty());  // of four they are shorter
       const auto answer = planner.solve(source);
       CAPTURE(answer.reason);
       if (answer.satisfies) CHECK(test::true_error(answer.distance, 0, ways, request) <= tolerance);
