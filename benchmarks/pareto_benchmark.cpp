@@ -27,9 +27,7 @@
 #include "support/pareto.hpp"
 
 #if __has_include(<OpenMesh/Core/IO/MeshIO.hh>)
-#include <OpenMesh/Core/IO/MeshIO.hh>
-
-#include "gelight/views/openmesh.hpp"
+#include "../examples/support/mesh_file.hpp"
 #define GELIGHT_READS_MESHES
 #endif
 
@@ -333,19 +331,9 @@ void plan(benchmark::State& state, const Case& on, const std::vector<Single>& si
 
 #ifdef GELIGHT_READS_MESHES
 Case read_case(const std::string& path) {
-  OpenMesh::TriMesh_ArrayKernelT<> read;
-  if (!OpenMesh::IO::read_mesh(read, path)) throw std::runtime_error("cannot read " + path);
-  Mesh<double> mesh;
-  using Traits = MeshTraits<OpenMesh::TriMesh_ArrayKernelT<>>;
-  for (Index v = 0; v < static_cast<Index>(read.n_vertices()); ++v) {
-    const auto p = Traits::position(read, v);
-    mesh.positions.push_back({p[0], p[1], p[2]});
-  }
-  for (Index f = 0; f < static_cast<Index>(read.n_faces()); ++f) {
-    mesh.faces.push_back(Traits::face(read, f));
-  }
   const auto slash = path.find_last_of('/');
-  Case own{path.substr(slash == std::string::npos ? 0 : slash + 1), std::move(mesh), false, false};
+  Case own{path.substr(slash == std::string::npos ? 0 : slash + 1), mesh_of_file(path), false,
+           false};
   own.is_known = false;
   return own;
 }
