@@ -140,7 +140,8 @@ double asymmetry(const std::string& out, const std::vector<std::size_t>& of) {
       const double there = rows[i][j], back = rows[j][i];
       if (there == back) continue;  // both infinite, say
       const double share = std::abs(there - back) / std::max(there, back);
-      worst = std::isfinite(share) ? std::max(worst, share) : std::numeric_limits<double>::infinity();
+      worst =
+          std::isfinite(share) ? std::max(worst, share) : std::numeric_limits<double>::infinity();
     }
   }
   return worst;

@@ -175,6 +175,8 @@ refused "presses beside the membrane" "$dataset" beside.json change.h5
 # Values of a wrong kind or size: each is named before anything is written.
 printf 'v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n' >large.obj
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 -1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n' >book.obj
+sed '4s/0 0 1/0 nan 1/' book.obj >nan.obj
+printf 'v 10000 0 0\nv 10000.01 0 0\nv 10000 0.01 0\nf 1 2 3\n' >far.obj
 wrong() { # WORDS FROM TO, in tiny.json
   sed "s~$2~$3~" tiny.json >wrong.json
   if cmp -s wrong.json tiny.json; then fail "$2 is not in tiny.json"; fi
@@ -197,6 +199,8 @@ wrong 'is not JSON' '0.004' '1e999'
 wrong 'has "part" twice' '"part": 2' '"part": 2, "part": 4'
 wrong 'unit is 0, not from' '"shape": "cube edge"' '"mesh": "large.obj", "unit": 0'
 wrong 'be torn off' '"shape": "cube edge"' '"mesh": "book.obj"'
+wrong 'nan.obj, line 4: "v 0 nan 1"' '"shape": "cube edge"' '"mesh": "nan.obj"'
+wrong 'far.obj lies 1e+04 from the origin' '"shape": "cube edge"' '"mesh": "far.obj"'
 wrong '9 m large' '"shape": "cube edge"' '"mesh": "large.obj"'
 wrong 'not a number or its spread' '"shape"' '"size": "large", "shape"'
 wrong '0.01, which reaches beyond 0 to 0.004, as deep as' '"part": 2' '"part": 2, "pose": {"depth": 0.01}'

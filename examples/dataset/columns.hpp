@@ -19,9 +19,9 @@
   const auto width = static_cast<hsize_t>(scene.width), height = static_cast<hsize_t>(scene.height);
   const auto markers =
       static_cast<hsize_t>(scene.marker_columns) * static_cast<hsize_t>(scene.marker_rows);
-  std::vector<Column> columns{
-      {"sensor", Number::i32},      {"object", Number::i32},     {"press", Number::f64, {4}},
-      {"place", Number::f64, {6}}, {"light", Number::f64, {9}}, {"camera", Number::f64, {4}}};
+  std::vector<Column> columns{{"sensor", Number::i32},     {"object", Number::i32},
+                              {"press", Number::f64, {4}}, {"place", Number::f64, {6}},
+                              {"light", Number::f64, {9}}, {"camera", Number::f64, {4}}};
   const auto add = [&](bool is_stored, Column column) {
     if (is_stored) columns.push_back(std::move(column));
   };
@@ -77,13 +77,14 @@ inline void put_sample(Part& part, const std::vector<Column>& columns, std::size
     for (const auto& range : ranges) text += (text.empty() ? "" : "\n") + range.name;
     return text;
   };
-  return {{"description", scene.text},
-          {"sensors", lines(scene.sensors)},
-          {"objects", lines(scene.objects)},
-          {"press", "depth [m]\nshift along x [m]\nshift along y [m]\nelastic modulus [Pa]"},
-          {"place", "column [pixel]\nrow [pixel]\nsize\nspin [rad]\nlean [rad]\nway of the lean [rad]"},
-          {"light",
-           "brightness of LED 1\nof LED 2\nof LED 3\nof LED 4\nambient\ndiffuse\nspecular\n"
-           "shininess\nsmoothing [pixel]"},
-          {"camera", "fx [pixel]\nfy [pixel]\ncx [pixel]\ncy [pixel]"}};
+  return {
+      {"description", scene.text},
+      {"sensors", lines(scene.sensors)},
+      {"objects", lines(scene.objects)},
+      {"press", "depth [m]\nshift along x [m]\nshift along y [m]\nelastic modulus [Pa]"},
+      {"place", "column [pixel]\nrow [pixel]\nsize\nspin [rad]\nlean [rad]\nway of the lean [rad]"},
+      {"light",
+       "brightness of LED 1\nof LED 2\nof LED 3\nof LED 4\nambient\ndiffuse\nspecular\n"
+       "shininess\nsmoothing [pixel]"},
+      {"camera", "fx [pixel]\nfy [pixel]\ncx [pixel]\ncy [pixel]"}};
 }

@@ -201,8 +201,8 @@ void Press::label(const LitSensor& sensor) {
                                static_cast<Index>(std::ceil(4 * built_->drawn.smoothing)));
   }
   if (store.normals) {
-    sample_.normals = gelight::sobel_normals(sample_.depth, camera,
-                                             gelight::BorderNormals::extrapolated);
+    sample_.normals =
+        gelight::sobel_normals(sample_.depth, camera, gelight::BorderNormals::extrapolated);
     const auto none = Vec3<float>::Constant(std::numeric_limits<float>::quiet_NaN());
     for (auto& normal : sample_.normals.pixels()) {
       if (normal.isZero()) normal = none;

@@ -224,7 +224,9 @@ ObjectRange read_object(const json& value, const std::string& where,
   } else {
     const auto path = folder / entry.take<std::string>("mesh");
     object.name = path.stem().string();
-    object.mesh = as_float(mesh_of_file(path), entry.number("unit", 1, 1e-9, 1e6));
+    const Mesh<double> mesh = mesh_of_file(path);
+    require_single_precision(mesh, path.string());
+    object.mesh = as_float(mesh, entry.number("unit", 1, 1e-9, 1e6));
   }
   object.name = entry.take<std::string>("name", object.name);
   require(!object.mesh.positions.empty(), where, " has no vertices");

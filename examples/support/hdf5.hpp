@@ -237,9 +237,8 @@ class ReadFile {
       if (H5Pget_layout(made) != H5D_VIRTUAL) continue;
       checked(H5Pget_virtual_count(made, &count), "read " + path_);
       for (std::size_t k = 0; k < count; ++k) {
-        const std::string part = text([&](char* to, std::size_t size) {
-          return H5Pget_virtual_filename(made, k, to, size);
-        });
+        const std::string part = text(
+            [&](char* to, std::size_t size) { return H5Pget_virtual_filename(made, k, to, size); });
         all.emplace(beside(part), name);
       }
     }

@@ -1,22 +1,26 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
-#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "gelight/core/error.hpp"
 
-// What a mesh file that is text says, line by line: its readers leave out a point that is no number
-// and give its place to the next one, so that every face after it is another.
+// What a mesh file that is text says, line by line. OpenMesh leaves a point out that is no number
+// and gives its place to the next one, so that every face after it is another; and it reads single
+// precision.
 
 namespace mesh_text_detail {
 
@@ -31,33 +35,25 @@ namespace mesh_text_detail {
   return words;
 }
 
-/// A number that single precision can hold, as most readers want it.
-[[nodiscard]] inline bool is_number(std::string_view word) {
+/// The number that a word is; NaN for one that single precision cannot hold, as most readers want.
+[[nodiscard]] inline double number_of(std::string_view word) {
   if (word.starts_with('+')) word.remove_prefix(1);
   double value = 0;
   const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return fault == std::errc() && end == word.data() + word.size() &&
-         std::abs(value) <= double{std::numeric_limits<float>::max()};
+  const bool is_number = fault == std::errc() && end == word.data() + word.size() &&
+                         std::abs(value) <= double{std::numeric_limits<float>::max()};
+  return is_number ? value : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Which words of a line have to be numbers, how many at least; none of a line of other things.
-struct Numbers {
-  std::size_t first = 0, least = 0;
-  bool are_all = false;  ///< also those beyond the least
-};
-
-[[nodiscard]] inline bool are_numbers(const std::vector<std::string_view>& words,
-                                      const Numbers& wanted) {
-  const std::size_t last = wanted.are_all ? words.size() : wanted.first + wanted.least;
-  if (words.size() < wanted.first + wanted.least) return false;
-  for (std::size_t i = wanted.first; i < last; ++i) {
-    if (!is_number(words[i])) return false;
-  }
-  return true;
+/// Whether these are that many numbers, and at least as many.
+[[nodiscard]] inline bool are_numbers(std::span<const std::string_view> words, std::size_t count) {
+  return words.size() >= count &&
+         std::none_of(words.begin(), words.begin() + static_cast<std::ptrdiff_t>(count),
+                      [](std::string_view word) { return std::isnan(number_of(word)); });
 }
 
-/// Whether the file is STL's binary kind, whose length its 81st to 84th bytes tell.
-[[nodiscard]] inline bool is_binary_stl(const std::string& bytes) {
+/// Whether the bytes are STL's binary kind, whose length the 81st to 84th tell.
+[[nodiscard]] inline bool is_binary_stl(std::string_view bytes) {
   std::uint32_t faces = 0;
   if (bytes.size() < 84) return false;
   std::memcpy(&faces, bytes.data() + 80, sizeof faces);
@@ -66,39 +62,42 @@ struct Numbers {
 
 }  // namespace mesh_text_detail
 
-/// Throws InvalidInput, which names the line, where a point of a mesh file that is text (OBJ, OFF,
-/// STL, PLY) has a coordinate that is no number, not finite or beyond single precision. Returns how
-/// many points an OBJ file has.
-inline std::optional<std::size_t> require_points(const std::filesystem::path& path) {
+/// The points of an OBJ file, as it has them; none of others. Throws InvalidInput, which names the
+/// line, for a coordinate that is no number, not finite or beyond single precision in what of OBJ,
+/// OFF, STL and PLY is text.
+[[nodiscard]] inline std::vector<std::array<double, 3>> points_of_text(
+    const std::filesystem::path& path) {
   using namespace mesh_text_detail;
   std::ifstream file(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
   std::string kind = path.extension().string();
   for (char& c : kind) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-  const bool is_obj = kind == ".obj", is_off = kind == ".off", is_ply = kind == ".ply";
-  if (kind == ".stl" ? is_binary_stl(bytes) : !(is_obj || is_off || is_ply)) return std::nullopt;
-  std::size_t points = 0, number = 0;
-  bool is_head = is_off || is_ply;
+  const bool is_obj = kind == ".obj", is_stl = kind == ".stl", is_off = kind == ".off";
+  std::vector<std::array<double, 3>> points;
+  if (is_stl ? is_binary_stl(bytes) : !is_obj && !is_off && kind != ".ply") return points;
+  bool is_head = !is_obj && !is_stl;
+  std::size_t number = 0;
   for (std::string_view rest(bytes); !rest.empty();) {
     const std::size_t end = std::min(rest.find('\n'), rest.size());
-    std::string_view line = rest.substr(0, end);
+    const std::string_view line = rest.substr(0, is_off ? std::min(end, rest.find('#')) : end);
     rest.remove_prefix(std::min(end + 1, rest.size()));
     ++number;
-    if (is_off) line = line.substr(0, line.find('#'));
     const auto words = words_of(line);
     if (words.empty()) continue;
     if (is_head) {
-      if (line.find("binary") != line.npos || line.find("BINARY") != line.npos) return std::nullopt;
+      if (line.find("binary") != line.npos || line.find("BINARY") != line.npos) return points;
       is_head = is_off ? words[0].find("OFF") == line.npos : words[0] != "end_header";
       continue;
     }
-    Numbers wanted{};
-    if (is_off || is_ply) wanted = {0, 1, true};
-    if (is_obj ? words[0] == "v" : words[0] == "vertex") wanted = {1, 3, false};
-    gelight::detail::require(are_numbers(words, wanted), path.string(), ", line ", number, ": \"",
-                             line.substr(0, 60), "\" is not of numbers alone, or they are too large");
-    points += wanted.first;
+    const bool is_point = (is_obj && words[0] == "v") || (is_stl && words[0] == "vertex");
+    const auto numbers = std::span(words).subspan(is_point ? 1 : 0);
+    const std::size_t count = is_point ? 3 : is_obj || is_stl ? 0 : words.size();
+    gelight::detail::require(are_numbers(numbers, count), path.string(), ", line ", number, ": \"",
+                             line.substr(0, line.find('\r')).substr(0, 60),
+                             "\": not all are finite numbers up to 3.4e38");
+    if (is_obj && is_point) {
+      points.push_back({number_of(words[1]), number_of(words[2]), number_of(words[3])});
+    }
   }
-  if (!is_obj) return std::nullopt;
   return points;
 }
