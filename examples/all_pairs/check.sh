@@ -63,6 +63,11 @@ sed 's/vertex  *[^ ]* 1 0/vertex 0 1 0/' number.stl >facet.stl
 grep -q "of the distance at most, over 3 random pairs" said || fail "the pairs of three vertices"
 sed 's/vertex /vertex 10000/' facet.stl >far.stl
 refused "far.stl lies 1e+05 from the origin" far.stl
+{
+  head -c 80 /dev/zero && printf '\001\000\000\000' && head -c 24 /dev/zero
+  printf '\000\000\200\077' && head -c 8 /dev/zero && printf '\000\000\300\177\000\000\200\077' && head -c 6 /dev/zero
+} >binary.stl
+refused "binary.stl has 1 points that are not finite" binary.stl
 printf 'v 1 2 3\nv 1 2 3\nv 1 2 3\nf 1 2 3\n' >point.obj
 refused "point.obj has no area" point.obj
 if "$all_pairs" facet.stl nowhere/no.h5 >said 2>&1 || [ -e nowhere ]; then fail "a folder nobody asked for"; fi
