@@ -19,8 +19,8 @@
 namespace gelight {
 
 /// Light that stays in a plane: the surface is cut by the plane through the LED, the point and the
-/// normal at the LED, and the light arrives along the shorter arc of the cut (Gomes, Paoletti, Luo,
-/// "Simulation of Curved GelSight Sensors for Sim2Real Learning").
+/// normal at the LED, and the light arrives along the shorter arc of the cut (Gomes, Paoletti, Luo
+/// 2023, doi:10.15607/RSS.2023.XIX.035).
 ///
 /// Zero where the point lies above the LED along the normal, or both arcs end at a border. Where
 /// only the shorter arc does, the light comes by the longer one: with an LED on a border and a
