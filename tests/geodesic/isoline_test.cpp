@@ -116,6 +116,34 @@ TEST_CASE("every crossed edge is on a line once a side, on rough and open meshes
   }
 }
 
+// Whatever unit values are in, as far as a type holds it: differences may be more than it holds.
+TEST_CASE_TEMPLATE("the least and the largest values there are cut as others do", T, float,
+                   double) {
+  const Mesh<T> mesh = grid<T>(3, 1, 3, 1);
+  const Surface<T> surface(mesh);
+  for (const T unit : {std::numeric_limits<T>::max(), T(1), std::numeric_limits<T>::min(),
+                       8 * std::numeric_limits<T>::denorm_min()}) {
+    CAPTURE(unit);
+    // -1 at x = 0, 1 at x = 1, then down to -1 at x = 2 and up again: linear, so 0.5 is at x =
+    // 0.75, 1.25 and 2.75.
+    std::vector<T> values;
+    for (const auto& p : mesh.positions) {
+      values.push_back(std::fmod(p[0], T(2)) == T(0) ? -unit : unit);
+    }
+    const auto lines = isolines(surface, values, unit / 2);
+    REQUIRE(lines.size() == 3);
+    for (const auto& line : lines) {
+      CHECK(length(surface, line.points) == doctest::Approx(1));
+      for (const auto& p : line.points) {
+        const T x = surface.position(p)[0];
+        CHECK(std::min({std::fabs(x - T(0.75)), std::fabs(x - T(1.25)), std::fabs(x - T(2.75))}) <
+              T(1e-6));
+      }
+    }
+    CHECK(area_below(surface, values, unit / 2) == doctest::Approx(2.25));
+  }
+}
+
 TEST_CASE("infinite values, no line, and bad input") {
   const std::vector<Mesh<double>> parts{icosphere<double>(2), box<double>(1, 1, 1)};
   const auto mesh = joined<double>(parts);

@@ -260,6 +260,52 @@ TEST_CASE("a path is as long as its distance says, rough or smooth, and runs whe
   }
 }
 
+TEST_CASE("a path's positions are on the surface, and lines between them about as long as it") {
+  // The positions of a path that is bent beside a vertex do not turn back there.
+  for (const std::array<double, 3> axes : {std::array<double, 3>{1, 1, 1},
+                                           {1, 1, 0.6},
+                                           {1, 0.7, 0.5},
+                                           {1, 1, 2},
+                                           {1, 0.5, 0.3},
+                                           {1, 1, 0.3}}) {
+    Mesh<double> mesh = icosphere<double>(3);
+    std::vector<std::array<double, 3>> normals;
+    for (auto& p : mesh.positions) {
+      Vec3<double> normal;
+      for (std::size_t k = 0; k < 3; ++k) {
+        normal[static_cast<Eigen::Index>(k)] = p[k] / axes[k];
+        p[k] *= axes[k];
+      }
+      normal.normalize();
+      normals.push_back({normal[0], normal[1], normal[2]});
+    }
+    const SmoothDistanceSolver<double> solver(mesh,
+                                              std::span<const std::array<double, 3>>(normals));
+    for (const Index source : {0, 5, 400}) {
+      const auto solved = solver.solve(source);
+      double most = 0, off = 0, sum = 0;
+      for (Index v = 0; v < std::ssize(mesh.positions); ++v) {
+        const auto path = solver.path(solved, v);
+        if (path.positions.size() < 2 || path.trust != SmoothTrust::smooth) continue;
+        CHECK(path.positions.size() == path.on_mesh.size());
+        double chords = 0;
+        for (std::size_t k = 1; k < path.positions.size(); ++k) {
+          chords += (path.positions[k] - path.positions[k - 1]).norm();
+        }
+        most = std::max(most, chords / path.length - 1);
+        sum += std::abs(chords / path.length - 1);
+        for (const auto& p : path.positions) {
+          const Vec3<double> unit(p[0] / axes[0], p[1] / axes[1], p[2] / axes[2]);
+          off = std::max(off, std::abs(unit.norm() - 1));
+        }
+      }
+      CHECK(most < 0.01);
+      CHECK(sum < 1e-3 * static_cast<double>(mesh.positions.size()));
+      CHECK(off < 1e-3);
+    }
+  }
+}
+
 TEST_CASE("scale, float, parts, cancelling and the mesh's orientation") {
   Random random(2);
   const test::SmoothCase c = test::spheroid(3, 0.5, 0.2, random);

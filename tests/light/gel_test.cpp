@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -215,3 +217,39 @@ TEST_CASE("what is no LED is refused, and the hook cancels") {
 }
 
 }  // namespace
+
+TEST_CASE_TEMPLATE("within faces light in a gel bends as on the surface that is meant", T, float,
+                   double) {
+  constexpr T thickness = T(0.2), full = T(0.5);
+  const auto ball = icosphere<T>(3);
+  const Surface<T> surface(ball);
+  const Index source = 7;
+  const Vec3<T> up = surface.position(source),
+                along = up.cross(Vec3<T>(T(0.36), T(0.48), T(0.8))).normalized();
+  std::vector<SurfacePoint<T>> points;
+  std::vector<Vec3<T>> positions, flat, round;
+  for (Index f = 0; f < surface.face_count(); ++f) {
+    points.push_back(face_point<T>(f, {T(0.6), T(0.3), T(0.1)}));
+    positions.push_back(surface.position(points.back()));
+    flat.push_back(detail::face_normal(surface, f));
+    round.push_back(positions.back().normalized());
+  }
+  const GelLight<T> model(ball, {.thickness = thickness, .full_within = full});
+  const auto field = model.field({.points = {vertex_point<T>(source)}, .emission = along}, points);
+  const GelLed<T> led{.place = (1 - thickness / 2) * up,
+                      .axis = along,
+                      .normal = up,
+                      .depth = thickness / 2,
+                      .thickness = thickness};
+  const auto off = [&](const std::vector<Vec3<T>>& normals) {
+    const auto other = gel_field<T>(led, positions, normals);
+    double sum = 0;
+    for (std::size_t i = 0; i < other.size(); ++i) {
+      const T strength = std::numbers::pi_v<T> * full * full * other[i].norm();
+      sum += double{(field[i] - std::min(T(1), strength) * other[i].stableNormalized()).norm()};
+    }
+    return sum;
+  };
+  // What is left lies where the light of the gel ends, which moves a little with the mesh.
+  CHECK(3 * off(round) < off(flat));
+}

@@ -2,15 +2,19 @@
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <numbers>
 #include <utility>
 #include <vector>
 
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/hard_meshes.hpp"
 
 using gelight::Index;
 using gelight::plane_field;
@@ -18,6 +22,7 @@ using gelight::Surface;
 using gelight::SurfacePoint;
 using gelight::Vec3;
 using gelight::vertex_point;
+namespace test = gelight::test;
 
 namespace {
 
@@ -239,4 +244,154 @@ TEST_CASE(
   MESSAGE("largest angle " << worst[0] << ", with half the edges " << worst[1] << " radians");
   CHECK(worst[0] < 0.1);
   CHECK(worst[1] < 0.55 * worst[0]);
+}
+
+namespace {
+
+// A sheet of n x m cells, folded up along x = `crease`, turned, scaled and moved; its LED stands in
+// front of the crease. Light comes along y = const and along the crease, whatever the fold.
+template <class T>
+struct FoldedSheet {
+  Surface<T> surface;
+  Eigen::Matrix3d turn;
+  double crease, slope, edge, far;  // the last: by how much rounding may turn a direction
+
+  FoldedSheet(Index n, Index m, double fold, test::Random& random)
+      : FoldedSheet(n, m, fold, test::uniform(random, -1, 1), random) {}
+  FoldedSheet(Index n, Index m, double fold, double size, test::Random& random)
+      : surface(gelight::Mesh<T>{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}) {
+    gelight::Mesh<double> mesh = gelight::grid<double>(n, m, 1.0, double(m) / n);
+    crease = std::ceil(n / 2.0) / n;
+    slope = fold;
+    const double scale = std::pow(10, 6 * size);
+    edge = scale / n;
+    Eigen::Vector4d q;
+    for (int k = 0; k < 4; ++k) q[k] = test::uniform(random, -1, 1);
+    turn = Eigen::Quaterniond(q.normalized()).toRotationMatrix();
+    if (test::uniform(random, 0, 1) < 0.3) turn.setIdentity();
+    const double offset =
+        test::uniform(random, 0, 1) < 0.5
+            ? 0
+            : edge * std::pow(10, test::uniform(random, 0, sizeof(T) == 4 ? 2 : 6));
+    gelight::Mesh<T> moved;
+    moved.faces = mesh.faces;
+    for (const auto& [x, y, z] : mesh.positions) {
+      const double beyond = std::max(0.0, x - crease);
+      const Eigen::Vector3d flat(x - beyond + beyond * std::cos(fold), y, beyond * std::sin(fold));
+      const Eigen::Vector3d at = scale * (turn * flat) + Eigen::Vector3d::Constant(offset);
+      moved.positions.push_back(
+          {static_cast<T>(at[0]), static_cast<T>(at[1]), static_cast<T>(at[2])});
+    }
+    surface = Surface<T>(moved);
+    far = 200 * double{std::numeric_limits<T>::epsilon()} * (n + m + offset / edge);
+  }
+
+  // The direction in which x or y grows.
+  [[nodiscard]] Vec3<double> along(bool x, bool is_beyond) const {
+    const double fold = is_beyond ? slope : 0;
+    return turn * (x ? Vec3<double>(std::cos(fold), 0, std::sin(fold)) : Vec3<double>(0, 1, 0));
+  }
+};
+
+template <class T>
+void check_borders(int seed) {
+  test::Random random(static_cast<std::uint64_t>(seed));
+  Index checked = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const Index n = 2 + test::uniform_index(random, 24), m = 2 + test::uniform_index(random, 24);
+    const double fold = trial % 2 == 0 ? 0 : test::uniform(random, -1.2, 1.2);
+    const FoldedSheet<T> sheet(n, m, fold, random);
+    const Surface<T>& surface = sheet.surface;
+    const auto vertex = [&](Index i, Index j) { return j * (n + 1) + i; };
+    const Index in_crease = (n + 1) / 2;
+    CAPTURE(trial);
+    // Corners, a place on each border, and the crease, from its end and within.
+    const std::array<std::array<Index, 2>, 9> leds{{{0, 0},
+                                                    {n, 0},
+                                                    {0, m},
+                                                    {n, m},
+                                                    {test::uniform_index(random, n), 0},
+                                                    {test::uniform_index(random, n), m},
+                                                    {0, test::uniform_index(random, m)},
+                                                    {n, test::uniform_index(random, m)},
+                                                    {in_crease, test::uniform_index(random, m)}}};
+    for (const auto& [i, j] : leds) {
+      const Vec3<T> normal = sheet.turn.col(2).template cast<T>();
+      // The vertex, and next to it along the line.
+      for (const bool x : {true, false}) {
+        const bool is_straight = x ? j == 0 || j == m : i == 0 || i == n || i == in_crease;
+        if (!is_straight) continue;
+        std::vector<SurfacePoint<T>> starts{vertex_point<T>(vertex(i, j))};
+        const Index end = x ? vertex(i < n ? i + 1 : i - 1, j) : vertex(i, j < m ? j + 1 : j - 1);
+        for (const double share : {0.3, 1e-4, 1e-7, 1e-12, 1e-17}) {
+          starts.push_back(gelight::edge_point<T>(vertex(i, j), end, static_cast<T>(share)));
+        }
+        std::vector<SurfacePoint<T>> points;
+        std::vector<double> places;
+        for (Index k = 0; k <= (x ? n : m); ++k) {
+          const Index v = x ? vertex(k, j) : vertex(i, k);
+          points.push_back(vertex_point<T>(v));
+          places.push_back(k);
+          if (k == (x ? n : m)) break;
+          points.push_back(
+              gelight::edge_point<T>(v, x ? vertex(k + 1, j) : vertex(i, k + 1), T(0.4)));
+          places.push_back(k + 0.4);
+        }
+        for (std::size_t s = 0; s < starts.size(); ++s) {
+          const double led_place =
+              (x ? i : j) +
+              (end > vertex(i, j) ? 1 : -1) * std::array{0., .3, 1e-4, 1e-7, 1e-12, 1e-17}[s];
+          const auto field = plane_field<T>(surface, starts[s], normal, points);
+          for (std::size_t p = 0; p < points.size(); ++p) {
+            // Beside the LED and at the crease the direction is that of a face, or of none.
+            if (std::abs(places[p] - led_place) < 1.5) continue;
+            if (x && std::abs(places[p] - in_crease) < 0.1) continue;
+            const bool is_beyond = x && places[p] > in_crease;
+            // The normal is that in front of the crease: farther on it is above the LED.
+            if (x && fold != 0 && led_place > in_crease) continue;
+            const double sign = places[p] > led_place ? 1 : -1;
+            const Vec3<double> light = field[p].template cast<double>();
+            CAPTURE(s);
+            CAPTURE(places[p]);
+            CAPTURE(led_place);
+            CHECK(angle(light, sign * sheet.along(x, is_beyond)) < sheet.far);
+            CHECK_FALSE(light.isZero());
+            ++checked;
+          }
+        }
+      }
+    }
+  }
+  CHECK(checked > 5000);
+}
+
+}  // namespace
+
+TEST_CASE("light from an LED on a straight border or crease comes along it") {
+  check_borders<double>(5);
+  check_borders<float>(6);
+}
+
+TEST_CASE("an LED on a flat sheet's border lights all of it, straight") {
+  test::Random random(12);
+  for (int trial = 0; trial < 30; ++trial) {
+    const Index n = 2 + test::uniform_index(random, 18), m = 2 + test::uniform_index(random, 18);
+    const FoldedSheet<double> sheet(n, m, 0, random);
+    const Surface<double>& surface = sheet.surface;
+    const Index i = test::uniform_index(random, n + 1), corner = trial % 3 == 0 ? 0 : i;
+    const double off = trial % 2 == 0 ? 0 : std::pow(10, test::uniform(random, -16, -1));
+    // In the first row of faces, on the border or a hair from it.
+    auto led = vertex_point<double>(corner);
+    if (off > 0) led = gelight::edge_point<double>(corner, corner + n + 1, off);
+    const auto points = gelight::vertex_points(surface);
+    const auto field = plane_field<double>(surface, led, points);
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      const Vec3<double> way = surface.position(points[p]) - surface.position(led);
+      if (way.norm() < 1.5 * sheet.edge) continue;
+      CAPTURE(trial);
+      CAPTURE(p);
+      CHECK(angle(field[p], way) < 100 * sheet.far);
+      CHECK_FALSE(field[p].isZero());
+    }
+  }
 }

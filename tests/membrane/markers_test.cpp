@@ -118,6 +118,30 @@ TEST_CASE("markers between pixels") {
   }
 }
 
+TEST_CASE("what is not known at a pixel concerns markers that are nearer than one to it alone") {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const Camera<double> eye{300, 280, 3, 2, 7, 5};
+  for (Index hole_y = 0; hole_y < 5; ++hole_y) {
+    for (Index hole_x = 0; hole_x < 7; ++hole_x) {
+      Image<double> rest(7, 5, 0.03);
+      Image<Vec3<double>> displacement(7, 5, {1e-4, 2e-4, 0});
+      displacement(hole_x, hole_y) = {nan, nan, nan};
+      const auto moved = marker_displacement(eye, rest, displacement);
+      for (double y = 0; y <= 4; y += 0.5) {
+        for (double x = 0; x <= 6; x += 0.5) {
+          const bool is_known = std::abs(x - hole_x) >= 1 || std::abs(y - hole_y) >= 1;
+          const std::vector<Vec2<double>> pixel{{x, y}};
+          CAPTURE(x);
+          CAPTURE(y);
+          CHECK(sample_markers<double>(moved, pixel)[0].allFinite() == is_known);
+          CHECK(marker_displacement<double>(eye, rest, displacement, pixel)[0].allFinite() ==
+                is_known);
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("the closed form of a disc that sticks, against Mindlin and against the layer") {
   const double nu = 0.5, radius = 12, pitch = 1e-4, rest = 0.03;
   const Vec2<double> centre(90, 70), shift(2, 1);

@@ -2,14 +2,19 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <set>
 #include <sstream>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/mesh/repair.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/tangent.hpp"
@@ -138,6 +143,60 @@ TEST_CASE("on random meshes the report foretells who refuses") {
     CHECK(report.is_accepted() == is_taken(mesh));
     CHECK(report.is_oriented() == carries_vectors(mesh));
   }
+}
+
+// Coordinates that T and 1e75 hold, edges that they may not: shares of the limit in all directions.
+template <class T>
+void check_near_the_limit() {
+  const double limit = std::min(1e75, double{std::numeric_limits<T>::max()});
+  test::Random random(31);
+  Index refused = 0, taken = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Mesh<double> drawn = test::small_random_mesh(i, random);
+    const double share = test::uniform(random, 0, 1);
+    double most = 0;
+    for (const auto& p : drawn.positions) {
+      for (const double x : p) most = std::max(most, std::abs(x));
+    }
+    Mesh<T> mesh;
+    mesh.faces = drawn.faces;
+    for (const auto& p : drawn.positions) {
+      auto& q = mesh.positions.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k) {
+        // Some to the far side, so that edges become twice as long as coordinates.
+        const double side = test::uniform(random, 0, 1) < 0.1 ? -1 : 1;
+        q[k] = static_cast<T>(side * p[k] / most * share * limit);
+      }
+    }
+    CAPTURE(i);
+    CHECK(check(mesh).is_accepted() == is_taken(mesh));
+    const auto repaired =
+        repair(mesh, {.drop_unusable_faces = true, .drop_unused_vertices = true}).mesh;
+    CHECK(check(repaired).too_long.count == 0);
+    CHECK((repaired.faces.empty() || is_taken(repaired)));
+    // Nothing else went.
+    if (is_taken(mesh)) CHECK(repaired.faces.size() == mesh.faces.size());
+    ++(is_taken(mesh) ? taken : refused);
+  }
+  CHECK(taken > 20);
+  if (std::is_same_v<T, float>) CHECK(refused > 20);
+}
+
+TEST_CASE("an edge longer than its type's largest number is found, and its faces dropped") {
+  check_near_the_limit<float>();
+  check_near_the_limit<double>();
+
+  const float far = 3e38F;
+  const Mesh<float> mesh{{{-far, 0, 0}, {far, 0, 0}, {0, 1, 0}, {0, -1e30F, 0}, {1e30F, 0, 0}},
+                         {{0, 1, 2}, {2, 3, 4}}};
+  const MeshReport report = check(mesh);
+  CHECK(report.too_long.first == Indices{0});
+  CHECK_FALSE(report.is_accepted());
+  std::ostringstream text;
+  text << report;
+  CHECK(text.str().find("too long for the coordinates' type: 0 (refused)") != std::string::npos);
+  CHECK(repair(mesh, {.drop_unusable_faces = true}).mesh.faces ==
+        std::vector<std::array<Index, 3>>{{2, 3, 4}});
 }
 
 TEST_CASE("a check can be followed and cancelled") {

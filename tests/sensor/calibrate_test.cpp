@@ -182,6 +182,56 @@ TEST_CASE("a circle that is not given is found, and said to be a guess") {
   CHECK(contains(fit.warnings[0], known[2].name));
 }
 
+// A ball of four hundred pixels, whose image is like that of the small one.
+TEST_CASE(
+    "the circle of a large ball is found in time for more than one, and the search cancelled") {
+  constexpr Index size = 1000;
+  const Circle truth{430, 520, 260};
+  constexpr double large = 400;
+  Image<Rgb8> background(size, size, {120, 120, 120}), photograph = background;
+  background(0, 0) = {90, 90, 90};
+  for (Index y = 0; y < size; ++y) {
+    for (Index x = 0; x < size; ++x) {
+      const double dx = (x - truth.x) / large, dy = (y - truth.y) / large;
+      if (std::hypot(dx, dy) * large > truth.radius) continue;
+      photograph(x, y) = {static_cast<std::uint8_t>(120 + 90 * dx),
+                          static_cast<std::uint8_t>(120 - 90 * dy),
+                          static_cast<std::uint8_t>(120 + 60 * dy - 60 * dx)};
+    }
+  }
+  int asked = 0;
+  const CancelHook hook = [&] {
+    ++asked;
+    return false;
+  };
+  const auto found = detail::propose_circle(background, photograph, large, hook).circle;
+  CHECK(std::hypot(found.x - truth.x, found.y - truth.y) < 4);
+  CHECK(std::abs(found.radius - truth.radius) < 0.05 * truth.radius);
+  CHECK(asked > 20);
+  const CancelHook stop = [] { return true; };
+  CHECK_THROWS_AS((void)detail::propose_circle(background, photograph, large, stop), Cancelled);
+}
+
+TEST_CASE("a circle that is searched for is one of its ball, or the photograph is named") {
+  int refused = 0;
+  for (const double radius : {0.1, 0.7, 1.5, 3.0, 3.2, 4.0, 5.0, 7.0, 8.2, 12.0, 25.0}) {
+    std::vector<BallPress> known = presses(1, 10, 1);
+    known[0].contact = {};
+    known[0].ball_radius = radius;
+    CAPTURE(radius);
+    const auto told = refusal([&] {
+      const auto fit = calibrate(gradient(), known, few_nodes());
+      CHECK(fit.presses[0].contact.radius >= 3);
+      CHECK(fit.presses[0].contact.radius < radius);
+    });
+    if (told == "accepted") continue;
+    CHECK(contains(told, known[0].name));
+    CHECK(contains(told, "at least 3 pixels"));
+    ++refused;
+  }
+  CHECK(refused >= 4);
+}
+
 TEST_CASE("a photograph of something else is named and left out") {
   std::vector<BallPress> known = presses(1, 7);
   auto& pixels = known[3].photograph.pixels();

@@ -337,6 +337,56 @@ TEST_CASE("an image of one pixel, and without lights") {
   CHECK(renderer.render(Image<double>(1, 1, 0.02))(0, 0)[0] == to_level(0.8 * 0.8 * 0.5));
 }
 
+TEST_CASE_TEMPLATE("however strong the light, black stays black, or the light is refused", T, float,
+                   double) {
+  const auto eye = camera.cast<T>();
+  const auto lights = edge_lights(eye, 0.2);
+  const std::array<T, 3> blue{0, 0, T(0.5)};
+  const Image<float> black(width, height, 0);
+  const auto dark = SeeThroughRenderer(eye, rest, lights, blue).render(rest, black, {0.5, 0});
+  int answered = 0;
+  for (const double much : {1e3, 1e30, 1e35, 1e36, 1e38, 1e39, 1e300, 1e305, 1e306, 1e308}) {
+    CAPTURE(much);
+    const SeeThroughRenderer renderer(eye, rest, lights, blue);
+    Image<Rgb8> out(width, height, {1, 2, 3});
+    const auto before = out;
+    const auto beyond = refusal([&] {
+      renderer.render_into(out, rest, black, LightLevels{0.5, much});
+    });
+    if (beyond == "accepted") {
+      CHECK(out == dark);
+      ++answered;
+    } else {
+      CHECK(out == before);
+      CHECK(test::contains(beyond, "more than the images' type can hold"));
+    }
+    for (const auto& options : {SeeThroughOptions{.exposure = much}, {.levels = {much, 0}}}) {
+      const auto inside = refusal([&] {
+        out = SeeThroughRenderer(eye, rest, lights, blue, options).render(rest, black);
+        for (const Rgb8& pixel : out.pixels()) REQUIRE(pixel == Rgb8{0, 0, 255});
+      });
+      CHECK(
+          (inside == "accepted" || test::contains(inside, "more than the images' type can hold")));
+    }
+  }
+  CHECK(answered >= 3);
+}
+
+TEST_CASE("normals are fitted to the whole image, however much larger a radius is") {
+  const auto pressed = ball(0.004);
+  const auto with = [&](Index radius) {
+    return SeeThroughRenderer(camera, rest, edge_lights(camera, 0.2),
+                              std::array<double, 3>{0.7, 0.7, 0.8},
+                              SeeThroughOptions{.normal_radius = radius})
+        .render(pressed);
+  };
+  const auto whole = with(std::max(width, height));
+  for (const Index radius :
+       {1000, std::numeric_limits<Index>::max() - width / 2, std::numeric_limits<Index>::max()}) {
+    CHECK(with(radius) == whole);
+  }
+}
+
 TEST_CASE("input that cannot be used is refused before anything is written") {
   const auto lights = edge_lights(camera, 0.2);
   const std::array<double, 3> grey{0.5, 0.5, 0.5};

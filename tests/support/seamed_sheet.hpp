@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <vector>
 
 #include "gelight/core/error.hpp"
@@ -10,7 +11,8 @@
 
 namespace gelight::test {
 
-inline bool is_taken(const Mesh<double>& mesh) {
+template <std::floating_point T>
+bool is_taken(const Mesh<T>& mesh) {
   try {
     Surface surface(mesh);
   } catch (const InvalidInput&) {

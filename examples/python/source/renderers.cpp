@@ -129,7 +129,7 @@ void bind_renderer(py::module_& m) {
       m, "TactileRenderer",
       "Renders the image that the camera inside an optical tactile sensor takes of its lit "
       "membrane "
-      "(Gomes, Paoletti, Luo, Simulation of Curved GelSight Sensors for Sim2Real Learning).\n\n"
+      "(Gomes, Paoletti, Luo 2023, doi:10.15607/RSS.2023.XIX.035).\n\n"
       "Depths: positive and finite is a surface, +inf is nothing, NaN, zero and negative are not "
       "known. May be used from several threads.")
       .def(py::init(&renderer_of), "camera"_a, "rest_depth"_a, "reflectance"_a,

@@ -125,6 +125,8 @@ void bind_check(py::module_& m) {
   add("repeated_vertices", &MeshReport::repeated_vertices, "Faces with a vertex twice.");
   add("repeated_faces", &MeshReport::repeated_faces,
       "Faces with the three vertices of an earlier one.");
+  add("too_long", &MeshReport::too_long,
+      "Faces with an edge longer than the coordinates' type holds.");
   add("nonmanifold_edges", &MeshReport::nonmanifold_edges,
       "First vertices of edges with more than two faces.");
   add("misoriented_edges", &MeshReport::misoriented_edges,

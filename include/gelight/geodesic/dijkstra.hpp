@@ -21,10 +21,11 @@ namespace gelight {
 
 struct DijkstraOptions {
   /// Points on each edge, evenly spaced, by which paths may cross it; straight lines join those of
-  /// one face. With 0, 1, 2, 3, 5 and 8 of them distances are 7.1, 1.6, 1.3, 0.6, 0.23 and 0.17 %
-  /// too long on average on icospheres, 21, 4.8, 2.7, 1.4, 0.6 and 0.4 % at most, at about 1, 20,
-  /// 40, 70, 150 and 300 times the cost. On meshes like a scanner's (the median of 24) they are
-  /// 6.7, 2, 1.4, 0.9, 0.5 and 0.35 % too long on average.
+  /// one face. With 0, 1, 2, 3, 5 and 8 of them distances are 6.9, 1.5, 1.2, 0.56, 0.23 and 0.15 %
+  /// off great circles on average on an icosphere of 10,242 vertices, 23, 4.9, 2.8, 1.4, 0.64 and
+  /// 0.36 % at most, at about 1, 20, 40, 70, 150 and 300 times the cost. On meshes like a scanner's
+  /// (the median of 24) they are 6.7, 2, 1.4, 0.9, 0.53 and 0.35 % too long on average
+  /// (benchmarks/claims.cpp).
   Index steiner_points = 0;
   /// Asked in every query, by the thread that called; not by two at once if the callable is not
   /// made for it.

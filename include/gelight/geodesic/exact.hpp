@@ -64,9 +64,10 @@ struct ExactOptions {
   /// A dial between Dijkstra and exact (after Du, He, Fang, Meng, Xin 2021, hdl:10356/152296): at
   /// every multiple of so many mean edge lengths from the sources paths go through a vertex, where
   /// windows begin anew. The distances are lengths of real paths still, so never less than the
-  /// exact ones. With radii of 1, 2, 4, 8, 16 and 32 they are 1, 0.5, 0.12, 0.03, 0.01 and 0.003 %
-  /// too long on average, 3.4, 4.3, 3.1, 1.6, 1.3 and 0.6 % at most, on icospheres and the GelTip
-  /// membrane; on 24 meshes like a scanner's 9.6, 8.2, 4.2, 2, 1.1 and 0.4 % at most; work is
+  /// exact ones. With radii of 1, 2, 4, 8, 16 and 32 they are 1.4, 0.66, 0.15, 0.041, 0.013 and
+  /// 0.0041 % too long on average, 3.6, 2.6, 1.3, 0.53, 0.33 and 0.13 % at most on the GelTip
+  /// membrane from four sources; on 24 meshes like a scanner's 9.6, 8.2, 4.2, 2, 1.1 and 0.43 % at
+  /// most (benchmarks/claims.cpp); work is
   /// linear in the vertices, about half of exact at 40,000 of a sphere and an eighth at 655,362.
   /// Windows are kept.
   T reset_radius = unreachable<T>;

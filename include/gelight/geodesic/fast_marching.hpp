@@ -41,16 +41,25 @@ struct FastMarchingOptions {
 /// grids, icospheres, scan-like meshes and needles; 0.36 edges where it was most).
 ///
 /// Error, mean and largest: icospheres of 642 to 655,362 vertices 0.62 % and 2.4 % to 0.015 % and
-/// 0.12 %, falling with order 1.1; against exact distances on the GelTip membrane 0.011 % and 1.8
-/// %, on spheres stretched five- to twentyfold 0.01 to 0.09 % and 1.3 %; on flat sheets 0.02 % and
-/// 0.09 %. Behind a corner of the border it falls with order one half: 0.33 % and 2.1 % in a bent
-/// strip of 10 cells, 0.09 % and 0.7 % in one of 80. Where triangles are so thin that the near is
-/// reached by way of the far, it is larger at single vertices: a fan of 10,000 spokes 0.009 % and
-/// 0.07 %, jittered cells stretched 1e2 to 1e4 times 0.007 % and 1.7 % (tests/README.md). Rounding
-/// of the distances of a short edge's ends turns the wave through it, the more the farther it has
-/// come: on flat sheets distances were below the straight line by up to 2e-13 of it, on those
-/// stretched 100 times by 4e-11, 10,000 times by 2e-7. A query from one source takes about linear
-/// time, two to four times that where triangles are thin.
+/// 0.12 %, falling with order 1.1; against exact distances on the GelTip membrane 0.029 % and
+/// 0.59 %, on meshes like a scanner's 0.24 % (the median of 24; 0.61 % on the worst) and 6.9 %
+/// (benchmarks/claims.cpp); on flat sheets 0.02 % and 0.09 %. Behind a corner of the border it
+/// falls with order one half: 0.33 % and 2.1 % in a bent strip of 10 cells, 0.09 % and 0.7 % in one
+/// of 80.
+///
+/// No bound holds where a way that has bent round a corner of the border, or at a saddle, goes on
+/// through long triangles that it passes at one end: the wave at an edge's other end came another
+/// way, and no circle has both distances. Flat fans of 5 to 64 spokes whose ends lie unevenly are
+/// off by 17 % on average and 54 % at a vertex on the worst of 80 fields, stretched 10 times by 39
+/// % and threefold, 1000 times by 48 % and eightfold; fans of two rings by 5 % and 22 %, 12 % and
+/// twofold, 22 % and sevenfold. Thin triangles alone do less: over jittered flat grids, icospheres
+/// and noisy spheres of 25 to 642 vertices, 80 fields each, stretched up to 10 times the mean is
+/// 0.8 % at most, and 20 % at a vertex; up to 1000 times 0.3 % and 39 %. A fan of 10,000 spokes is
+/// off by 0.009 % and 0.07 % (tests/README.md). VirtualSourceSolver is off by up to 22 % on the
+/// fans; ExactSolver is right. Rounding of the distances of a short edge's ends turns the wave
+/// through it, the more the farther it has come: on flat sheets distances were below the straight
+/// line by up to 2e-13 of it, on those stretched 100 times by 4e-11, 10,000 times by 2e-7. A query
+/// from one source takes about linear time, two to four times that where triangles are thin.
 template <std::floating_point T>
 class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>, T> {
  public:

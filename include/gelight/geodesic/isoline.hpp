@@ -92,10 +92,18 @@ class IsolineTracer {
   }
   [[nodiscard]] Index before(Index entry) const { return across(entry); }
 
+  // How far along the way from one vertex to another the level lies. Halves of large values differ
+  // by no more than T can hold; those of small ones would lose their last bits.
+  [[nodiscard]] T share(Index from, Index to) const {
+    const T a = value(from), b = value(to);
+    const T scale = std::max(std::fabs(a), std::fabs(b)) > 1 ? T(0.5) : T(1);
+    return (scale * level_ - scale * a) / (scale * b - scale * a);
+  }
+
   [[nodiscard]] SurfacePoint<T> place(Index h) const {
     // From the lower vertex to the higher, so that both faces have the same point.
     const auto [a, b] = std::minmax({surface_.origin(h), surface_.tip(h)});
-    const T t = (level_ - value(a)) / (value(b) - value(a));
+    const T t = share(a, b);
     if (t <= 0) return vertex_point<T>(a);
     if (t >= 1) return vertex_point<T>(b);
     return edge_point(a, b, t);
@@ -127,8 +135,7 @@ class IsolineTracer {
     // The corner that is cut off.
     std::size_t k = 0;
     while (is_low(v[k]) != (low == 1)) ++k;
-    const T own = value(v[k]), a = value(v[(k + 1) % 3]), b = value(v[(k + 2) % 3]);
-    const T cut = whole * ((level_ - own) / (a - own)) * ((level_ - own) / (b - own));
+    const T cut = whole * share(v[k], v[(k + 1) % 3]) * share(v[k], v[(k + 2) % 3]);
     return low == 1 ? cut : whole - cut;
   }
 

@@ -235,9 +235,11 @@ class PlannedSolvers {
 /// where that is asked for, distances are proved or exact, unless `samples` targets are all that
 /// matter, or no more than an expectation is asked for on a familiar mesh from one source.
 ///
-/// Not every promise holds. With an earlier table of costs, none of 8,000 requests at random
-/// (tests/geodesic/plan_test.cpp, seeds 21 and 22) was said to be satisfied and was not; of 802 of
-/// another program that were said to be, one was not: sampled, in float, 0.00215 for 0.00201.
+/// Not every promise need hold. Of 12,000 requests at random, two thirds in float, for meshes of up
+/// to 6,000 vertices of all kinds of tests/support/plan_requests.hpp, nearly half with tolerances
+/// just above what rounding of the distances takes, against ExactSolver<double>: certified and so
+/// 740, none was not; sampled 5,615, none was not; expected 3,368, one was not (2.3e-8 for 2.1e-8,
+/// in float). Of these, 2,134 answers came from an approximate method.
 ///
 /// What a method is expected to be off is for the worst source of the mesh, since the planner
 /// chooses before it knows any, and meshes that look alike differ tenfold. So where fast
@@ -393,10 +395,13 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     return method < Method::own ? Models(statistics_).of(method) : own_method(method)->error;
   }
 
-  // Of the method, and of what T cannot hold.
+  // Of the method, and of what T cannot hold: of ways from the start, or as found of distances.
   [[nodiscard]] double expected_error(Method method) const {
     constexpr double rounding = std::numeric_limits<T>::epsilon() / 2;
-    return in_norm(error_of(method)) + in_norm({rounding / 2, rounding});
+    return expected_error(method, in_norm({rounding / 2, rounding}));
+  }
+  [[nodiscard]] double expected_error(Method method, double rounding) const {
+    return in_norm(error_of(method)) + rounding;
   }
   [[nodiscard]] double provable(Method method) const {
     return in_norm(Models(statistics_).provable(error_of(method)));
@@ -679,7 +684,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
       return {Assurance::expected, unreachable<double>, "a target to which a path leads is missed"};
     }
     if (check == Check::none) {
-      const double error = std::max(expected_error(method), rounding);
+      const double error = expected_error(method, rounding);
       return {Assurance::expected, error,
               "expected to be within " + in_words(error + floor()) + ", not checked"};
     }
@@ -699,8 +704,11 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     const double width = std::min(widest_search, search_width * request_.tolerance);
     Finding sampled = sample(query, answer, targets, method == Method::exact ? exact_search : width,
                              hook.part(0.5, 1));
-    sampled.error = std::max({sampled.error, traced.error, rounding});
     sampled.words = traced.words + sampled.words;
+    if (sampled.checked == std::ssize(targets)) return sampled;
+    // The others are off by what the method is expected to be, and rounding besides.
+    const double others = has_paths(check) ? traced.error : expected_error(method, rounding);
+    sampled.error = std::max(sampled.error, others);
     return sampled;
   }
 

@@ -65,9 +65,17 @@ struct SmoothDistances {
 
 /// A path on the smooth surface; where trust is rough, on the mesh. Its length and the source's
 /// start distance sum to the distance.
+///
+/// The length is that of the straightest path beside the one on the mesh, which may pass a vertex
+/// on its other side. Positions are where that path crosses the edges that the one on the mesh
+/// does, or those edges drawn out by a quarter; where their order along the path would be reversed
+/// they are one point. Straight lines between them cut the arcs: on ellipsoids of 162 to 2,562
+/// vertices with axes of 1 to 0.3, normals given, they were shorter than the length by 0.2 to 0.004
+/// % on average, longer by 0.6 % at most, 4 % in one path; positions were off the surface by 2e-3
+/// to 1e-4.
 template <std::floating_point T>
 struct SmoothPath {
-  std::vector<Vec3<T>> positions;  ///< Where it runs, beginning at the source.
+  std::vector<Vec3<T>> positions;  ///< About where it runs, beginning at the source.
   Path<T> on_mesh;  ///< The shortest path on the mesh, above which it was begun: as many points.
   T length = 0;     ///< On the smooth surface, an arc between every two positions.
   Vec3<T> direction{0, 0, 0};               ///< Unit tangent on arrival.

@@ -50,8 +50,9 @@ struct VirtualSourceOptions {
 ///
 /// Error, mean and largest: icospheres of 642 to 655,362 vertices 0.17 % and 0.33 % to 0.0001 % and
 /// 0.011 %, falling with order 2; against exact distances on 24 rough, creased, bordered and thin
-/// meshes of about 2,600 vertices 0.095 % on average, 0.27 % on the worst (fast marching: 0.26 %
-/// and 0.62 %, and more on each of them), 5 % at a vertex. A query from one source takes about
+/// meshes of about 2,600 vertices the mean is 0.071 % on the median mesh, 0.24 % on the worst (fast
+/// marching: 0.24 % and 0.61 %, and more on each of them), 4.6 % at a vertex
+/// (benchmarks/claims.cpp). A query from one source takes about
 /// linear time, two and a half times that of fast marching; several cost more where triangles are
 /// thin.
 template <std::floating_point T>

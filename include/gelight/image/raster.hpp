@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <type_traits>
 #include <vector>
 
@@ -13,6 +15,7 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/views/image_view.hpp"
 
@@ -48,6 +51,18 @@ struct ImagePoint {
   double x = 0, y = 0;   // in pixels
   double z = 0;          // its depth
   double inverse_z = 0;  // 0: it is not near the image, and faces at it have to be cut first
+};
+
+/// Positions of some points, a row a coordinate.
+struct PositionBatch {
+  static constexpr std::size_t size = 360;
+  std::array<double, size> x, y, z;
+  std::size_t count = 0;
+
+  void add(const Vec3<double>& p) {
+    x[count] = p[0], y[count] = p[1], z[count] = p[2];
+    ++count;
+  }
 };
 
 /// A corner of a face that was cut.
@@ -91,12 +106,13 @@ class ImagePlane {
     while (size_ < std::max(camera.width, camera.height)) size_ *= 2;
   }
 
-  [[nodiscard]] ImagePoint project(const Vec3<double>& p) const {
-    if (!(p[2] > 0)) return {0, 0, p[2], 0};
-    ImagePoint point{on_grid(camera_.fx * p[0] / p[2] + camera_.cx),
-                     on_grid(camera_.fy * p[1] / p[2] + camera_.cy), p[2], 1 / p[2]};
-    if (!is_within(near_ * size_, point)) point.inverse_z = 0;
-    return point;
+  /// Where points are seen, several at a time.
+  void project(ImagePoint* out, const PositionBatch& points) const {
+    vectorised([out, &points, plane = *this] {
+      for (std::size_t i = 0; i < points.count; ++i) {
+        out[i] = plane.project(points.x[i], points.y[i], points.z[i]);
+      }
+    });
   }
 
   /// Whether a face has nothing in front of the camera, or nothing in the image for lying beside
@@ -141,9 +157,21 @@ class ImagePlane {
   // second, and the grid is exact within 2.
   static constexpr double near_ = 1.5, far_ = 1.75;
 
+  /// Without branches, and without a quotient by zero.
+  [[nodiscard]] ImagePoint project(double x, double y, double z) const {
+    const bool is_before = z > 0;
+    const double by = is_before ? z : 1;
+    const ImagePoint seen{on_grid(camera_.fx * x / by + camera_.cx),
+                          on_grid(camera_.fy * y / by + camera_.cy), z, 1 / by};
+    const bool is_near = is_before & is_within(near_ * size_, seen);
+    return {is_before ? seen.x : 0, is_before ? seen.y : 0, z, is_near ? seen.inverse_z : 0};
+  }
+
   [[nodiscard]] static bool is_within(double reach, const ImagePoint& p) {
-    return std::abs(p.x) <= reach && std::abs(p.y) <= reach &&
-           p.inverse_z <= std::numeric_limits<double>::max();
+    const Index in_columns = std::abs(p.x) <= reach ? 1 : 0;
+    const Index in_rows = std::abs(p.y) <= reach ? 1 : 0;
+    const Index has_depth = p.inverse_z <= std::numeric_limits<double>::max() ? 1 : 0;
+    return (in_columns & in_rows & has_depth) != 0;
   }
 
   /// The nearest point of the grid: the sum has just as many digits as the grid.
@@ -187,17 +215,28 @@ class ImagePlane {
   double size_ = 1;  // of the image: a power of two
 };
 
-/// The first pixel of a row or column that is not before x, and the last that is not beyond it.
+/// As std::min and std::max, but by value: so they are vectorised.
 ///@{
+[[nodiscard]] constexpr double lesser(double a, double b) { return b < a ? b : a; }
+[[nodiscard]] constexpr double greater(double a, double b) { return a < b ? b : a; }
+///@}
+
+/// The first pixel of a row or column that is not before x, and the last that is not beyond it. The
+/// x in reach of an image is clamped to what may differ.
+///@{
+[[nodiscard]] inline Index first_from(double in_reach) {
+  const auto i = static_cast<Index>(in_reach);
+  return i + (i < in_reach);
+}
+[[nodiscard]] inline Index last_to(double in_reach) {
+  const auto i = static_cast<Index>(in_reach);
+  return i - (i > in_reach);
+}
 [[nodiscard]] inline Index first_pixel(double x, Index size) {
-  x = std::clamp(x, 0.0, static_cast<double>(size));
-  const auto i = static_cast<Index>(x);
-  return i + (i < x);
+  return first_from(lesser(greater(x, 0), size));
 }
 [[nodiscard]] inline Index last_pixel(double x, Index size) {
-  x = std::clamp(x, -1.0, static_cast<double>(size - 1));
-  const auto i = static_cast<Index>(x);
-  return i - (i > x);
+  return last_to(lesser(greater(x, -1), size - 1));
 }
 ///@}
 
@@ -218,6 +257,7 @@ void require_drawn(double z, Index face) {
 /// nothing, to see whether all can be drawn.
 template <class T>
 struct DepthTarget {
+  static constexpr bool wants_shares = false;
   ImageView<T> depth;
 
   struct Row {
@@ -234,6 +274,7 @@ struct DepthTarget {
 };
 template <class T>
 struct FaceTarget {
+  static constexpr bool wants_shares = true;
   Raster<T>& raster;
 
   struct Row : DepthTarget<T>::Row {
@@ -262,6 +303,9 @@ struct NoTarget {
     return !(is_drawn<T>(a.z) && is_drawn<T>(b.z) && is_drawn<T>(c.z));
   }
 };
+
+/// Areas up to this share of the box of a triangle, which is not thin, may have the wrong sign.
+inline constexpr double doubtful_share = 0x1p-50;
 
 /// Draws a triangle of the image: a face, or a part of one. Which pixel centres lie in it or on its
 /// sides is told without rounding, so that triangles that share corners leave none between them;
@@ -316,7 +360,7 @@ class ImageTriangle {
     double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
     const bool is_thin = !(std::abs(area) > box / 16);
     if (is_thin) area = difference_of_products(b.x - a.x, c.y - a.y, b.y - a.y, c.x - a.x);
-    doubtful_ = is_thin ? std::numeric_limits<double>::infinity() : 0x1p-50 * box;
+    doubtful_ = is_thin ? std::numeric_limits<double>::infinity() : doubtful_share * box;
     const double sign = area < 0 ? -1 : 1;
     const auto side = [&](const ImagePoint& p, const ImagePoint& q) {
       return Side{p.x, p.y, sign * (q.x - p.x), sign * (q.y - p.y)};
@@ -426,35 +470,341 @@ inline void require_in_range(const Vec3<double>& position, Index vertex) {
           ", ", position.z(), ") is farther off than ", most_drawn);
 }
 
-/// Draws what the target needs of a mesh whose vertices are at `position(v)`, of which `point(v)`
-/// is the image.
-template <TriangleMesh M, class Position, class Point, class Target>
-void draw_mesh(const Target& target, const M& mesh, const ImagePlane& plane, Index width,
-               Index height, const Position& position, const Point& point) {
-  using Traits = MeshTraits<M>;
-  const auto vertices = static_cast<Index>(Traits::vertex_count(mesh));
-  const auto faces = static_cast<Index>(Traits::face_count(mesh));
-  for (Index f = 0; f < faces; ++f) {
-    const std::array<Index, 3> face = Traits::face(mesh, f);
-    for (const Index v : face) require_vertex(f, v, vertices);
-    const std::array<ImagePoint, 3> corners{point(face[0]), point(face[1]), point(face[2])};
-    if (corners[0].inverse_z > 0 && corners[1].inverse_z > 0 && corners[2].inverse_z > 0) {
-      if (target.needs(corners)) ImageTriangle(corners).draw(target, width, height, f);
-      continue;
-    }
-    const std::array<Vec3<double>, 3> positions{position(face[0]), position(face[1]),
-                                                position(face[2])};
-    for (std::size_t k = 0; k < 3; ++k) require_in_range(positions[k], face[k]);
-    if (plane.misses_image(corners)) continue;
-    const auto polygon = plane.cut(positions, corners);
-    for (std::size_t k = 2; k < polygon.size(); ++k) {
-      const auto &a = polygon.data()[0], &b = polygon.data()[k - 1], &c = polygon.data()[k];
-      const ImageTriangle::Shares shares{a.shares, b.shares, c.shares};
-      const std::array seen{a.seen, b.seen, c.seen};
-      if (target.needs(seen)) ImageTriangle(seen).draw(target, width, height, f, &shares);
-    }
+/// Draws what the target needs of a face, or of the part of it that has a place on the plane.
+template <class Target>
+void draw_face(const Target& target, const ImagePlane& plane, Index width, Index height, Index face,
+               const std::array<ImagePoint, 3>& corners,
+               const std::array<Vec3<double>, 3>& positions) {
+  if (corners[0].inverse_z > 0 && corners[1].inverse_z > 0 && corners[2].inverse_z > 0) {
+    if (target.needs(corners)) ImageTriangle(corners).draw(target, width, height, face);
+    return;
+  }
+  if (plane.misses_image(corners)) return;
+  const auto polygon = plane.cut(positions, corners);
+  for (std::size_t k = 2; k < polygon.size(); ++k) {
+    const auto &a = polygon.data()[0], &b = polygon.data()[k - 1], &c = polygon.data()[k];
+    const ImageTriangle::Shares shares{a.shares, b.shares, c.shares};
+    const std::array seen{a.seen, b.seen, c.seen};
+    if (target.needs(seen)) ImageTriangle(seen).draw(target, width, height, face, &shares);
   }
 }
+
+/// Some faces, of which those are drawn together whose images are no more than four pixels wide and
+/// high: the same is done with several at a time. What is drawn has the bits of ImageTriangle's.
+class FaceBatch {
+ public:
+  static constexpr std::size_t size = PositionBatch::size / 3;
+
+  void clear() { count_ = 0; }
+  void add(const ImagePoint& a, const ImagePoint& b, const ImagePoint& c) {
+    const std::size_t i = count_++;
+    const bool is_whole = a.inverse_z > 0 && b.inverse_z > 0 && c.inverse_z > 0;
+    set(0, i, is_whole ? a : ImagePoint{});
+    set(1, i, is_whole ? b : ImagePoint{});
+    set(2, i, is_whole ? c : ImagePoint{});
+  }
+
+  /// What is to be done with a face.
+  enum Kind : Index { draw_alone, draw_together, draw_none };
+  [[nodiscard]] Index kind(std::size_t i) const { return kind_[i]; }
+
+  void measure(Index width, Index height) {
+    vectorised([this, width, height] {
+      // What is clamped is kept first: else branches would be made of it.
+      for (std::size_t i = 0; i < count_; ++i) find_box(i, width, height);
+      for (std::size_t i = 0; i < count_; ++i) measure(i);
+      Index columns = 0, rows = 0;
+      for (std::size_t i = 0; i < count_; ++i) {
+        const Index if_together = -Index{kind_[i] == draw_together};
+        columns = std::max(columns, if_together & columns_[i]);
+        rows = std::max(rows, if_together & rows_[i]);
+      }
+      for (Index row = 0; row < rows; ++row) cover(row, columns);
+      for (std::size_t i = 0; i < count_; ++i) {
+        kind_[i] = doubts_[i] != 0 ? draw_alone : Kind{kind_[i]};
+      }
+    });
+  }
+
+  /// Adds the pixels of a face that is drawn together with others; whether there is room for those
+  /// of one more.
+  [[nodiscard]] bool add_pixels(std::size_t i) {
+    std::size_t n = pixels_;
+    for (auto rest = static_cast<unsigned>(covered_[i]); rest != 0; rest &= rest - 1) {
+      const auto bit = static_cast<std::size_t>(std::countr_zero(rest));
+      const std::size_t row = bit / reach, column = bit % reach;
+      for (std::size_t k = 0; k < 3; ++k) {
+        areas_[k][n] = start_[row][k][i] - static_cast<double>(column) * dy_[k][i];
+        inverse_[k][n] = inverse_z_[k][i];
+      }
+      least_[n] = least_z_[i];
+      most_[n] = most_z_[i];
+      column_[n] = first_column_[i] + static_cast<Index>(column);
+      row_[n] = first_row_[i] + static_cast<Index>(row);
+      face_[n] = static_cast<Index>(i);
+      ++n;
+    }
+    pixels_ = n;
+    return n + reach * reach <= room;
+  }
+
+  /// Draws the pixels that were found, as pixels of the faces from `first_face` on.
+  template <class Target>
+  void draw(const Target& target, Index first_face) {
+    interpolate(Target::wants_shares);
+    for (std::size_t n = 0; n < pixels_; ++n) {
+      const auto row = target.row(row_[n]);
+      using T = std::remove_pointer_t<decltype(row.depth)>;
+      if (!row.is_nearer(column_[n], static_cast<T>(depth_[n]))) continue;
+      row.show(column_[n], first_face + face_[n], [&]() -> std::array<T, 3> {
+        return {static_cast<T>(areas_[0][n]), static_cast<T>(areas_[1][n]),
+                static_cast<T>(areas_[2][n])};
+      });
+    }
+    pixels_ = 0;
+  }
+
+ private:
+  static constexpr Index reach = 4;  // of faces that are drawn together, pixels
+  static constexpr std::size_t room = 456;
+  using Three = std::array<double, 3>;
+  using Doubles = std::array<double, size>;
+  using Indices = std::array<Index, size>;
+
+  void set(std::size_t k, std::size_t i, const ImagePoint& corner) {
+    x_[k][i] = corner.x;
+    y_[k][i] = corner.y;
+    z_[k][i] = corner.z;
+    inverse_z_[k][i] = corner.inverse_z;
+  }
+
+  void find_box(std::size_t i, double width, double height) {
+    const double ax = x_[0][i], bx = x_[1][i], cx = x_[2][i];
+    const double ay = y_[0][i], by = y_[1][i], cy = y_[2][i];
+    const double left = lesser(lesser(ax, bx), cx), right = greater(greater(ax, bx), cx);
+    const double top = lesser(lesser(ay, by), cy), bottom = greater(greater(ay, by), cy);
+    box_[i] = (right - left) * (bottom - top);
+    left_[i] = lesser(greater(left, 0), width);
+    right_[i] = lesser(greater(right, -1), width - 1);
+    top_[i] = lesser(greater(top, 0), height);
+    bottom_[i] = lesser(greater(bottom, -1), height - 1);
+    least_z_[i] = lesser(lesser(z_[0][i], z_[1][i]), z_[2][i]);
+    most_z_[i] = greater(greater(z_[0][i], z_[1][i]), z_[2][i]);
+  }
+
+  void measure(std::size_t i) {
+    const double ax = x_[0][i], bx = x_[1][i], cx = x_[2][i];
+    const double ay = y_[0][i], by = y_[1][i], cy = y_[2][i];
+    const Index first_column = first_from(left_[i]), first_row = first_from(top_[i]);
+    const Index columns = last_to(right_[i]) - first_column + 1;
+    const Index rows = last_to(bottom_[i]) - first_row + 1;
+    const double box = box_[i];
+    const double area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+    const bool is_whole = inverse_z_[0][i] > 0;
+    const bool is_thin = !(std::abs(area) > box / 16);
+    const bool is_small = (columns <= reach) & (rows <= reach) & !is_thin;
+    const bool is_empty = is_whole & ((columns <= 0) | (rows <= 0));
+    kind_[i] = draw_none * Index{is_empty} + draw_together * Index{is_whole & is_small & !is_empty};
+    const double sign = area < 0 ? -1 : 1;
+    dx_[0][i] = sign * (cx - bx), dy_[0][i] = sign * (cy - by);
+    dx_[1][i] = sign * (ax - cx), dy_[1][i] = sign * (ay - cy);
+    dx_[2][i] = sign * (bx - ax), dy_[2][i] = sign * (by - ay);
+    doubtful_[i] = doubtful_share * box;
+    first_column_[i] = first_column;
+    columns_[i] = columns;
+    first_row_[i] = first_row;
+    rows_[i] = rows;
+    covered_[i] = 0;
+    doubts_[i] = 0;
+  }
+
+  /// Which pixels of a row lie in the faces, and whether rounding leaves a doubt about one.
+  void cover(Index row, Index columns) {
+    auto& start = start_[static_cast<std::size_t>(row)];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Doubles &x = x_[(k + 1) % 3], &y = y_[(k + 1) % 3], &dx = dx_[k], &dy = dy_[k];
+      for (std::size_t i = 0; i < count_; ++i) {
+        start[k][i] = dx[i] * (first_row_[i] + row - y[i]) - dy[i] * (first_column_[i] - x[i]);
+      }
+    }
+    for (Index column = 0; column < columns; ++column) {
+      const double steps = column;
+      const Index bit = Index{1} << (reach * row + column);
+      for (std::size_t i = 0; i < count_; ++i) {
+        const double a = start[0][i] - steps * dy_[0][i], b = start[1][i] - steps * dy_[1][i],
+                     c = start[2][i] - steps * dy_[2][i];
+        const double smallest = lesser(lesser(a, b), c), doubtful = doubtful_[i];
+        const Index is_in_box = Index{column < columns_[i]} & Index{row < rows_[i]};
+        covered_[i] |= bit & -(is_in_box & Index{smallest > doubtful});
+        doubts_[i] |= is_in_box & Index{smallest <= doubtful} & Index{smallest >= -doubtful};
+      }
+    }
+  }
+
+  /// Depths of pixels, and barycentric coordinates in the place of areas.
+  void interpolate(bool wants_shares) {
+    vectorised([this, wants_shares, pixels = pixels_] {
+      for (std::size_t n = 0; n < pixels; ++n) {
+        const double a = areas_[0][n], b = areas_[1][n], c = areas_[2][n];
+        const double part_a = a * inverse_[0][n], part_b = b * inverse_[1][n],
+                     part_c = c * inverse_[2][n];
+        const double sum = part_a + part_b + part_c;
+        depth_[n] = lesser(greater((a + b + c) / sum, least_[n]), most_[n]);
+        areas_[0][n] = part_a;
+        areas_[1][n] = part_b;
+        areas_[2][n] = part_c;
+        sum_[n] = sum;
+      }
+      if (!wants_shares) return;
+      for (std::size_t n = 0; n < pixels; ++n) {
+        areas_[0][n] /= sum_[n];
+        areas_[1][n] /= sum_[n];
+        areas_[2][n] /= sum_[n];
+      }
+    });
+  }
+
+  // Of each face: its corners, sides and box.
+  std::array<Doubles, 3> x_, y_, z_, inverse_z_, dx_, dy_;
+  Doubles left_, right_, top_, bottom_, box_, doubtful_, least_z_, most_z_;
+  Indices kind_, first_column_, columns_, first_row_, rows_;
+  Indices covered_, doubts_;  // a bit for each pixel of the box; not 0: ImageTriangle tells
+  std::array<std::array<Doubles, 3>, reach> start_;  // areas at the first pixel of each row
+  std::size_t count_ = 0;
+
+  // Of each pixel: the areas that its centre spans with the sides of its face.
+  std::array<std::array<double, room>, 3> areas_;
+  std::array<std::array<double, room>, 3> inverse_;
+  std::array<double, room> depth_, least_, most_, sum_;
+  std::array<Index, room> column_, row_, face_;
+  std::size_t pixels_ = 0;
+};
+
+/// A mesh whose vertices are at `position(v)`, as it is seen.
+template <TriangleMesh M, class Position>
+class MeshImage {
+ public:
+  /// The points of all vertices are kept in `points`; null: they are projected face by face.
+  MeshImage(const M& mesh, const ImagePlane& plane, Index width, Index height,
+            const Position& position, ImagePoint* points)
+      : mesh_(mesh),
+        plane_(plane),
+        width_(width),
+        height_(height),
+        position_(position),
+        vertices_(static_cast<Index>(Traits::vertex_count(mesh))),
+        faces_(static_cast<Index>(Traits::face_count(mesh))),
+        points_(points) {
+    PositionBatch batch;
+    for (Index v = 0; points != nullptr && v < vertices_;) {
+      const Index first = v, end = std::min(vertices_, v + Index{PositionBatch::size});
+      batch.count = 0;
+      while (v < end) batch.add(position(v++));
+      plane.project(points + first, batch);
+      for (const ImagePoint& p : std::span(points + first, batch.count)) {
+        all_are_near_ &= p.inverse_z > 0;
+        least_z_ = lesser(least_z_, p.z);
+        most_z_ = greater(most_z_, p.z);
+      }
+    }
+  }
+
+  /// Throws for all that may be wrong with the mesh.
+  template <class T>
+  void check() const {
+    for (Index f = 0; f < faces_; ++f) {
+      const Face face = Traits::face(mesh_, f);
+      for (const Index v : face) require_vertex(f, v, vertices_);
+    }
+    const bool all_are_drawn = is_drawn<T>(least_z_) && is_drawn<T>(most_z_);
+    if (points_ != nullptr && all_are_near_ && all_are_drawn) return;
+    each_batch([&](Index first, Index count, const auto& faces, const ImagePoint* const* corners) {
+      for (Index i = 0; i < count; ++i) {
+        const ImagePoint* const* const c = corners + 3 * i;
+        const auto is_fine = [](const ImagePoint& p) {
+          return p.inverse_z > 0 && is_drawn<T>(p.z);
+        };
+        if (is_fine(*c[0]) && is_fine(*c[1]) && is_fine(*c[2])) continue;
+        draw_alone(NoTarget<T>{}, first + i, faces[static_cast<std::size_t>(i)], c, true);
+      }
+    });
+  }
+
+  template <class Target>
+  void draw(const Target& target) const {
+    FaceBatch batch;
+    each_batch([&](Index first, Index count, const auto& faces, const ImagePoint* const* corners) {
+      batch.clear();
+      for (Index i = 0; i < count; ++i) {
+        const ImagePoint* const* const c = corners + 3 * i;
+        batch.add(*c[0], *c[1], *c[2]);
+      }
+      batch.measure(width_, height_);
+      for (Index i = 0; i < count; ++i) {
+        const auto n = static_cast<std::size_t>(i);
+        const Index kind = batch.kind(n);
+        if (kind == FaceBatch::draw_none) continue;
+        if (kind == FaceBatch::draw_together && batch.add_pixels(n)) continue;
+        batch.draw(target, first);
+        if (kind == FaceBatch::draw_alone) {
+          draw_alone(target, first + i, faces[n], corners + 3 * i, false);
+        }
+      }
+      batch.draw(target, first);
+    });
+  }
+
+ private:
+  using Traits = MeshTraits<M>;
+  using Face = std::array<Index, 3>;
+
+  /// Calls `work(first, count, faces, corners)` with some faces after the other.
+  template <class Work>
+  void each_batch(const Work& work) const {
+    std::array<Face, FaceBatch::size> faces;
+    std::array<const ImagePoint*, 3 * FaceBatch::size> corners;
+    PositionBatch positions;
+    std::array<ImagePoint, PositionBatch::size> own;
+    for (Index first = 0; first < faces_; first += Index{FaceBatch::size}) {
+      const Index count = std::min(faces_ - first, Index{FaceBatch::size});
+      positions.count = 0;
+      for (Index i = 0; i < count; ++i) {
+        const Face face = Traits::face(mesh_, first + i);
+        faces[static_cast<std::size_t>(i)] = face;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const auto at = 3 * static_cast<std::size_t>(i) + k;
+          corners[at] = points_ != nullptr ? points_ + face[k] : own.data() + at;
+          if (points_ == nullptr) positions.add(position_(face[k]));
+        }
+      }
+      plane_.project(own.data(), positions);
+      work(first, count, faces, corners.data());
+    }
+  }
+
+  template <class Target>
+  void draw_alone(const Target& target, Index f, const Face& face, const ImagePoint* const* corners,
+                  bool is_checked) const {
+    const std::array seen{*corners[0], *corners[1], *corners[2]};
+    std::array<Vec3<double>, 3> positions;
+    if (!(seen[0].inverse_z > 0 && seen[1].inverse_z > 0 && seen[2].inverse_z > 0)) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        positions[k] = position_(face[k]);
+        if (is_checked) require_in_range(positions[k], face[k]);
+      }
+    }
+    draw_face(target, plane_, width_, height_, f, seen, positions);
+  }
+
+  const M& mesh_;
+  const ImagePlane& plane_;
+  Index width_, height_;
+  const Position& position_;
+  Index vertices_, faces_;
+  const ImagePoint* points_;
+  bool all_are_near_ = true;  // of the points that are kept, and between which depths they are
+  double least_z_ = most_drawn, most_z_ = least_drawn;
+};
 
 template <TriangleMesh M>
 [[nodiscard]] Vec3<double> vertex_position(const M& mesh, Index v) {
@@ -518,13 +868,9 @@ void draw_moved(const Target<T>& target, const M& mesh, const Pose& pose, const 
   const auto position = [&](Index v) { return pose(vertex_position(mesh, v)); };
   const auto vertices = static_cast<Index>(MeshTraits<M>::vertex_count(mesh));
   ImagePoint* const points = work == nullptr ? nullptr : work->points(vertices).data();
-  for (Index v = 0; points != nullptr && v < vertices; ++v) points[v] = plane.project(position(v));
-  const auto point = [&](Index v) {
-    return points != nullptr ? points[v] : plane.project(position(v));
-  };
-  // All that may be wrong with the mesh, before anything is drawn.
-  draw_mesh(NoTarget<T>{}, mesh, plane, camera.width, camera.height, position, point);
-  draw_mesh(target, mesh, plane, camera.width, camera.height, position, point);
+  const MeshImage image(mesh, plane, camera.width, camera.height, position, points);
+  image.template check<T>();
+  image.draw(target);
 }
 
 }  // namespace detail
@@ -584,12 +930,11 @@ template <std::floating_point T, TriangleMesh M>
   Raster<T> raster = empty_raster(camera);
   const detail::ImagePlane plane(camera.template cast<double>());
   const auto position = [&](Index v) { return detail::vertex_position(mesh, v); };
-  const auto vertices = static_cast<Index>(MeshTraits<M>::vertex_count(mesh));
-  detail::Array<detail::ImagePoint> points;
-  points.reserve(static_cast<std::size_t>(vertices));
-  for (Index v = 0; v < vertices; ++v) points.push_back(plane.project(position(v)));
-  detail::draw_mesh(detail::FaceTarget<T>{raster}, mesh, plane, camera.width, camera.height,
-                    position, [&](Index v) { return points[v]; });
+  std::vector<detail::ImagePoint> points(
+      static_cast<std::size_t>(MeshTraits<M>::vertex_count(mesh)));
+  const detail::MeshImage image(mesh, plane, camera.width, camera.height, position, points.data());
+  image.template check<T>();
+  image.draw(detail::FaceTarget<T>{raster});
   return raster;
 }
 

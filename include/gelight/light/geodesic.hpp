@@ -35,8 +35,8 @@ template <std::floating_point T>
 }  // namespace detail
 
 /// Light that follows the shortest path on the surface from the nearest of several points of an
-/// LED: the exact direction in which that path arrives (Gomes, Paoletti, Luo, "Simulation of Curved
-/// GelSight Sensors for Sim2Real Learning").
+/// LED: the exact direction in which that path arrives (Gomes, Paoletti, Luo 2023,
+/// doi:10.15607/RSS.2023.XIX.035).
 ///
 /// Zero at the LED and where no path leads; where two shortest paths meet, one of them
 /// (`geodesic_rays` tells where). Throws InvalidInput for a point that is not of the surface. Cost:

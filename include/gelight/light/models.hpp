@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -188,7 +189,8 @@ struct GelSheet {
 /// Light that goes straight through gel with air behind it, and across the hollow: see `gel_field`.
 /// Its directions are shortened to the strength of the light, which falls off with the square of
 /// the distance. An LED is in the middle of the gel beneath its points, shines along its emission,
-/// and gives what its points give on average.
+/// and gives what its points give on average. Within faces and edges the membrane's normals are
+/// those of the vertices (means by area) interpolated, so that light shows no facets.
 template <std::floating_point T>
 class GelLight {
  public:
@@ -205,6 +207,10 @@ class GelLight {
       detail::require(value > 0 && std::isfinite(value), "a gel of thickness ", gel.thickness,
                       " and index ", gel.index, ", lit fully within ", gel.full_within);
     }
+    normals_.reserve(static_cast<std::size_t>(surface_.vertex_count()));
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      normals_.push_back(detail::direction_of(detail::mean_normal(surface_, vertex_point<T>(v))));
+    }
   }
 
   /// See the top of the page. Throws InvalidInput also for an LED without an emission.
@@ -215,7 +221,7 @@ class GelLight {
     std::vector<Vec3<T>> positions, normals;
     for (const auto& point : points) {
       positions.push_back(surface_.position(point));
-      normals.push_back(detail::mean_normal(surface_, point));
+      normals.push_back(normal(point));
     }
     LightField<T> sum(points.size(), Vec3<T>::Zero());
     const auto count = static_cast<double>(led.points.size());
@@ -246,8 +252,21 @@ class GelLight {
             .index = gel_.index};
   }
 
+  [[nodiscard]] Vec3<T> normal(const SurfacePoint<T>& point) const {
+    Vec3<T> sum = Vec3<T>::Zero();
+    std::array<Index, 3> vertices{point.element[0], point.element[1], -1};
+    if (point.kind == SurfacePoint<T>::Kind::face) vertices = surface_.face(point.element[0]);
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (vertices[k] >= 0)
+        sum += point.weights[k] * normals_[static_cast<std::size_t>(vertices[k])];
+    }
+    // Opposite normals, of a fold, say nothing between them.
+    return sum.isZero(0) ? detail::mean_normal(surface_, point) : sum;
+  }
+
   Surface<T> surface_;
   GelSheet<T> gel_;
+  std::vector<Vec3<T>> normals_;  // of the vertices, of unit length or zero
 };
 
 template <TriangleMesh M>

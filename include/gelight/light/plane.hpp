@@ -19,16 +19,18 @@
 namespace gelight {
 
 /// Light that stays in a plane: the surface is cut by the plane through the LED, the point and the
-/// normal at the LED, and the light arrives along the shorter arc of the cut (Gomes, Paoletti, Luo,
-/// "Simulation of Curved GelSight Sensors for Sim2Real Learning").
+/// normal at the LED, and the light arrives along the shorter arc of the cut (Gomes, Paoletti, Luo
+/// 2023, doi:10.15607/RSS.2023.XIX.035).
 ///
 /// Zero where the point lies above the LED along the normal, or both arcs end at a border. Where
 /// only the shorter arc does, the light comes by the longer one: with an LED on a border and a
-/// normal that leans out of the mesh, at other points of the border the wrong way round.
+/// normal that leans out of the mesh, at other points of the border the wrong way round. Along a
+/// border that lies in the plane, but for rounding, light does come.
 ///
 /// Throws InvalidInput for a point that is not of the surface and a normal that is zero or not
 /// finite. Cost: some 4 sqrt(faces) cuts, each O(faces that it crosses), to know for whole faces
-/// which arc is the shorter; O(1) a point inside those, one more cut for a point elsewhere.
+/// which arc is the shorter; O(1) a point inside those, one more cut for a point elsewhere, three
+/// where none comes and the border is in the plane.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> plane_field(const Surface<T>& surface, const SurfacePoint<T>& led,
                                         const Vec3<T>& normal, PointSpan<T> points,

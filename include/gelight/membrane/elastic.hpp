@@ -41,7 +41,7 @@ template <ImageLike D, ImageLike R>
 /// membrane at rest, the result is NaN, and the Gaussian averages over the others.
 ///
 /// Throws InvalidInput for images of different sizes, and as gaussian_weights does. (Gomes,
-/// Paoletti, Luo, Simulation of Curved GelSight Sensors for Sim2Real Learning)
+/// Paoletti, Luo 2023, doi:10.15607/RSS.2023.XIX.035)
 template <ImageLike D, ImageLike R>
 [[nodiscard]] Image<PixelOf<R>> elastic_depth(const D& depth, const R& rest, double sigma = 5,
                                               Index radius = 20) {

@@ -16,8 +16,8 @@ namespace gelight {
 
 /// The membrane of the GelTip, pressed in by whatever is nearer than its rest depth, which bulges
 /// around it by a Gaussian G of the protrusion: min(depth, rest - G(rest - depth)). Depths that are
-/// not known are left out of the Gaussian's mean. (Gomes, Paoletti, Luo, Simulation of Curved
-/// GelSight Sensors for Sim2Real Learning)
+/// not known are left out of the Gaussian's mean. (Gomes, Paoletti, Luo 2023,
+/// doi:10.15607/RSS.2023.XIX.035)
 ///
 /// A renderer computes it row by row while they are in cache, and for no other membrane is a frame
 /// faster; `press_into` costs 4 radius + 2 multiply-adds a pixel of the window.

@@ -124,8 +124,10 @@ template <std::floating_point T, class Value>
 [[nodiscard]] Vec2<T> between_pixels(Index width, Index height, const Vec2<T>& pixel,
                                      const Value& value) {
   const auto left = static_cast<Index>(pixel.x()), top = static_cast<Index>(pixel.y());
-  const Index right = std::min(left + 1, width - 1), bottom = std::min(top + 1, height - 1);
   const T s = pixel.x() - static_cast<T>(left), t = pixel.y() - static_cast<T>(top);
+  // No pixel that has no weight, as its value may be NaN.
+  const Index right = s > 0 ? std::min(left + 1, width - 1) : left;
+  const Index bottom = t > 0 ? std::min(top + 1, height - 1) : top;
   return (1 - t) * ((1 - s) * value(left, top) + s * value(right, top)) +
          t * ((1 - s) * value(left, bottom) + s * value(right, bottom));
 }

@@ -42,6 +42,7 @@ struct MeshReport {
   Finding out_of_range;       ///< faces with an index that is no vertex
   Finding repeated_vertices;  ///< faces with a vertex twice
   Finding repeated_faces;     ///< faces with the three vertices of an earlier one
+  Finding too_long;           ///< faces with an edge longer than the coordinates' type holds
 
   // Refused where vectors are carried, by name; distances take them.
   Finding nonmanifold_edges;  ///< first vertices of edges with more than two faces
@@ -61,7 +62,7 @@ struct MeshReport {
   [[nodiscard]] bool is_accepted() const {
     return vertices > 0 && faces > 0 && not_finite.count == 0 && too_far.count == 0 &&
            !is_too_small && out_of_range.count == 0 && repeated_vertices.count == 0 &&
-           repeated_faces.count == 0;
+           repeated_faces.count == 0 && too_long.count == 0;
   }
   /// Whether VectorHeatSolver takes it too.
   [[nodiscard]] bool is_oriented() const {
@@ -121,6 +122,9 @@ class MeshChecks {
       const auto [a, b, c] = mesh_.face(f);
       const bool is_finite =
           all_finite(position(a)) && all_finite(position(b)) && all_finite(position(c));
+      if (is_finite && !has_edges_in_reach(position(a), position(b), position(c))) {
+        add(report_.too_long, f);
+      }
       if (is_finite && is_flat(position(a), position(b), position(c), options_.flat)) {
         add(report_.degenerate_faces, f);
       }
@@ -214,6 +218,7 @@ inline std::ostream& operator<<(std::ostream& out, const MeshReport& report) {
   line(report.out_of_range, "faces with an index out of range", "refused");
   line(report.repeated_vertices, "faces with a vertex twice", "refused");
   line(report.repeated_faces, "faces with the vertices of an earlier one", "refused");
+  line(report.too_long, "faces with an edge too long for the coordinates' type", "refused");
   line(report.nonmanifold_edges, "edges of more than two faces, at vertices",
        "refused for vectors");
   line(report.misoriented_edges, "edges between faces oriented against each other, at vertices",

@@ -23,7 +23,8 @@ namespace gelight {
 /// What `repair` does; by default nothing.
 struct RepairOptions {
   /// Drops faces that Surface refuses: with an index out of range, a vertex that is not finite, too
-  /// far out or twice, or the three vertices of an earlier face.
+  /// far out or twice, an edge longer than the coordinates' type holds, or the three vertices of an
+  /// earlier face.
   bool drop_unusable_faces = false;
   /// Where given, each vertex at most this far from an earlier one becomes that one, in the unit of
   /// the positions (0: only vertices at the same place). Faces that collapse or become equal by
@@ -119,7 +120,10 @@ class MeshRepairs {
     auto is_kept = sound_faces();
     for (Index f = 0; f < face_count(); ++f) {
       if (!is_kept[f]) continue;
-      for (const Index v : mesh().face(f)) is_kept[f] &= is_in_reach(mesh().position(v));
+      const auto& [a, b, c] = mesh().face(f);
+      const auto &p = mesh().position(a), &q = mesh().position(b), &r = mesh().position(c);
+      is_kept[f] =
+          is_in_reach(p) && is_in_reach(q) && is_in_reach(r) && has_edges_in_reach(p, q, r);
     }
     for (const Index f : repeated_faces(mesh().faces, is_kept)) is_kept[f] = 0;
     keep(is_kept);

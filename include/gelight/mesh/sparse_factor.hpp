@@ -37,15 +37,17 @@ class SparseFactor : public LinearFactor<Scalar> {
     double work = 0;
     for (const auto& node : dissection_->nodes()) work += node.work();
     double done = 0;
-    values_ = large_array<Scalar>(dissection_->value_count() + Front<Scalar>::overhang);
+    values_ = large_array<Scalar>(dissection_->value_count());
+    const auto one_block =
+        large_array<Scalar>(dissection_->largest_block() + Front<Scalar>::overhang);
+    Scalar* const block = one_block.get();
     // What children hand to parents waits here.
     const auto updates = large_array<Scalar>(dissection_->stack_size() + Front<Scalar>::overhang);
     for (const auto& node : dissection_->nodes()) {
       cancelled.check(done / work, "factoring a matrix");
       done += node.work();
-      Scalar* const block = values_.get() + node.block;
       Scalar* const update = updates.get() + node.update;
-      std::fill(block, block + std::ptrdiff_t{node.own()} * node.height(), Scalar(0));
+      std::fill(block, block + node.block_size(), Scalar(0));
       clear_lower_triangle(update, node.border());
       for (Index i = node.placements_begin; i < node.placements_end; ++i) {
         const auto& [entry, is_transposed, slot] = dissection_->placements()[i];
@@ -57,6 +59,7 @@ class SparseFactor : public LinearFactor<Scalar> {
         add_child(node, child, updates.get() + child.update, block, update);
       }
       Front<Scalar>(block, node.own(), node.height(), update).eliminate();
+      keep(node, block);
     }
   }
 
@@ -97,6 +100,15 @@ class SparseFactor : public LinearFactor<Scalar> {
     }
   }
 
+  /// What lies above the diagonal of the block is not kept.
+  void keep(const Node& node, const Scalar* block) {
+    Scalar* to = values_.get() + node.values;
+    const Index own = node.own(), height = node.height();
+    for (Index j = 0; j < own; ++j, block += height) {
+      to = std::copy(block + j / columns_at_once * columns_at_once, block + height, to);
+    }
+  }
+
   // How often the triangular solves ask: after so many nodes.
   static constexpr std::ptrdiff_t nodes_between = 256;
 
@@ -116,11 +128,11 @@ class SparseFactor : public LinearFactor<Scalar> {
       if (std::all_of(begin, begin + own, is_zero)) continue;
       std::copy(begin, begin + own, front.data());
       std::fill(front.data() + own, front.data() + height, Scalar(0));
-      const Scalar* column = values_.get() + node.block;
+      const Scalar* values = values_.get() + node.values;
       for (Index k = 0; k < own; k += columns_at_once) {
-        const Index count = std::min(columns_at_once, own - k);
-        eliminate({column + k, height, count, height - k}, front.data() + k);
-        column += std::ptrdiff_t{count} * height;
+        const Columns columns{values, std::min(columns_at_once, own - k), height - k};
+        eliminate(columns, front.data() + k);
+        values = columns.end();
       }
       std::copy(front.data(), front.data() + own, x.data() + node.begin);
       for (Index r = own; r < height; ++r) x[rows[node.rows_begin + r - own]] += front[r];
@@ -137,11 +149,11 @@ class SparseFactor : public LinearFactor<Scalar> {
       const Index own = node->own(), height = node->height();
       std::copy(x.data() + node->begin, x.data() + node->end, front.data());
       for (Index r = own; r < height; ++r) front[r] = x[rows[node->rows_begin + r - own]];
-      const Scalar* const block = values_.get() + node->block;
+      const Scalar* values = values_.get() + node->values + node->value_count();
       for (Index end = own; end > 0;) {
-        const Index count = std::min(columns_at_once, end), k = end - count;
-        const Scalar* const column = block + std::ptrdiff_t{k} * height;
-        substitute({column + k, height, count, height - k}, front.data() + k);
+        const Index k = (end - 1) / columns_at_once * columns_at_once, count = end - k;
+        values -= std::ptrdiff_t{count} * (height - k);
+        substitute({values, count, height - k}, front.data() + k);
         end = k;
       }
       std::copy(front.data(), front.data() + own, x.data() + node->begin);
@@ -150,16 +162,17 @@ class SparseFactor : public LinearFactor<Scalar> {
 
   using Packet = typename Eigen::internal::packet_traits<Scalar>::type;
   static constexpr Index width = Eigen::internal::unpacket_traits<Packet>::size;
-  static constexpr Index columns_at_once = 4;
+  static constexpr Index columns_at_once = Dissection::columns_together;
 
   /// A few columns of the factor, from the first one's diagonal on down.
   struct Columns {
     const Scalar* values;
-    Index stride, count, rows;
+    Index count, rows;
 
     [[nodiscard]] const Scalar* operator[](Index j) const {
-      return values + std::ptrdiff_t{j} * stride;
+      return values + std::ptrdiff_t{j} * rows;
     }
+    [[nodiscard]] const Scalar* end() const { return (*this)[count]; }
   };
 
   // Solves for the first rows of x, and takes what they are out of those below.
@@ -234,7 +247,7 @@ class SparseFactor : public LinearFactor<Scalar> {
   }
 
   std::shared_ptr<const Dissection> dissection_;
-  LargeArray<Scalar> values_;  // column by column, each node's block from its first own row
+  LargeArray<Scalar> values_;  // column by column, each node's without what is above its diagonal
 };
 
 /// Enlarges a matrix' diagonal until no row's other entries sum to more, but for rounding.

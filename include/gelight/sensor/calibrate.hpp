@@ -185,8 +185,8 @@ class Calibrator {
             press.name, " has its circle at (", c.x, ", ", c.y, "), outside of the image");
     require(c.radius < press.ball_radius, press.name, " has a ball of radius ", press.ball_radius,
             ", smaller than its circle of ", c.radius);
-    require(c.radius == 0 || c.radius >= 3, press.name, " has a circle of radius ", c.radius,
-            ": at least 3 pixels are needed");
+    require(c.radius == 0 || c.radius >= least_circle, press.name, " has a circle of radius ",
+            c.radius, ": at least 3 pixels are needed");
     require_photograph(photo, press.name);
   }
 
@@ -194,7 +194,11 @@ class Calibrator {
     require(0.25 * press.ball_radius < std::hypot(background_.width(), background_.height()),
             press.name, " has no circle, and none is searched for of a ball of radius ",
             press.ball_radius, ", which is large beside the image");
-    const CircleProposal found = propose_circle(background_, press.photograph, press.ball_radius);
+    const CircleProposal found =
+        propose_circle(background_, press.photograph, press.ball_radius, options_.cancelled);
+    require(found.circle.radius >= least_circle, press.name,
+            " has no circle; one was searched for, and has radius ",
+            two_decimals(found.circle.radius), ": at least 3 pixels are needed");
     entry.report.contact = entry.marked = found.circle;
     entry.report.is_proposed = true;
     result_.warnings.push_back(joined(
@@ -716,6 +720,7 @@ class Calibrator {
     }
   }
 
+  static constexpr double least_circle = 3;  // pixels
   // Fewer tell neither how smooth a reflectance is nor which of their circles is off.
   static constexpr std::size_t few_presses = 5;
   static constexpr double half = 0.5;  // of the work

@@ -249,9 +249,9 @@ template <std::floating_point T>
 
 /// The GelTip: a finger with a camera in the middle of its open end that looks at the tip, and
 /// three LEDs on the rim. Radius, length, field of view (90 degrees from top to bottom)
-/// and the LEDs' places and colours are those of Gomes, Paoletti, Luo, Simulation of Curved
-/// GelSight Sensors for Sim2Real Learning; the falloff is an estimate. Throws InvalidInput for a
-/// size that is not positive and as `membrane` does for the mesh's edge length.
+/// and the LEDs' places and colours are those of Gomes, Paoletti, Luo 2023,
+/// doi:10.15607/RSS.2023.XIX.035; the falloff is an estimate. Throws InvalidInput for a size that
+/// is not positive and as `membrane` does for the mesh's edge length.
 template <std::floating_point T = float>
 [[nodiscard]] SensorPreset<T> geltip(Index width = 640, Index height = 480,
                                      std::type_identity_t<T> edge_length = T(0.001)) {

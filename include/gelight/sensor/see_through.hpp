@@ -195,8 +195,8 @@ class SeeThroughRenderer {
                    const LightLevels& levels) const {
     detail::require_camera_size(visual, camera_, "the visual image");
     detail::require_apart(out, visual, "the visual image");
-    require_level(levels.inner, "inner");
-    require_level(levels.outer, "outer");
+    require_level(levels.inner, "inner", options_);
+    require_level(levels.outer, "outer", options_);
     if constexpr (!detail::has_levels<PixelOf<V>>()) {
       if (light_through(levels) > 0) require_colours(visual);
     }
@@ -206,6 +206,8 @@ class SeeThroughRenderer {
 
  private:
   static constexpr T unknown = std::numeric_limits<T>::quiet_NaN();
+  // More, in grey levels, would be infinite: and black, times that, is no number.
+  static constexpr double most_light = double{std::numeric_limits<T>::max()} / 512;
 
   /// Nothing to be seen beyond the membrane.
   struct Dark {};
@@ -256,6 +258,8 @@ class SeeThroughRenderer {
     in_range(options.thickness > 0, "thickness", options.thickness, "positive");
     in_range(options.normal_radius >= 1, "normal radius", options.normal_radius, "at least 1");
     in_range(std::isfinite(options.ambient), "ambient", options.ambient, "finite");
+    detail::require(std::abs(options.ambient) <= most_light, "ambient ", options.ambient,
+                    " is more than the images' type can hold");
     in_range(is_share(options.darkening), "darkening", options.darkening, "in [0, 1]");
     in_range(options.darkening_depth > 0, "darkening depth", options.darkening_depth, "positive");
     in_range(static_cast<T>(options.darkening_depth) >= std::numeric_limits<T>::min(),
@@ -265,15 +269,20 @@ class SeeThroughRenderer {
     detail::require(r + t <= 1, "reflectance ", r, " and transmittance ", t, " are more than 1");
     in_range(options.exposure > 0 && std::isfinite(options.exposure), "exposure", options.exposure,
              "positive and finite");
-    require_level(options.levels.inner, "inner");
-    require_level(options.levels.outer, "outer");
+    detail::require(options.exposure <= most_light, "exposure ", options.exposure,
+                    " is more than the images' type can hold");
+    require_level(options.levels.inner, "inner", options);
+    require_level(options.levels.outer, "outer", options);
     detail::require_lights(lights, camera, Specular::gated);
     return options;
   }
 
-  static void require_level(double level, const char* side) {
+  static void require_level(double level, const char* side, const SeeThroughOptions& options) {
     detail::require(level >= 0 && std::isfinite(level), side, " light level ", level,
                     " is negative or not finite");
+    detail::require(level <= most_light && level * options.exposure <= most_light, side,
+                    " light level ", level, " at exposure ", options.exposure,
+                    " is more than the images' type can hold");
   }
 
   template <class V>
@@ -347,9 +356,8 @@ class SeeThroughRenderer {
       touched.top = std::min(touched.top, y);
       touched.bottom = y + 1;
     }
-    work.changed = touched.is_empty()
-                       ? Box{}
-                       : touched.grown(options_.normal_radius, camera_.width, camera_.height);
+    work.changed =
+        touched.is_empty() ? Box{} : touched.grown(reach(), camera_.width, camera_.height);
   }
 
   // The membrane's colours, as shares of 255 of what the camera sees of them in full light.

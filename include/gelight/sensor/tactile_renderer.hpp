@@ -147,8 +147,8 @@ struct TactileFrame {
 /// For every frame: the membrane is pressed in by whatever is nearer than its rest depth, and
 /// bulges around it by a Gaussian of the protrusion, min(depth, rest - G(rest - depth)); its
 /// points' Sobel derivatives give the normals; Phong's equation adds up the lights over a share of
-/// the background; the sum is clamped to [0, 1] and truncated to 8 bits. (Gomes, Paoletti, Luo,
-/// Simulation of Curved GelSight Sensors for Sim2Real Learning)
+/// the background; the sum is clamped to [0, 1] and truncated to 8 bits. (Gomes, Paoletti, Luo
+/// 2023, doi:10.15607/RSS.2023.XIX.035)
 ///
 /// Depths mean what image/mask.hpp says. Where nothing is there, nothing touches. Where a depth is
 /// not known, the pixel shows ambient light alone, and the protrusion around it is averaged over

@@ -111,8 +111,9 @@ class ExactLogMap {
 /// Exact log maps: distances by ExactSolver, directions by following each path back to its source.
 ///
 /// Angles at a source vertex are those of `TangentFrames`, scaled to sum to 2 pi round it. Error:
-/// rounding alone. On the GelTip membrane a map of all 14,124 vertices takes about three times as
-/// long as their distances.
+/// rounding alone, but for sources and points nearer to a vertex than a millionth of the edges
+/// there: up to about how far they are from it. On the GelTip membrane a map of all 14,124 vertices
+/// takes about three times as long as their distances.
 template <std::floating_point T>
 class ExactLogMapSolver {
   using Real = typename detail::WorkingPrecision<T>::Real;

@@ -57,12 +57,30 @@ class LiftedPath {
   /// The length of the path measured last on the mesh.
   [[nodiscard]] Real on_mesh() const { return on_mesh_; }
 
-  /// The places of the path measured last, moved to where it is straight.
+  /// The places of the path measured last, moved towards where it is straight. A way past the other
+  /// side of a vertex meets the lines of its edges in reverse: places that would lead back become
+  /// one, in their middle.
   [[nodiscard]] std::vector<Vec3<Real>> places() const {
+    struct Block {
+      Vec3<Real> sum;
+      std::ptrdiff_t count;
+      [[nodiscard]] Vec3<Real> middle() const { return sum / static_cast<Real>(count); }
+    };
+    Array<Block> blocks;
+    for (std::ptrdiff_t i = 0; i < std::ssize(nodes_); ++i) {
+      Block block{moved(nodes_[i]), 1};
+      while (blocks.size() > 1 && i + 1 < std::ssize(nodes_)) {
+        const Vec3<Real> way = nodes_[i].place - nodes_[i - block.count].place;
+        if (!(way.dot(block.middle() - blocks.back().middle()) < 0)) break;
+        block.sum += blocks.back().sum;
+        block.count += blocks.back().count;
+        blocks.pop_back();
+      }
+      blocks.push_back(block);
+    }
     std::vector<Vec3<Real>> out;
-    for (const Node& node : nodes_) {
-      out.push_back(node.halfedge >= 0 ? faces_.on_edge(node.halfedge, node.share + node.step).place
-                                       : Vec3<Real>(node.place + node.step * node.derivative));
+    for (const Block& block : blocks) {
+      out.insert(out.end(), static_cast<std::size_t>(block.count), block.middle());
     }
     return out;
   }
@@ -87,6 +105,14 @@ class LiftedPath {
     Real curvature = 0;                           // of the face after
     Real step = 0;
   };
+
+  // Beyond the end of its edge by no more than the surface's curve there is worth.
+  [[nodiscard]] Vec3<Real> moved(const Node& node) const {
+    constexpr Real beyond = 0.25;
+    if (node.halfedge < 0) return node.place;
+    return faces_.on_edge(node.halfedge, std::clamp(node.share + node.step, -beyond, 1 + beyond))
+        .place;
+  }
 
   // --- onto the smooth surface -------------------------------------------------------------------
 

@@ -20,7 +20,9 @@ namespace gelight::detail {
 ///
 /// Coordinates are the LED's: x and y in its tangent plane, z along the normal. A plane is named by
 /// its turn about the normal. A vertex counts as above the plane or below it, never on it, so that
-/// every face that a curve enters it also leaves, whatever vertices and edges the plane meets.
+/// every face that a curve enters it also leaves, whatever vertices and edges the plane meets. On
+/// which side those count that are in the plane but for rounding matters where they are a border:
+/// then light comes along it if it does so by the planes a hair to the one side or the other.
 template <std::floating_point T>
 class PlaneCut {
  public:
@@ -49,6 +51,7 @@ class PlaneCut {
     places_.reserve(vertices);
     angles_.reserve(vertices);
     for (Index v = 0; v < surface.vertex_count(); ++v) {
+      farthest_ = std::max(farthest_, surface.position(v).template lpNorm<Eigen::Infinity>());
       places_.push_back(local(surface.position(v)));
       angles_.push_back(angle_of(places_.back()));
     }
@@ -74,9 +77,13 @@ class PlaneCut {
   }
   [[nodiscard]] static T turn_of(T angle) { return angle < 2 ? angle : angle - 2; }
 
+  /// What becomes of vertices in the plane but for rounding.
+  enum class InPlane { by_turn, above, below };
+
   /// Cuts by the plane of a turn and finds its arcs. `trace` is its direction in the tangent plane.
-  void cut(T turn, const Vec2<T>& trace) {
+  void cut(T turn, const Vec2<T>& trace, InPlane in_plane = InPlane::by_turn) {
     trace_ = trace;
+    in_plane_ = in_plane;
     std::size_t count = 0;
     for (const Index f : led_faces_) {
       for (const Index h : {3 * f, 3 * f + 1, 3 * f + 2}) {
@@ -101,10 +108,15 @@ class PlaneCut {
     }
     const T angle = angle_of(place);
     if (std::isnan(angle)) return arrivals_;
-    cut(turn_of(angle), stable_unit(place.template head<2>()));
-    for (const Arc& arc : arcs_) {
-      const Index entry = first_entry(arc, faces);
-      if (entry >= 0) arrivals_.push_back(arrival_by(arc, entry, place));
+    const Vec2<T> trace = stable_unit(place.template head<2>());
+    const T turn = turn_of(angle);
+    for (const InPlane in_plane : {InPlane::by_turn, InPlane::above, InPlane::below}) {
+      cut(turn, trace, in_plane);
+      for (const Arc& arc : arcs_) {
+        const Index entry = first_entry(arc, faces);
+        if (entry >= 0) arrivals_.push_back(arrival_by(arc, entry, place));
+      }
+      if (!arrivals_.empty() || !touches_border(turn)) break;
     }
     std::stable_sort(arrivals_.begin(), arrivals_.end(),
                      [](const Arrival& a, const Arrival& b) { return a.length < b.length; });
@@ -114,7 +126,29 @@ class PlaneCut {
  private:
   // By comparing turns alone, so that it is the same for all faces at a vertex.
   [[nodiscard]] bool is_above(Index v, T turn) const {
+    if (in_plane_ != InPlane::by_turn && is_in_plane(v, turn)) return in_plane_ == InPlane::above;
     return (turn_of(angles_[v]) < turn) != (angles_[v] < 2);
+  }
+
+  /// Whether a vertex is in a plane but for what rounding moves it, the LED and the plane by.
+  [[nodiscard]] bool is_in_plane(Index v, T turn) const {
+    const Vec3<T>& p = places_[v];
+    const T off = std::abs(turn_of(angles_[v]) - turn);
+    const T distance = std::abs(p[0]) + std::abs(p[1]);
+    return !(std::min(off, 2 - off) * distance > rounding * (distance + farthest_));
+  }
+
+  /// Whether the border is in a plane where its arcs begin or end.
+  [[nodiscard]] bool touches_border(T turn) const {
+    const auto touches = [&](Index h) {
+      return surface_.is_border(h) &&
+             (is_in_plane(surface_.origin(h), turn) || is_in_plane(surface_.tip(h), turn));
+    };
+    for (const Index f : led_faces_) {
+      if (touches(3 * f) || touches(3 * f + 1) || touches(3 * f + 2)) return true;
+    }
+    return std::any_of(arcs_.begin(), arcs_.end(),
+                       [&](const Arc& arc) { return touches(arc.crossed.back()); });
   }
 
   /// Whether h is a side that the LED's faces share.
@@ -177,14 +211,19 @@ class PlaneCut {
             &arc};
   }
 
+  // By this share of the farthest coordinate from the origin, or of the distance from the LED.
+  static constexpr T rounding = 16 * std::numeric_limits<T>::epsilon();
+
   const Surface<T>& surface_;
   Vec3<T> led_;
+  T farthest_ = 0;  // coordinate from the origin
   Array<Index> led_faces_;
   Array<char> is_led_face_;  // of each face
   Eigen::Matrix<T, 3, 3> axes_;
   Array<Vec3<T>> places_;  // of each vertex
   Array<T> angles_;        // of each vertex
   Vec2<T> trace_;
+  InPlane in_plane_ = InPlane::by_turn;
   std::vector<Arc> arcs_;
   std::vector<Arrival> arrivals_;
 };

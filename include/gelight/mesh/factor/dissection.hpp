@@ -24,6 +24,8 @@ namespace gelight::detail {
 template <std::floating_point Real>
 class Dissection {
  public:
+  static constexpr Index columns_together = 4;
+
   /// Its unknowns are those at positions [begin, end) of the order; its block also has the rows at
   /// the later positions rows()[rows_begin, rows_end).
   struct Node {
@@ -32,12 +34,24 @@ class Dissection {
     Index placements_begin = 0, placements_end = 0;
     std::array<Index, 2> children{-1, -1};
     Index parent = -1;
-    std::ptrdiff_t block = 0;   // where its columns begin in the factor's values
+    std::ptrdiff_t values = 0;  // where its columns begin in the factor's values
     std::ptrdiff_t update = 0;  // where what it changes in its parent waits
 
     [[nodiscard]] Index own() const { return end - begin; }
     [[nodiscard]] Index border() const { return static_cast<Index>(rows_end - rows_begin); }
     [[nodiscard]] Index height() const { return own() + border(); }
+    /// Of its block, and of what of it the factor keeps: a few columns together, each from the
+    /// diagonal of the first of them on down.
+    ///@{
+    [[nodiscard]] std::ptrdiff_t block_size() const { return std::ptrdiff_t{own()} * height(); }
+    [[nodiscard]] std::ptrdiff_t value_count() const {
+      std::ptrdiff_t count = 0;
+      for (Index k = 0; k < own(); k += columns_together) {
+        count += std::ptrdiff_t{std::min(columns_together, own() - k)} * (height() - k);
+      }
+      return count;
+    }
+    ///@}
     /// About what its elimination costs.
     [[nodiscard]] double work() const { return own() * (1.0 + height()) * height(); }
   };
@@ -86,6 +100,7 @@ class Dissection {
   [[nodiscard]] std::ptrdiff_t value_count() const { return value_count_; }
   [[nodiscard]] std::ptrdiff_t stack_size() const { return stack_size_; }
   [[nodiscard]] Index largest_height() const { return largest_height_; }
+  [[nodiscard]] std::ptrdiff_t largest_block() const { return largest_block_; }
 
  private:
   static constexpr Index leaf_size = 12;
@@ -217,8 +232,9 @@ class Dissection {
       node.rows_end = static_cast<std::ptrdiff_t>(rows_.size());
       std::sort(rows_.begin() + node.rows_begin, rows_.end());
       largest_height_ = std::max(largest_height_, node.height());
-      node.block = value_count_;
-      value_count_ += std::ptrdiff_t{node.height()} * node.own();
+      largest_block_ = std::max(largest_block_, node.block_size());
+      node.values = value_count_;
+      value_count_ += node.value_count();
     }
   }
 
@@ -294,7 +310,7 @@ class Dissection {
   Array<Node> nodes_;
   Array<Index> rows_, rows_in_parent_;
   Array<Placement> placements_;
-  std::ptrdiff_t value_count_ = 0, stack_size_ = 0;
+  std::ptrdiff_t value_count_ = 0, stack_size_ = 0, largest_block_ = 0;
   Index largest_height_ = 0;
 };
 

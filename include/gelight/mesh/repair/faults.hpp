@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <type_traits>
 #include <unordered_map>
@@ -107,6 +108,20 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Vec3<double> difference(const std::array<T, 3>& a, const std::array<T, 3>& b) {
   return {double{a[0]} - double{b[0]}, double{a[1]} - double{b[1]}, double{a[2]} - double{b[2]}};
+}
+
+/// How long an edge is, as Surface measures it.
+template <std::floating_point T>
+[[nodiscard]] double edge_length(const std::array<T, 3>& a, const std::array<T, 3>& b) {
+  return stable_norm(difference(a, b));
+}
+
+/// Whether Surface takes a face's edges: lengths that T holds. All that are finite in double.
+template <std::floating_point T>
+[[nodiscard]] bool has_edges_in_reach(const std::array<T, 3>& a, const std::array<T, 3>& b,
+                                      const std::array<T, 3>& c) {
+  return std::max({edge_length(a, b), edge_length(b, c), edge_length(c, a)}) <=
+         double{std::numeric_limits<T>::max()};
 }
 
 /// Whether a triangle's height is at most a share of its longest edge.

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/views/image_view.hpp"
 
@@ -88,7 +89,8 @@ struct CircleProposal {
 /// ball's radius out: the middle between where it is largest and where it has fallen by half.
 [[nodiscard]] inline CircleProposal propose_circle(const Image<Rgb8>& background,
                                                    const Image<Rgb8>& photograph,
-                                                   double ball_radius) {
+                                                   double ball_radius,
+                                                   const CancelHook& cancelled) {
   const auto by = changed_by(background, photograph);
   // What lies beyond the image tells nothing.
   const double most_radius = std::hypot(by.width(), by.height());
@@ -107,19 +109,27 @@ struct CircleProposal {
   };
   const Index coarse = std::max(1, reach / 10);
   for (Index v = 0; v < by.height(); v += coarse) {
+    cancelled.check(0, "the search for a circle");
     for (Index u = 0; u < by.width(); u += coarse) attempt(u, v, coarse);
   }
   const double mean = sum / tried,
                deviation = std::sqrt(std::max(0.0, squares / tried - mean * mean));
   CircleProposal best;
   best.is_sharp = most > mean + 5 * deviation;
-  most = -std::numeric_limits<double>::infinity();
-  const Index from_x = x, from_y = y;
-  for (Index v = std::max(0, from_y - coarse); v <= std::min(by.height() - 1, from_y + coarse);
-       ++v) {
-    for (Index u = std::max(0, from_x - coarse); u <= std::min(by.width() - 1, from_x + coarse);
-         ++u) {
-      attempt(u, v, 2);
+  // Around a large ball in ever smaller steps: pixel by pixel at once would be work with the fourth
+  // power of its radius.
+  const Index sampled = std::max(2, reach / 100);
+  for (Index step = coarse, next = 0; next != 1; step = next) {
+    next = step > 10 ? step / 4 : 1;
+    most = -std::numeric_limits<double>::infinity();
+    const Index from_x = x, from_y = y;
+    for (Index v = std::max(0, from_y - step); v <= std::min(by.height() - 1, from_y + step);
+         v += next) {
+      cancelled.check(0, "the search for a circle");
+      for (Index u = std::max(0, from_x - step); u <= std::min(by.width() - 1, from_x + step);
+           u += next) {
+        attempt(u, v, sampled);
+      }
     }
   }
   best.circle = {double{1} * x, double{1} * y, 0.25 * ball_radius};
@@ -136,7 +146,7 @@ struct CircleProposal {
          mean_on_circle(by, {best.circle.x, best.circle.y, fallen}) > 0.5 * largest) {
     fallen += 0.5;
   }
-  best.circle.radius = 0.5 * (best.circle.radius + fallen);
+  best.circle.radius = 0.5 * (best.circle.radius + std::min(fallen, largest_circle));
   return best;
 }
 
