@@ -8,6 +8,7 @@
 // the great circle; floor: 0.10 (kappa h)^2 of the mesh; peak_MB: beyond the mesh; windows: of an
 // exact solve; fill: numbers in a heat solver's two factors; iterations: its refinements.
 
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -16,6 +17,7 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <string>
 
 #include "gelight/geodesic/certify.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
@@ -114,6 +116,12 @@ std::vector<Dial> dials() {
   return all;
 }
 
+std::string in_digits(double number) {
+  std::array<char, 32> digits{};
+  std::snprintf(digits.data(), digits.size(), "%.3g", number);
+  return digits.data();
+}
+
 void measure(benchmark::State& state, const Case& on, const Dial& dial) {
   const PeakMemory memory;
   Query query;
@@ -143,7 +151,10 @@ void measure(benchmark::State& state, const Case& on, const Dial& dial) {
   smooth.report(state, "smooth_");
   if (dial.count) dial.count(state, on);
   if (on.is_known && !(errors.mean() <= dial.wrong_beyond)) {
-    state.SkipWithError("the distances are wrong");
+    const std::string words = "the distances are wrong: their mean error is " +
+                              in_digits(errors.mean()) + ", the limit " +
+                              in_digits(dial.wrong_beyond);
+    state.SkipWithError(words.c_str());
   }
   if (dial.measures_paths && errors.has_too_short()) state.SkipWithError("a path is too short");
 }
