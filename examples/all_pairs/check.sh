@@ -67,7 +67,7 @@ refused "far.stl lies 1e+05 from the origin" far.stl
   head -c 80 /dev/zero && printf '\001\000\000\000' && head -c 24 /dev/zero
   printf '\000\000\200\077' && head -c 8 /dev/zero && printf '\000\000\300\177\000\000\200\077' && head -c 6 /dev/zero
 } >binary.stl
-refused "binary.stl" binary.stl
+refused "binary.stl, face 0 has a point that is not finite" binary.stl
 printf 'v 1 2 3\nv 1 2 3\nv 1 2 3\nf 1 2 3\n' >point.obj
 refused "point.obj has no area" point.obj
 if "$all_pairs" facet.stl nowhere/no.h5 >said 2>&1 || [ -e nowhere ]; then fail "a folder nobody asked for"; fi

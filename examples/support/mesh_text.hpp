@@ -60,11 +60,23 @@ namespace mesh_text_detail {
   return bytes.size() == 84 + 50 * std::uint64_t{faces};
 }
 
+/// Throws InvalidInput, which names the face, for a corner of binary STL that is not finite:
+/// OpenMesh takes it for some other point.
+inline void require_finite_stl(std::string_view bytes, const std::string& name) {
+  for (std::size_t face = 0; 84 + 50 * face < bytes.size(); ++face) {
+    std::array<float, 9> corners;  // after the normal
+    std::memcpy(corners.data(), bytes.data() + 84 + 50 * face + 12, sizeof corners);
+    gelight::detail::require(
+        std::all_of(corners.begin(), corners.end(), [](float c) { return std::isfinite(c); }), name,
+        ", face ", face, " has a point that is not finite");
+  }
+}
+
 }  // namespace mesh_text_detail
 
 /// The points of an OBJ file, as it has them; none of others. Throws InvalidInput, which names the
 /// line, for a coordinate that is no number, not finite or beyond single precision in what of OBJ,
-/// OFF, STL and PLY is text.
+/// OFF, STL and PLY is text, and the face for one that is not finite in binary STL.
 [[nodiscard]] inline std::vector<std::array<double, 3>> points_of_text(
     const std::filesystem::path& path) {
   using namespace mesh_text_detail;
@@ -74,7 +86,11 @@ namespace mesh_text_detail {
   for (char& c : kind) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
   const bool is_obj = kind == ".obj", is_stl = kind == ".stl", is_off = kind == ".off";
   std::vector<std::array<double, 3>> points;
-  if (is_stl ? is_binary_stl(bytes) : !is_obj && !is_off && kind != ".ply") return points;
+  if (is_stl && is_binary_stl(bytes)) {
+    require_finite_stl(bytes, path.string());
+    return points;
+  }
+  if (!is_obj && !is_stl && !is_off && kind != ".ply") return points;
   bool is_head = !is_obj && !is_stl;
   std::size_t number = 0;
   for (std::string_view rest(bytes); !rest.empty();) {
