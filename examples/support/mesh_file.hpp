@@ -77,15 +77,16 @@ inline void require_single_precision(const gelight::Mesh<double>& mesh, const st
   require(!said.have("invalid") && !said.have("equal vertices"), name,
           " has a face with a vertex that is not in it, or with one twice; it would be left out");
   require(is_read && file.n_faces() > 0, "no mesh can be read from ", name);
-  const auto bad = std::count_if(file.vertices_begin(), file.vertices_end(), [&](const auto& v) {
-    const auto& p = file.point(v);
-    return !(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]));
-  });
+  const auto bad = std::count_if(
+      file.vertices_begin(), file.vertices_end(), [&](const OpenMesh::VertexHandle& v) {
+        const auto& p = file.point(v);
+        return !(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]));
+      });
   require(bad == 0, name, " has ", bad, " points that are not finite");
   // Such faces are given vertices that the file has not.
-  const auto torn = std::count_if(file.vertices_begin(), file.vertices_end(), [&](const auto& v) {
-    return file.status(v).fixed_nonmanifold();
-  });
+  const auto torn = std::count_if(
+      file.vertices_begin(), file.vertices_end(),
+      [&](const OpenMesh::VertexHandle& v) { return file.status(v).fixed_nonmanifold(); });
   require(torn == 0, name, " has faces that meet others at an edge of more than two, the wrong ",
           "way round or in a vertex alone; they would be torn off");
   require(points.empty() || points.size() == file.n_vertices(), name, " has ", points.size(),
