@@ -28,9 +28,7 @@
 #include "support/timing.hpp"
 
 #if __has_include(<OpenMesh/Core/IO/MeshIO.hh>)
-#include <OpenMesh/Core/IO/MeshIO.hh>
-
-#include "gelight/views/openmesh.hpp"
+#include "../examples/support/mesh_file.hpp"
 #define GELIGHT_READS_MESHES
 #endif
 
@@ -171,20 +169,7 @@ Figures measured(const Method& method, const Mesh<double>& mesh, const std::vect
 }
 
 #if defined(GELIGHT_READS_MESHES)
-Mesh<double> read(const std::string& file) {
-  OpenMesh::TriMesh_ArrayKernelT<> mesh;
-  if (!OpenMesh::IO::read_mesh(mesh, file) || mesh.n_faces() == 0) {
-    throw std::runtime_error("no mesh can be read from " + file);
-  }
-  const Surface<double> surface(mesh);
-  Mesh<double> result;
-  for (Index v = 0; v < surface.vertex_count(); ++v) {
-    const auto& p = surface.position(v);
-    result.positions.push_back({p[0], p[1], p[2]});
-  }
-  for (Index f = 0; f < surface.face_count(); ++f) result.faces.push_back(surface.face(f));
-  return result;
-}
+Mesh<double> read(const std::string& file) { return mesh_of_file(file); }
 #else
 Mesh<double> read(const std::string& file) {
   throw std::runtime_error(file + " is not read: OpenMesh was not found");

@@ -8,6 +8,7 @@
 // the great circle; floor: 0.10 (kappa h)^2 of the mesh; peak_MB: beyond the mesh; windows: of an
 // exact solve; fill: numbers in a heat solver's two factors; iterations: its refinements.
 
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -16,6 +17,7 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <string>
 
 #include "gelight/geodesic/certify.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
@@ -27,9 +29,7 @@
 #include "support/pareto.hpp"
 
 #if __has_include(<OpenMesh/Core/IO/MeshIO.hh>)
-#include <OpenMesh/Core/IO/MeshIO.hh>
-
-#include "gelight/views/openmesh.hpp"
+#include "../examples/support/mesh_file.hpp"
 #define GELIGHT_READS_MESHES
 #endif
 
@@ -116,6 +116,12 @@ std::vector<Dial> dials() {
   return all;
 }
 
+std::string in_digits(double number) {
+  std::array<char, 32> digits{};
+  std::snprintf(digits.data(), digits.size(), "%.3g", number);
+  return digits.data();
+}
+
 void measure(benchmark::State& state, const Case& on, const Dial& dial) {
   const PeakMemory memory;
   Query query;
@@ -145,7 +151,10 @@ void measure(benchmark::State& state, const Case& on, const Dial& dial) {
   smooth.report(state, "smooth_");
   if (dial.count) dial.count(state, on);
   if (on.is_known && !(errors.mean() <= dial.wrong_beyond)) {
-    state.SkipWithError("the distances are wrong");
+    const std::string words = "the distances are wrong: their mean error is " +
+                              in_digits(errors.mean()) + ", the limit " +
+                              in_digits(dial.wrong_beyond);
+    state.SkipWithError(words.c_str());
   }
   if (dial.measures_paths && errors.has_too_short()) state.SkipWithError("a path is too short");
 }
@@ -333,19 +342,9 @@ void plan(benchmark::State& state, const Case& on, const std::vector<Single>& si
 
 #ifdef GELIGHT_READS_MESHES
 Case read_case(const std::string& path) {
-  OpenMesh::TriMesh_ArrayKernelT<> read;
-  if (!OpenMesh::IO::read_mesh(read, path)) throw std::runtime_error("cannot read " + path);
-  Mesh<double> mesh;
-  using Traits = MeshTraits<OpenMesh::TriMesh_ArrayKernelT<>>;
-  for (Index v = 0; v < static_cast<Index>(read.n_vertices()); ++v) {
-    const auto p = Traits::position(read, v);
-    mesh.positions.push_back({p[0], p[1], p[2]});
-  }
-  for (Index f = 0; f < static_cast<Index>(read.n_faces()); ++f) {
-    mesh.faces.push_back(Traits::face(read, f));
-  }
   const auto slash = path.find_last_of('/');
-  Case own{path.substr(slash == std::string::npos ? 0 : slash + 1), std::move(mesh), false, false};
+  Case own{path.substr(slash == std::string::npos ? 0 : slash + 1), mesh_of_file(path), false,
+           false};
   own.is_known = false;
   return own;
 }

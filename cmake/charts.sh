@@ -12,7 +12,7 @@ while [ $# -gt 0 ]; do
     --quick) patience=0.02 quick=--quick ;;
     -h | --help)
       echo "sh cmake/charts.sh [--quick] [--to FOLDER] [--mesh FILE]"
-      sed -n '2,5s/^# //p' "$0"
+      sed -n '2,5s/^# //p' cmake/charts.sh
       exit 0
       ;;
     --to)
@@ -44,9 +44,11 @@ mkdir -p "$to"
 commit=$(git describe --always --dirty 2>/dev/null || echo unknown)
 for program in $programs; do
   echo "$program"
-  options=$([ "$program" = pareto_benchmark ] && echo "$quick $mesh" || true)
-  # shellcheck disable=SC2086 # no word where there is none
-  "build/benchmark/benchmarks/$program" $options --benchmark_min_time=$patience \
+  set --
+  if [ "$program" = pareto_benchmark ]; then
+    set -- ${quick:+"$quick"} ${mesh:+"$mesh"}
+  fi
+  "build/benchmark/benchmarks/$program" "$@" --benchmark_min_time=$patience \
     --benchmark_context=commit="$commit" --benchmark_out="$to/${program%_benchmark}.json" \
     --benchmark_out_format=json >/dev/null
 done

@@ -52,17 +52,51 @@ case $demo in
   calibrate) known="fit test out" ;;
 esac
 # Before anything is installed or built.
+refuse() { echo "demo.sh: $1" >&2 && exit 2; }
+# An option's value; the program says the rest of what is wrong with it.
+check_value() {
+  [ -n "$2" ] || refuse "$1 has no value"
+  case $1 in
+    --radius | --length | --edge | --fov | --width | --height | --scale | --seconds)
+      case $2 in
+        -* | *[!0-9.eE+-]*) refuse "$1 is $2, which is not a number above 0" ;;
+        *[1-9]*) ;;
+        *) refuse "$1 is $2, which is not a number above 0" ;;
+      esac
+      ;;
+    --depth | --every)
+      case $2 in
+        -* | *[!0-9.eE+-]*) refuse "$1 is $2, which is not a number from 0 on" ;;
+      esac
+      ;;
+    --mesh | --rest | --contact | --background | --fit | --test)
+      case $2 in
+        /*) [ -e "$2" ] ;;
+        *) [ -e "$here/$2" ] ;;
+      esac || refuse "there is no file $2"
+      ;;
+  esac
+}
+option='' wants=''
 for word in "$@"; do
   case $word in
     --*)
-      option=${word#--}
+      [ -z "$wants" ] || refuse "$option has no value"
+      option=${word%%=*}
       case " $known " in
-        *" ${option%%=*} "*) ;;
-        *) echo "demo.sh: $demo has no option $word; --help lists them" >&2 && exit 2 ;;
+        *" ${option#--} "*) ;;
+        *) refuse "$demo has no option $word; --help lists them" ;;
       esac
+      wants=yes
+      [ "$option" = "$word" ] || { check_value "$option" "${word#*=}" && wants=; }
+      ;;
+    *)
+      [ -z "$option" ] || check_value "$option" "$word"
+      wants=
       ;;
   esac
 done
+[ -z "$wants" ] || refuse "$option has no value"
 # shellcheck disable=SC2086 # one word a package
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev libcli11-dev \
   libcairo2-dev pkg-config fonts-dejavu-core $more

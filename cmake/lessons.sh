@@ -1,6 +1,13 @@
 #!/bin/sh
 # Builds and runs every lesson, and makes the pictures of examples/README.md anew.
 set -eu
+if [ $# -gt 0 ]; then
+  case $1 in
+    -h | --help) echo "sh cmake/lessons.sh builds and runs every lesson; pictures go to examples/pictures" ;;
+    *) echo "lessons.sh: what is $1? It takes nothing" >&2 && exit 2 ;;
+  esac
+  exit 0
+fi
 cd "$(dirname "$0")/.."
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev libcli11-dev \
   libcairo2-dev pkg-config libwebp-dev fonts-dejavu-core pngquant

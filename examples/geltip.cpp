@@ -8,7 +8,6 @@
 //
 // With options it runs on data of your own: --mesh, --rest, --contact, --background.
 
-#include <OpenMesh/Core/IO/MeshIO.hh>
 #include <algorithm>
 #include <cctype>
 #include <chrono>
@@ -36,10 +35,10 @@
 #include "gelight/sensor/bake.hpp"
 #include "gelight/sensor/presets.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
-#include "gelight/views/openmesh.hpp"
 #include "support/command_line.hpp"
 #include "support/field_pictures.hpp"
 #include "support/figure.hpp"
+#include "support/mesh_file.hpp"
 #include "support/press.hpp"
 
 using gelight::Background;
@@ -83,6 +82,20 @@ void read_options(CLI::App& app, Settings& settings) {
   app.add_option("--scale", settings.scale, "metres to a step of the depth maps in .png");
   app.add_option("--background", settings.background, "what the camera sees in ambient light");
   app.add_option("--out", settings.out, "folder for the pictures")->capture_default_str();
+}
+
+/// Throws InvalidInput for options that would change nothing beside others.
+void require_meaning(const CLI::App& app, const Settings& settings) {
+  if (settings.mesh.empty()) return;
+  for (const std::string option : {"--radius", "--length", "--edge", "--depth"}) {
+    if (app.count(option) == 0) continue;
+    throw gelight::InvalidInput(option + " is for the GelTip that is made without --mesh; " +
+                                settings.mesh + " has its own shape");
+  }
+  if (settings.contacts.empty()) {
+    throw gelight::InvalidInput("nothing touches the membrane of " + settings.mesh +
+                                ": give --contact, depth maps of what does");
+  }
 }
 
 /// Throws InvalidInput where a length cannot be one in metres of a sensor for a fingertip; one that
@@ -154,6 +167,11 @@ void require_plausible(const Settings& settings) {
   }
   require_metres(settings.radius, "--radius");
   require_metres(settings.length, "--length");
+  if (settings.length < settings.radius) {
+    throw gelight::InvalidInput("--length is " + in_words(settings.length) +
+                                " m, less than the membrane's radius, " +
+                                in_words(settings.radius) + " m");
+  }
   if (!(settings.depth >= 0 && settings.depth < settings.radius)) {
     throw gelight::InvalidInput("--depth is " + in_words(settings.depth) +
                                 " m; objects are pressed in by 0 m up to the membrane's radius, " +
@@ -177,24 +195,21 @@ auto timed(const std::string& name, const Work& work) {
   std::printf("  %-38s", name.c_str());
   std::fflush(stdout);
   const auto start = std::chrono::steady_clock::now();
-  auto result = work();
+  auto result = [&] {
+    try {
+      return work();
+    } catch (...) {
+      std::printf("\n");  // what is told of it has a line of its own
+      throw;
+    }
+  }();
   const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
   std::printf("%9.1f ms\n", time.count());
   return result;
 }
 
-Mesh<double> read_mesh(const std::string& path) {
-  OpenMesh::TriMesh_ArrayKernelT<> file;
-  if (!OpenMesh::IO::read_mesh(file, path)) {
-    throw gelight::InvalidInput("cannot read a mesh from " + path);
-  }
-  const Surface<double> surface(file);
-  Mesh<double> mesh;
-  for (Index v = 0; v < surface.vertex_count(); ++v) {
-    const Vec3<double>& p = surface.position(v);
-    mesh.positions.push_back({p[0], p[1], p[2]});
-  }
-  for (Index f = 0; f < surface.face_count(); ++f) mesh.faces.push_back(surface.face(f));
+Mesh<double> read_membrane(const std::string& path) {
+  Mesh<double> mesh = mesh_of_file(path);
   double farthest = 0;
   for (const auto& p : mesh.positions) farthest = std::max(farthest, std::abs(p[2]));
   require_metres(farthest, "the farthest point of " + path);
@@ -214,7 +229,7 @@ struct Given {
   std::vector<Contact> contacts;
 
   explicit Given(const Settings& settings) {
-    if (!settings.mesh.empty()) mesh = read_mesh(settings.mesh);
+    if (!settings.mesh.empty()) mesh = read_membrane(settings.mesh);
     if (!settings.background.empty()) {
       background = gelight::read_png(settings.background);
       if (background->width() != settings.width || background->height() != settings.height) {
@@ -229,6 +244,13 @@ struct Given {
     }
   }
 };
+
+/// How far a mesh reaches from the camera's axis.
+double widest(const Mesh<double>& mesh) {
+  double radius = 0;
+  for (const auto& p : mesh.positions) radius = std::max(radius, std::hypot(p[0], p[1]));
+  return radius;
+}
 
 /// The sensor: what does not change from frame to frame.
 struct Sensor {
@@ -262,10 +284,10 @@ struct Sensor {
       const auto rim = gelight::leds_on_border(mesh, angles);
       for (std::size_t k = 0; k < leds.size(); ++k) leds[k] = rim[k].element[0];
     } catch (const gelight::InvalidInput&) {  // a closed mesh: about the camera
+      const double radius = widest(mesh);
       for (std::size_t k = 0; k < leds.size(); ++k) {
         leds[k] = gelight::nearest_vertex<double>(
-            surface,
-            {settings.radius * std::cos(angles[k]), settings.radius * std::sin(angles[k]), 0});
+            surface, {radius * std::cos(angles[k]), radius * std::sin(angles[k]), 0});
       }
     }
     background = given.background ? *given.background : round_background();
@@ -497,6 +519,7 @@ int main(int argc, char** argv) try {
   Settings settings;
   read_options(app, settings);
   if (!read_command_line(app, argc, argv)) return 0;
+  require_meaning(app, settings);
   return run(settings);
 } catch (...) {
   return told();

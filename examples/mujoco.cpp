@@ -81,15 +81,17 @@ void move(MujocoWorld& world, const Wish& wish, double middle) {
   }
 }
 
-// Of the contact sheet, and which frames of each thing it shows; at the first three all rests.
-constexpr std::array rows{"1 N", "2 N", "3 N", "rolled", "slid"};
+// Of the contact sheet (the first three with the 0.3 N that the finger weighs), and which frames of
+// each thing it shows; at the first three all rests.
+constexpr std::array rows{"1.3 N", "2.3 N", "3.3 N", "rolled", "slid"};
 constexpr std::array<int, 5> row_frames{16, 24, 31, 35, 45};
 
 }  // namespace
 
 int main(int count, char** arguments) try {
   const std::string out = folder_argument(count, arguments, "mujoco [FOLDER [WIDTH]]", 2);
-  const Index width = whole_number(count > 2 ? arguments[2] : "320", "the width", 16, 4096);
+  // Of fewer pixels too few change for the press to be told from one of a newton more.
+  const Index width = whole_number(count > 2 ? arguments[2] : "320", "the width", 40, 4096);
   const auto touched = things();
   write_model(out + "/mujoco.xml", touched);
   MujocoWorld world(out + "/mujoco.xml");

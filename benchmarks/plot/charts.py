@@ -2,8 +2,8 @@
 """Charts of speed against accuracy from the JSON of the benchmarks pareto*, scene, stability*, traced*,
 of the program membranes and of examples/calibration_chart.
 
-charts.py RESULTS [KIND]: reads RESULTS/*.json, rewrites each with no more than the charts need, one
-line a case, draws beside them, as PNG or what KIND names (svg, pdf), and writes what the charts say between the marks
+charts.py RESULTS [KIND]: reads RESULTS/*.json, rewrites those of our own programs with no more than the charts need,
+one line a case, draws beside them, as PNG or what KIND names (svg, pdf), and writes what the charts say between the marks
 of RESULTS/README.md. Draws nothing with the KIND "words". Needs matplotlib.
 """
 import glob
@@ -35,7 +35,8 @@ STYLE = {
     "CGAL heat": ("#CC79A7", "^"),
     "heat, intrinsic Delaunay": ("#D55E00", "X"),
 }
-SPARE = [("#8C564B", "<"), ("#7A4FBF", ">"), ("#17808A", "p"), ("#A0A000", "h"), ("#888888", "d")]
+SPARE = [("#8C564B", "<"), ("#7A4FBF", ">"), ("#17808A", "p"), ("#A0A000", "h"), ("#C2185B", "*")]
+KNOWN = len(STYLE)
 MESHES = {
     "sphere": "sphere",
     "membrane": "fingertip membrane",
@@ -61,7 +62,14 @@ def to_four_digits(value):
     return int(value) if value.is_integer() else float(f"{value:.4g}")
 
 
-def shrunk(data):
+def program_of(path, context):
+    """The program of ours that wrote a file, or "": told by its own word, or where that is no more there by its name."""
+    told = context.get("program", context.get("executable", os.path.splitext(path)[0]))
+    name = re.sub("(_benchmark)?([.]exe)?$", "", os.path.basename(str(told)))
+    return name if name in PROGRAMS else ""
+
+
+def shrunk(data, program):
     """Of what a benchmark wrote: how it came about, and each case's name and figures to four digits."""
     kept = ("date", "commit", "compiler", "flags", "cpu")
     rows = []
@@ -70,8 +78,8 @@ def shrunk(data):
         row = {k: to_four_digits(v) for k, v in row.items() if k not in BOOKKEEPING}
         row["name"] = re.sub("/(iterations:|manual_time|real_time|repeats:).*", "", row["name"])
         rows.append(row)
-    return {"context": {k: data["context"][k] for k in kept if k in data["context"]},
-            "benchmarks": rows}
+    context = {k: data["context"][k] for k in kept if k in data["context"]}
+    return {"context": dict(context, program=program) if program else context, "benchmarks": rows}
 
 
 def write(path, data):
@@ -84,7 +92,7 @@ def write(path, data):
 def style(method):
     """A method's colour and marker: of those that are not named above, spare ones in turn."""
     if method not in STYLE:
-        STYLE[method] = SPARE[len(STYLE) % len(SPARE)]
+        STYLE[method] = SPARE[(len(STYLE) - KNOWN) % len(SPARE)]
     return STYLE[method]
 
 
@@ -97,9 +105,11 @@ def load(folder):
         try:
             with open(path) as file:
                 data = json.load(file)
+            program = program_of(path, data["context"])
             if any("run_name" in row for row in data["benchmarks"]):
-                data = shrunk(data)
-                write(path, data)
+                data = shrunk(data, program)
+                if program:  # others' files stay as they are
+                    write(path, data)
             rows_of_file, context = data["benchmarks"], data["context"]
             if not isinstance(context, dict) or not isinstance(rows_of_file, list):
                 raise TypeError("no object of context, or no list of benchmarks")
@@ -113,12 +123,15 @@ def load(folder):
             if wrong := fault_of(row):
                 failed.append(f"{path}: row {number}, {wrong}")
                 continue
-            row["context"] = context
+            row["context"] = context if program else dict(context, file=os.path.basename(path))
+            row["own"] = bool(program)
             row["path"] = row["name"].split("/")
             if len(row["path"]) < 3 and row["path"][0] in ("distance", "stability"):
                 failed.append("{}: no name of the form {}/MESH/METHOD".format(
                     row["name"], row["path"][0]))
                 continue
+            if not program and len(row["path"]) > 2 and row["path"][2] in METHODS:  # not to be mixed with ours
+                row["path"][2] += f" ({os.path.basename(path)})"
             row.setdefault("median_s", seconds(row))
             if row.get("error_occurred"):
                 failed.append("{}: {}".format(row["name"], row.get("error_message", "it failed")))
@@ -127,6 +140,8 @@ def load(folder):
     return rows, failed
 
 
+METHODS = tuple(STYLE)
+PROGRAMS = ("pareto", "pareto_cgal", "pareto_image", "scene", "stability", "stability_cgal", "traced_embree", "membranes")
 TOPICS = ("distance", "certify", "plan", "stability", "scene", "traced", "membranes", "transport", "log_map",
           "normals", "smoothing", "frame")
 TEXTS = {"name", "label", "run_name", "run_type", "aggregate_name", "aggregate_unit", "time_unit", "error_message", "skip_message"}
@@ -157,9 +172,12 @@ def seconds(row):
 
 def save(figure, folder, name, rows):
     """The chart, and at its foot how the rows came about that it draws."""
-    words = (("", "cpu"), ("commit ", "commit"), ("", "compiler"), ("", "flags"))
-    made = dict.fromkeys(", ".join(word + str(context[key]) for word, key in words if key in context)
-                         for context in (row.get("context", {}) for row in rows))
+    words = (("", "file"), ("", "cpu"), ("commit ", "commit"), ("", "compiler"), ("", "flags"))
+    contexts = [dict(row.get("context", {})) for row in rows]
+    for context in contexts:
+        context["cpu"] = context.get("cpu") or "machine unknown"
+    made = dict.fromkeys(", ".join(word + str(context[key]) for word, key in words if context.get(key))
+                         for context in contexts)
     figure.text(0.995, 0.003, "; ".join(made), ha="right", va="bottom", fontsize=6, color="0.4")
     write_chart(figure, folder, name)
 
@@ -203,14 +221,14 @@ def label_beside(axes, labels, size=8, far=False):
     """
     figure = axes.figure
     renderer = figure.canvas.get_renderer()
-    taken = []  # points that are drawn on, in pixels
+    taken = []  # points that are drawn on, in pixels: their radius, and how bad it is to cover them
     for line in axes.lines:
         points = line.get_transform().transform(line.get_xydata())
         alone = line.get_linestyle() == "None" or len(points) == 1
-        taken += [(x, y, 4) for x, y in points if line.get_marker() != "None"]
+        taken += [(x, y, 6, 30) for x, y in points if line.get_marker() != "None"]
         for (x, y), (u, v) in [] if alone else zip(points, points[1:]):
             steps = max(1, min(400, int(math.hypot(u - x, v - y) / 3)))
-            taken += [(x + (u - x) * k / steps, y + (v - y) * k / steps, 1) for k in range(steps + 1)]
+            taken += [(x + (u - x) * k / steps, y + (v - y) * k / steps, 1, 1) for k in range(steps + 1)]
     boxes = [text.get_window_extent(renderer).extents for text in axes.texts]
     frame, pixel = axes.bbox, figure.dpi / 72
     for name, colour, x, y in labels:
@@ -227,7 +245,8 @@ def label_beside(axes, labels, size=8, far=False):
                     dx, dy = sx * (gap / 2 + wide / 2), sy * (gap / 2 + high / 2)
                 box = (px + pixel * (dx - wide / 2) - 1, py + pixel * (dy - high / 2) - 1,
                        px + pixel * (dx + wide / 2) + 1, py + pixel * (dy + high / 2) + 1)
-                hits = sum(box[0] - r < u < box[2] + r and box[1] - r < v < box[3] + r for u, v, r in taken)
+                hits = sum(bad for u, v, r, bad in taken
+                           if box[0] - r < u < box[2] + r and box[1] - r < v < box[3] + r)
                 hits += 300 * sum(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in boxes)
                 hits += 200 * (box[0] < frame.x0 or box[2] > frame.x1 + 4 or box[1] < frame.y0 or box[3] > frame.y1)
                 hits += 0.1 * gap + (0.3 if sx and sy else 0)
@@ -278,30 +297,36 @@ def marker(axes, method, x, y, size=8):
               markeredgecolor=colour if hollow else "white", zorder=4)
 
 
+def is_ours(row):
+    """Not CGAL's, which programs of ours measure, nor of a file of others."""
+    return row.get("own", True) and not row["path"][2].startswith("CGAL")
+
+
 def draw_mesh(axes, rows, error_name, time_of, floor, left_out=("planner",)):
     """Every method's dial on one mesh: time against error, the front, the floor."""
-    groups = {}
+    groups, ours = {}, []
     for row in rows:
         method = row["path"][2]
         if error_name not in row or method in left_out:
             continue
-        groups.setdefault(method, []).append((1e3 * time_of(row), max(row[error_name], EXACT)))
+        point = 1e3 * time_of(row), max(row[error_name], EXACT)
+        groups.setdefault(method, []).append(point)
+        if is_ours(row):
+            ours.append(point)
     for method, points in groups.items():
         axes.plot(*zip(*sorted(points)), color=style(method)[0], linewidth=0.8, alpha=0.5, zorder=3)
         for x, y in points:
             marker(axes, method, x, y)
-    ours = [p for method, points in groups.items() if not method.startswith("CGAL")
-            for p in points]
     kept = front(ours)
     if kept:
-        low, high = axes_time(groups)
         xs, ys = [], []
         for (x, y), following in zip(kept, kept[1:] + [kept[-1]]):
             xs += [x, following[0]]
             ys += [y, y]
         axes.plot(xs, ys, color="0.8", linewidth=4, zorder=1, solid_joinstyle="round")
-        axes.set_xlim(low, high)
     axes.set_xscale("log")
+    if groups:
+        axes.set_xlim(*axes_time(groups))
     axes.set_yscale("log")
     plain_ticks(axes.xaxis)
     axes.set_ylim(EXACT / 3, 1)
@@ -408,7 +433,7 @@ def chart_sphere(rows, folder):
 def words_distances(rows, folder):
     """Which methods are on the front of how many meshes: none of ours is both quicker and more accurate."""
     rows = [r for r in rows if r["path"][0] == "distance" and "mean" in r and r["path"][2] != "planner"
-            and not r["path"][2].startswith("CGAL")]
+            and is_ours(r)]
     if not rows:
         return
     meshes = dict.fromkeys(r["path"][1] for r in rows)

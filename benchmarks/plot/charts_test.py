@@ -62,11 +62,50 @@ def check_words():
         check("3.00 times" in words_of(copied), "the planner's words are not from its results")
 
 
+def check_foreign():
+    """Others' files stay as they are, and their methods are not on our front, whatever they say of themselves."""
+    figures = {"run_type": "iteration", "time_unit": "ms", "iterations": 1}
+    names = ["distance/m.obj/exact/default", "distance/m.obj/mine/1", "distance/m.obj/exact/mine"]
+    rows = [dict(figures, name=name, run_name=name, real_time=time, mean=error)
+            for name, time, error in zip(names, (90.0, 2.0, 3.0), (1e-3, 1e-5, 1e-5))]
+    ours = {"context": {"executable": "build/pareto_benchmark", "cpu": "toy cpu"}, "benchmarks": rows[:1]}
+    theirs = {"context": {"executable": "./mine", "note": "dear"}, "benchmarks": rows[1:]}
+    with tempfile.TemporaryDirectory() as folder:
+        def path(name):
+            return os.path.join(folder, name)
+        marks = "<!-- distances: written by charts.py -->\n<!-- end of distances -->"
+        for name, content in (("pareto_tea.json", json.dumps(ours)), ("pareto_mine.json", json.dumps(theirs)),
+                              ("README.md", marks)):
+            with open(path(name), "w") as file:
+                file.write(content)
+        for _ in range(2):  # the second time ours is the shortened file
+            words = words_of(folder)
+            check("exact on 1" in words and "mine" not in words, f"others are on our front: {words}")
+            with open(path("pareto_mine.json")) as file:
+                check(json.load(file) == theirs, "another's file is rewritten")
+        done = subprocess.run([sys.executable, CHARTS, folder, "svg"], capture_output=True, text=True)
+        check(done.returncode == 0, f"others' files end with {done.returncode}: {done.stderr}")
+        with open(path("distance_query.svg")) as file:
+            chart = file.read()
+        for text in ("pareto_mine.json, machine unknown; toy cpu", "exact (pareto_mine.json)"):
+            check(text in chart, f"{text} is not in the chart")
+        sys.argv[1:] = []
+        spec = importlib.util.spec_from_file_location("charts", CHARTS)
+        charts = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(charts)
+        loaded, _ = charts.load(folder)
+        _, axes = charts.plt.subplots()
+        charts.draw_mesh(axes, loaded, "mean", lambda row: row["median_s"], 0)
+        grey = [line for line in axes.lines if line.get_color() == "0.8"]
+        check(len(grey) == 1 and min(grey[0].get_xdata()) > 80, "the grey front has a point of others")
+
+
 def main():
     if importlib.util.find_spec("matplotlib") is None:
         print("skipped: no matplotlib")
         sys.exit(77)
     check_words()
+    check_foreign()
     row = {"real_time": 3.0, "time_unit": "ms", "mean": 0.002}
     rows = [dict(row, name="distance/tiny.obj/toy method/strong"),
             dict(row, name="distance/tiny.obj/foreign library/1.0", mean=0.01),

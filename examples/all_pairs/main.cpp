@@ -7,12 +7,10 @@
 // it can be from the exact distances, at the mean vertex and at the worst.
 
 #include <CLI/CLI.hpp>
-#include <OpenMesh/Core/IO/MeshIO.hh>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <numbers>
@@ -20,6 +18,7 @@
 #include <thread>
 #include <vector>
 
+#include "../support/mesh_file.hpp"
 #include "../support/parted_work.hpp"
 #include "gelight/geodesic/certify.hpp"
 #include "gelight/geodesic/exact.hpp"
@@ -27,7 +26,6 @@
 #include "gelight/geodesic/smooth.hpp"
 #include "gelight/light/traced/philox.hpp"
 #include "gelight/mesh/shapes.hpp"
-#include "gelight/views/openmesh.hpp"
 
 using gelight::Index;
 using gelight::Mesh;
@@ -49,20 +47,7 @@ Surface<double> read_surface(const Settings& settings) {
   if (settings.mesh == "geltip") {
     return Surface<double>(gelight::membrane(0.01146, 0.0455, settings.edge));
   }
-  gelight::detail::require(std::filesystem::exists(settings.mesh), "there is no mesh ",
-                           settings.mesh);
-  OpenMesh::TriMesh_ArrayKernelT<> file;
-  file.request_vertex_status();
-  gelight::detail::require(OpenMesh::IO::read_mesh(file, settings.mesh) && file.n_faces() > 0,
-                           "no mesh can be read from ", settings.mesh);
-  // OpenMesh tears such faces off, and gives them vertices that the file has not.
-  const auto torn = std::count_if(file.vertices_begin(), file.vertices_end(), [&](const auto& v) {
-    return file.status(v).fixed_nonmanifold();
-  });
-  gelight::detail::require(torn == 0, settings.mesh, " has faces that meet others at an edge of ",
-                           "more than two, the wrong way round or in a vertex alone; they would ",
-                           "be torn off");
-  return Surface<double>(file);
+  return Surface<double>(mesh_of_file(settings.mesh));
 }
 
 template <class Solver>

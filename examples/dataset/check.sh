@@ -169,6 +169,7 @@ refused "presses beside the membrane" "$dataset" beside.json change.h5
 
 # Values of a wrong kind or size: each is named before anything is written.
 printf 'v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n' >large.obj
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 -1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n' >book.obj
 wrong() { # WORDS FROM TO, in tiny.json
   sed "s~$2~$3~" tiny.json >wrong.json
   if cmp -s wrong.json tiny.json; then fail "$2 is not in tiny.json"; fi
@@ -190,6 +191,7 @@ wrong 'is not JSON' '0.004' 'NaN'
 wrong 'is not JSON' '0.004' '1e999'
 wrong 'has "part" twice' '"part": 2' '"part": 2, "part": 4'
 wrong 'unit is 0, not from' '"shape": "cube edge"' '"mesh": "large.obj", "unit": 0'
+wrong 'be torn off' '"shape": "cube edge"' '"mesh": "book.obj"'
 wrong '9 m large' '"shape": "cube edge"' '"mesh": "large.obj"'
 wrong 'not a number or its spread' '"shape"' '"size": "large", "shape"'
 wrong 'memory' '"samples": 40, "part": 2' '"samples": 1000000000000000, "part": 10000000000'

@@ -1,6 +1,5 @@
 #include "scene.hpp"
 
-#include <OpenMesh/Core/IO/MeshIO.hh>
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
@@ -13,10 +12,10 @@
 #include <utility>
 
 #include "../support/household.hpp"
+#include "../support/mesh_file.hpp"
 #include "../support/press.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/mesh/surface.hpp"
-#include "gelight/views/openmesh.hpp"
 
 using gelight::Index;
 using gelight::Mesh;
@@ -191,14 +190,6 @@ Mesh<float> mesh_of_shape(const std::string& name) {
       {"there is no shape \"", name, "\"; there are", all.substr(0, all.size() - 1)});
 }
 
-Mesh<float> mesh_of_file(const std::string& path, double unit) {
-  require(std::filesystem::exists(path), "there is no mesh ", path);
-  OpenMesh::TriMesh_ArrayKernelT<> file;
-  require(OpenMesh::IO::read_mesh(file, path) && file.n_faces() > 0, "no mesh can be read from ",
-          path);
-  return as_float(file, unit);
-}
-
 /// A number that another mesh has not: a file may change while its name does not.
 std::uint64_t digest(const Mesh<float>& mesh) {
   std::uint64_t hash = 14695981039346656037U;
@@ -233,7 +224,7 @@ ObjectRange read_object(const json& value, const std::string& where,
   } else {
     const auto path = folder / entry.take<std::string>("mesh");
     object.name = path.stem().string();
-    object.mesh = mesh_of_file(path.string(), entry.number("unit", 1, 1e-9, 1e6));
+    object.mesh = as_float(mesh_of_file(path), entry.number("unit", 1, 1e-9, 1e6));
   }
   object.name = entry.take<std::string>("name", object.name);
   require(!object.mesh.positions.empty(), where, " has no vertices");

@@ -61,8 +61,12 @@ inline void make_folder(const std::filesystem::path& folder) {
   if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder)) {
     throw std::runtime_error(folder.string() + " is a file, not a folder for pictures");
   }
+  if (folder.empty()) throw std::runtime_error("the folder for the pictures has no name");
   std::filesystem::create_directories(folder);
-  require_writable(folder / "written_to_see_if_it_can_be");
+  const auto probe = folder / "written_to_see_if_it_can_be";
+  const bool opens = std::ofstream(probe, std::ios::app).is_open();
+  if (!opens) throw std::runtime_error("cannot write into the folder " + folder.string());
+  std::filesystem::remove(probe);
 }
 
 /// The folder that a program's first argument names, out without one, made. Throws

@@ -67,6 +67,11 @@ TEST_CASE("files that are not whole PNG images are refused with their name") {
 
 TEST_CASE("what cannot be written is refused") {
   CHECK_THROWS_AS(write_png(temporary("empty.png"), Image<Rgb8>()), InvalidInput);
+  for (const char* ending : {"jpg", "JPEG", "bmp", "gif", "tif", "Tiff", "webp", "ppm"}) {
+    const std::string name = temporary("other.") + ending;
+    CHECK_THROWS_AS(write_png(name, gradient()), InvalidInput);
+    CHECK(!std::filesystem::exists(name));
+  }
   CHECK_THROWS_AS(write_png("/no/such/folder/x.png", gradient()), InvalidInput);
 }
 

@@ -116,6 +116,12 @@ TEST_CASE("float32 widens to double, and nothing else converts") {
   CHECK(contains(refusal<std::int32_t>(path), "<f4, not <i4"));
   write_npy(path, Image<double>(2, 1));
   CHECK(contains(refusal<float>(path), "<f8, not <f4"));
+  for (const std::string type : {"<u2", "<f2", ">f4"}) {
+    const std::string header =
+        "{'descr': '" + type + "', 'fortran_order': False, 'shape': (1, 2), }";
+    const std::string other = saved("other.npy", with_header(header, std::string(8, '\0')));
+    CHECK(contains(refusal<double>(other), type + ", not <f8 or <f4"));
+  }
 }
 
 TEST_CASE("files that cannot be used are refused with their name and fault") {

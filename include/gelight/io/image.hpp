@@ -3,10 +3,12 @@
 // Opt-in: needs the headers stb_image.h and stb_image_write.h (Debian: libstb-dev) on the include
 // path. Their functions are compiled into each translation unit that includes this header.
 
+#include <cctype>
 #include <cmath>
 #include <concepts>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -81,11 +83,16 @@ template <std::floating_point T>
   return depth;
 }
 
-/// Writes an image as an 8-bit RGB PNG file. Throws InvalidInput for an image without pixels and
-/// where the file cannot be written.
+/// Writes an image as an 8-bit RGB PNG file. Throws InvalidInput for an image without pixels, for a
+/// name with the ending of another image format, and where the file cannot be written.
 [[maybe_unused]] static void write_png(const std::string& path, ImageView<const Rgb8> image) {
   detail::require(image.width() > 0 && image.height() > 0, "an image of ", image.width(), " x ",
                   image.height(), " pixels cannot be written to ", path);
+  std::string ending = std::filesystem::path(path).extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const char* other : {".jpg", ".jpeg", ".bmp", ".gif", ".tif", ".tiff", ".webp", ".ppm"}) {
+    detail::require(ending != other, path, " would be a PNG file; let its name end in .png");
+  }
   Image<Rgb8> packed(image.width(), image.height());
   for (Index y = 0; y < image.height(); ++y) {
     for (Index x = 0; x < image.width(); ++x) packed(x, y) = image(x, y);

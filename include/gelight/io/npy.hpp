@@ -167,7 +167,7 @@ template <class P>
   const std::string own = detail::npy_type<T>(), narrow = detail::npy_type<float>();
   const bool widen = std::same_as<T, double> && header.type == narrow;
   detail::require(header.type == own || widen, path, " has elements of type ", header.type,
-                  ", not ", own);
+                  ", not ", own, std::same_as<T, double> ? " or " + narrow : std::string());
   const auto& shape = header.shape;
   const bool fits =
       Pixel::count == 0 ? shape.size() == 2 : shape.size() == 3 && shape[2] == Pixel::count;
