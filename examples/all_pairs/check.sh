@@ -44,6 +44,33 @@ for mesh in book turned; do
   if "$all_pairs" $mesh.obj torn.h5 >said 2>&1; then fail "$mesh is torn without a word"; fi
   grep -q "be torn off" said && [ ! -e torn.h5.parts ] || fail "what is said of $mesh"
 done
+# A point that is no number, of which OpenMesh would give the place to the next; and one that has gone
+# into single precision far from the origin.
+refused() { # WORDS FILE
+  if "$all_pairs" "$2" no.h5 >said 2>&1; then fail "$2 is not refused"; fi
+  grep -q "$1" said && [ ! -e no.h5.parts ] || fail "what is said of $2"
+}
+for number in nan inf -inf 1e300 1e400 0,5 ''; do
+  printf 'v 0 0 0\nv 1 0 0\n  v 0 %s 1\nv 0 1 0\nv 1 1 0\nf 1 2 4\nf 2 5 4\n' "$number" >number.obj
+  refused "number.obj, line 3: " number.obj
+  printf 'OFF # text\n4 2 0\n0 0 0\n1 %s 0 # here\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n' "${number:-x}" >number.off
+  refused "number.off, line 4: " number.off
+  printf 'solid a\nfacet normal nan nan nan\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex %s 1 0\nendloop\nendfacet\nendsolid a\n' "${number:-x}" >number.stl
+  refused "number.stl, line 6: " number.stl
+done
+sed 's/vertex  *[^ ]* 1 0/vertex 0 1 0/' number.stl >facet.stl
+"$all_pairs" facet.stl facet.h5 >said 2>&1 || fail "a facet"
+grep -q "of the distance at most, over 3 random pairs" said || fail "the pairs of three vertices"
+sed 's/vertex /vertex 10000/' facet.stl >far.stl
+refused "far.stl lies 1e+05 from the origin" far.stl
+{
+  head -c 80 /dev/zero && printf '\001\000\000\000' && head -c 24 /dev/zero
+  printf '\000\000\200\077' && head -c 8 /dev/zero && printf '\000\000\300\177\000\000\200\077' && head -c 6 /dev/zero
+} >binary.stl
+refused "binary.stl, face 0 has a point that is not finite" binary.stl
+printf 'v 1 2 3\nv 1 2 3\nv 1 2 3\nf 1 2 3\n' >point.obj
+refused "point.obj has no area" point.obj
+if "$all_pairs" facet.stl nowhere/no.h5 >said 2>&1 || [ -e nowhere ]; then fail "a folder nobody asked for"; fi
 # Two parts, and a vertex of no face: from one to the other there is no way.
 printf 'v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf 2 3 4\nf 5 6 7\n' >parts.obj
 for method in exact smooth fast_marching; do
@@ -57,6 +84,10 @@ done
 printf 'v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n' >octahedron.obj
 printf 'f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n' >>octahedron.obj
 "$all_pairs" octahedron.obj octahedron.h5 --type float64 >said 2>&1 || fail "an octahedron"
+
+# And a smaller one, a million of its edges away.
+awk 'BEGIN { CONVFMT = "%.17g" } $1 == "v" { $2 = 0.7 * $2 + 1e6; $3 = 0.7 * $3 - 1e6; $4 *= 0.7 } { print }' octahedron.obj >far.obj
+"$all_pairs" far.obj far.h5 --type float64 >said 2>&1 || fail "an octahedron far away"
 
 python=$([ -x /usr/bin/python3 ] && echo /usr/bin/python3 || echo python3)
 if "$python" -c 'import h5py' 2>/dev/null; then
@@ -73,6 +104,7 @@ assert (h5py.File("octahedron.h5")["position"][3] == (0, -1, 0)).all()
 truth = np.where(np.arange(6)[:, None] // 2 == np.arange(6) // 2, np.sqrt(6), np.sqrt(2))
 np.fill_diagonal(truth, 0)
 assert np.allclose(corners, truth, rtol=1e-14, atol=0)
+assert np.allclose(h5py.File("far.h5")["distance"][:], 0.7 * truth, rtol=1e-9, atol=0)
 part = np.array([0, 1, 1, 1, 2, 2, 2])
 for method in "exact", "smooth", "fast_marching":
     parts = h5py.File(f"parts_{method}.h5")["distance"][:]

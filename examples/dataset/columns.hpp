@@ -19,8 +19,9 @@
   const auto width = static_cast<hsize_t>(scene.width), height = static_cast<hsize_t>(scene.height);
   const auto markers =
       static_cast<hsize_t>(scene.marker_columns) * static_cast<hsize_t>(scene.marker_rows);
-  std::vector<Column> columns{
-      {"sensor", Number::i32}, {"object", Number::i32}, {"press", Number::f64, {4}}};
+  std::vector<Column> columns{{"sensor", Number::i32},     {"object", Number::i32},
+                              {"press", Number::f64, {4}}, {"place", Number::f64, {6}},
+                              {"light", Number::f64, {9}}, {"camera", Number::f64, {4}}};
   const auto add = [&](bool is_stored, Column column) {
     if (is_stored) columns.push_back(std::move(column));
   };
@@ -55,6 +56,9 @@ inline void put_sample(Part& part, const std::vector<Column>& columns, std::size
     if (name == "sensor") put(std::span(&sample.sensor, 1));
     if (name == "object") put(std::span(&sample.object, 1));
     if (name == "press") put(std::span<const double>(sample.press));
+    if (name == "place") put(std::span<const double>(sample.place));
+    if (name == "light") put(std::span<const double>(sample.light));
+    if (name == "camera") put(std::span<const double>(sample.camera));
     if (name == "image") put(numbers_of(sample.image));
     if (name == "mask") put(std::span<const std::uint8_t>(sample.mask.pixels()));
     if (name == "depth") put(std::span<const float>(sample.depth.pixels()));
@@ -73,8 +77,14 @@ inline void put_sample(Part& part, const std::vector<Column>& columns, std::size
     for (const auto& range : ranges) text += (text.empty() ? "" : "\n") + range.name;
     return text;
   };
-  return {{"description", scene.text},
-          {"sensors", lines(scene.sensors)},
-          {"objects", lines(scene.objects)},
-          {"press", "depth [m]\nshift along x [m]\nshift along y [m]\nelastic modulus [Pa]"}};
+  return {
+      {"description", scene.text},
+      {"sensors", lines(scene.sensors)},
+      {"objects", lines(scene.objects)},
+      {"press", "depth [m]\nshift along x [m]\nshift along y [m]\nelastic modulus [Pa]"},
+      {"place", "column [pixel]\nrow [pixel]\nsize\nspin [rad]\nlean [rad]\nway of the lean [rad]"},
+      {"light",
+       "brightness of LED 1\nof LED 2\nof LED 3\nof LED 4\nambient\ndiffuse\nspecular\n"
+       "shininess\nsmoothing [pixel]"},
+      {"camera", "fx [pixel]\nfy [pixel]\ncx [pixel]\ncy [pixel]"}};
 }

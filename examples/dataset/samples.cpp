@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "gelight/membrane/elastic.hpp"
 #include "gelight/membrane/markers.hpp"
@@ -21,6 +22,26 @@ double reach_of(const gelight::Mesh<float>& membrane, const Vec3<double>& up) {
     reach = std::max(reach, way.x() * p[0] + way.y() * p[1] + way.z() * p[2]);
   }
   return double{reach} + 1e-5;
+}
+
+// The membrane at rest between four pixels and its normal out of the sensor, if all of them see it.
+std::optional<std::pair<Vec3<double>, Vec3<double>>> membrane_at(const LitSensor& sensor, double x,
+                                                                 double y) {
+  const auto& camera = sensor.preset.camera;
+  const Index left = std::min(static_cast<Index>(x), camera.width - 2);
+  const Index top = std::min(static_cast<Index>(y), camera.height - 2);
+  Vec3<double> normal = Vec3<double>::Zero();
+  double nearness = 0;  // 1 / depth, which is linear over the image of a plane
+  for (const Index row : {top, top + 1}) {
+    for (const Index column : {left, left + 1}) {
+      if (sensor.normals(column, row).isZero()) return std::nullopt;
+      const double share = (1 - std::abs(x - column)) * (1 - std::abs(y - row));
+      nearness += share / double{sensor.rest.depth(column, row)};
+      normal += share * sensor.normals(column, row).cast<double>();
+    }
+  }
+  const auto point = camera.template cast<double>().unproject(x, y, 1 / nearness);
+  return std::pair<Vec3<double>, Vec3<double>>(point, -normal.normalized());
 }
 
 }  // namespace
@@ -52,6 +73,9 @@ const Sample& Press::sample(std::uint64_t number, Stopwatch& watch) {
   sample_.press = {scene_.depth.draw(draws, Drawn::depth), scene_.shift.draw(draws, Drawn::shift_x),
                    scene_.shift.draw(draws, Drawn::shift_y),
                    scene_.modulus.draw(draws, Drawn::modulus)};
+  sample_.light = light_of(built_->drawn);
+  const auto& camera = sensor.preset.camera;
+  sample_.camera = {camera.fx, camera.fy, camera.cx, camera.cy};
   place_object(draws, sensor);
   watch.lap(Stage::object);
   built_->renderer.render_into(sample_.image, object_depth_);
@@ -76,19 +100,19 @@ void Press::take_sensor(std::uint64_t number) {
 }
 
 // Drawn anew where there is no membrane.
-std::pair<Vec3<double>, Vec3<double>> Press::place(const Draws& draws,
-                                                   const LitSensor& sensor) const {
+std::pair<Vec3<double>, Vec3<double>> Press::place(const Draws& draws, const LitSensor& sensor) {
   const auto& camera = sensor.preset.camera;
   for (std::uint32_t attempt = 0; attempt < Distribution::most_attempts; ++attempt) {
     const auto at = [&](const Distribution& share, Drawn what, Index size) {
-      return std::min(static_cast<Index>(share.draw(draws, what, attempt) * size), size - 1);
+      return std::clamp(share.draw(draws, what, attempt) * size - 0.5, 0.0, size - 1.0);
     };
-    const Index x = at(scene_.column, Drawn::column, camera.width);
-    const Index y = at(scene_.row, Drawn::row, camera.height);
-    if (sensor.normals(x, y).isZero()) continue;
-    const auto point =
-        camera.unproject(static_cast<float>(x), static_cast<float>(y), sensor.rest.depth(x, y));
-    return {point.cast<double>(), -sensor.normals(x, y).cast<double>()};
+    const double x = at(scene_.column, Drawn::column, camera.width);
+    const double y = at(scene_.row, Drawn::row, camera.height);
+    if (const auto found = membrane_at(sensor, x, y)) {
+      sample_.place[0] = x;
+      sample_.place[1] = y;
+      return *found;
+    }
   }
   gelight::detail::refuse({"the scene's pose presses beside the membrane of ",
                            scene_.sensors[built_->drawn.kind].name, " each of ",
@@ -117,6 +141,7 @@ void Press::place_object(const Draws& draws, const LitSensor& sensor) {
   const double size = object.size.draw(draws, Drawn::size);
   const Eigen::Matrix3d turned =
       size * (frame * about(way, z) * about(lean, x) * about(spin - way, z));
+  std::copy_n(std::array{size, spin, lean, way}.begin(), 4, sample_.place.begin() + 2);
   // Its first point comes to the place, as deep as it shall.
   const Vec3<float> up = (turned.transpose() * out).cast<float>();
   const auto& points = object.mesh.positions;
@@ -175,7 +200,14 @@ void Press::label(const LitSensor& sensor) {
         gelight::elastic_depth(object_depth_, sensor.rest.depth, built_->drawn.smoothing,
                                static_cast<Index>(std::ceil(4 * built_->drawn.smoothing)));
   }
-  if (store.normals) sample_.normals = gelight::sobel_normals(sample_.depth, camera);
+  if (store.normals) {
+    sample_.normals =
+        gelight::sobel_normals(sample_.depth, camera, gelight::BorderNormals::extrapolated);
+    const auto none = Vec3<float>::Constant(std::numeric_limits<float>::quiet_NaN());
+    for (auto& normal : sample_.normals.pixels()) {
+      if (normal.isZero()) normal = none;
+    }
+  }
   if (store.force) press_back(sensor);
   if (store.markers) drag_markers(sensor);
 }

@@ -51,12 +51,17 @@ struct Sample {
   Image<gelight::Rgb8> image;
   Image<std::uint8_t> mask;             ///< 1 where the object touches
   Image<float> depth;                   ///< of the membrane under contact, m; NaN: none
-  Image<Vec3<float>> normals;           ///< of that, towards the camera; zero: none
+  Image<Vec3<float>> normals;           ///< of that, towards the camera; NaN: none
   std::array<float, 3> force{};         ///< of the object on the membrane, N
-  std::vector<float> markers;           ///< along x and y, pixels, of one marker after the other
+  std::vector<float> markers;           ///< how far along x and y, pixels, one after the other
   std::array<double, 12> pose{};        ///< 3 x 4, from the object to the camera
   std::array<std::uint64_t, 2> seed{};  ///< of the scene, and the sample's number
   std::array<double, 4> press{};        ///< depth, shift along x and y (m), the gel's modulus (Pa)
+  /// Column and row (pixels), the object's size, its spin, its lean and the way of that (radians).
+  std::array<double, 6> place{};
+  /// Brightness of up to four LEDs (NaN: none), ambient, diffuse, specular, shininess, smoothing.
+  std::array<double, 9> light{};
+  std::array<double, 4> camera{};  ///< fx, fy, cx, cy (pixels)
 };
 
 struct LitSensor;    // a kind of sensor and its light; see sensors.hpp
@@ -85,9 +90,9 @@ class Press {
 
  private:
   void take_sensor(std::uint64_t number);
-  /// Where on the membrane, and its normal out of the sensor.
+  /// Where on the membrane, and its normal out of the sensor; sets the sample's column and row.
   [[nodiscard]] std::pair<Vec3<double>, Vec3<double>> place(const Draws& draws,
-                                                            const LitSensor& sensor) const;
+                                                            const LitSensor& sensor);
   void place_object(const Draws& draws, const LitSensor& sensor);
   void take_near_part(const gelight::Mesh<float>& object, double height);
   void label(const LitSensor& sensor);

@@ -85,7 +85,7 @@ class Entry {
 
   /// A number, or how it is spread; all that it can give lies from `least` to `most`.
   Distribution spread(const std::string& key, const Distribution& otherwise, double least,
-                      double most) {
+                      double most, const std::string& bound = "") {
     if (!has(key)) return otherwise;
     const json& value = object_[key];
     const std::string where = where_ + "." + key;
@@ -102,7 +102,7 @@ class Entry {
       named.finish();
     }
     require(d.least() >= least && d.most() <= most, where, " is ", value.dump(),
-            ", which reaches beyond ", least, " to ", most);
+            ", which reaches beyond ", least, " to ", most, bound);
     return d;
   }
 
@@ -224,7 +224,9 @@ ObjectRange read_object(const json& value, const std::string& where,
   } else {
     const auto path = folder / entry.take<std::string>("mesh");
     object.name = path.stem().string();
-    object.mesh = as_float(mesh_of_file(path), entry.number("unit", 1, 1e-9, 1e6));
+    const Mesh<double> mesh = mesh_of_file(path);
+    require_single_precision(mesh, path.string());
+    object.mesh = as_float(mesh, entry.number("unit", 1, 1e-9, 1e6));
   }
   object.name = entry.take<std::string>("name", object.name);
   require(!object.mesh.positions.empty(), where, " has no vertices");
@@ -284,7 +286,9 @@ void read_pose(Scene& scene, const json& value) {
   scene.row = pose.spread("row", uniform(0.2, 0.8), 0, 1);
   scene.spin = pose.spread("spin", uniform(0, turn), -turn, turn);
   scene.lean = pose.spread("lean", constant(0), 0, turn / 2);
-  scene.depth = pose.spread("depth", uniform(0.0005, 0.002), 0, 0.1);
+  const double thick = scene.gel_thickness;
+  scene.depth = pose.spread("depth", uniform(std::min(0.0005, thick), std::min(0.002, thick)), 0,
+                            thick, ", as deep as the gel is thick");
   scene.shift = pose.spread("shift", constant(0), -0.01, 0.01);
   pose.finish();
 }
@@ -330,8 +334,8 @@ Scene scene_of(const json& description, const std::filesystem::path& folder) {
   }
   require(!scene.sensors.empty() && !scene.objects.empty(), "the scene has ", scene.sensors.size(),
           " sensors and ", scene.objects.size(), " objects");
-  read_pose(scene, entry.take<json>("pose", json::object()));
   read_gel(scene, entry.take<json>("gel", json::object()));
+  read_pose(scene, entry.take<json>("pose", json::object()));
   const auto markers = entry.take<std::vector<int>>("markers", {9, 7});
   require(markers.size() == 2 && markers[0] > 0 && markers[1] > 0 && markers[0] <= 1000 &&
               markers[1] <= 1000,

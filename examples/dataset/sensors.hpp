@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -97,6 +99,17 @@ struct DrawnSensor {
   sensor.shininess = range.shininess.draw(draws, Drawn::shininess);
   sensor.smoothing = range.smoothing.draw(draws, Drawn::smoothing);
   return sensor;
+}
+
+/// Its numbers in a row: brightness of up to four LEDs (NaN: none), and the others.
+[[nodiscard]] inline std::array<double, 9> light_of(const DrawnSensor& sensor) {
+  std::array<double, 9> numbers;
+  numbers.fill(std::numeric_limits<double>::quiet_NaN());
+  std::copy(sensor.brightness.begin(), sensor.brightness.end(), numbers.begin());
+  const std::array others{sensor.ambient, sensor.diffuse, sensor.specular, sensor.shininess,
+                          sensor.smoothing};
+  std::copy(others.begin(), others.end(), numbers.begin() + 4);
+  return numbers;
 }
 
 /// A sensor as one was built.

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "../support/command_line.hpp"
+#include "../support/durable_file.hpp"
 #include "../support/figure.hpp"
 #include "../support/hdf5.hpp"
 #include "gelight/core/parallel.hpp"
@@ -161,6 +162,7 @@ int main(int argc, char** argv) try {
   app.add_option("--picture", picture, "a PNG file for pairs and their differences");
   if (!read_command_line(app, argc, argv)) return 0;
   hdf5::be_quiet();
+  outlive_file_limits();
   compare(one, other, picture);
   return 0;
 } catch (...) {

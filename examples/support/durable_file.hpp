@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstddef>
 #include <cstring>
 #include <filesystem>
@@ -66,6 +67,10 @@ inline std::string temporary_name(const std::string& path) {
 }
 
 }  // namespace durable_detail
+
+/// Lets a write beyond the system's limit on files fail with its reason, which else kills the
+/// process without a word.
+inline void outlive_file_limits() { std::signal(SIGXFSZ, SIG_IGN); }
 
 /// Writes a file so that under its name there is, at any moment, all of it or what was there
 /// before: under another name, brought to the disk, then renamed. Throws std::runtime_error with

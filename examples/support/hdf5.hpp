@@ -5,7 +5,9 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <mutex>
+#include <set>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -96,6 +98,12 @@ template <class T>
   return properties;
 }
 
+/// Lets what is missing be read as numbers of which all bits are set: NaN, -1, 255 and so on.
+inline void fill_with_ones(hid_t properties, Number number) {
+  const std::uint64_t ones = ~std::uint64_t{0};
+  checked(H5Pset_fill_value(properties, type_of(number), &ones), "set what is read of nothing");
+}
+
 [[nodiscard]] inline Handle new_dataset(hid_t file, const std::string& name, Number number,
                                         const std::vector<hsize_t>& shape, hid_t properties) {
   return {H5Dcreate2(file, name.c_str(), type_of(number), space(shape), H5P_DEFAULT, properties,
@@ -146,10 +154,22 @@ class MemoryFile {
   Handle file_;
 };
 
-/// A file that is read.
+/// A file that is read. Throws std::runtime_error, which names it, where one that it joins is not
+/// there: HDF5 reads fill values in its place, without a word.
 class ReadFile {
  public:
-  explicit ReadFile(std::string path) : path_(std::move(path)), file_(open(path_)) {}
+  explicit ReadFile(std::string path) : path_(std::move(path)), file_(open(path_)) {
+    for (const auto& [part, name] : joined()) {
+      // (An error of HDF5's own is left aside: what matters is which part it is.)
+      const hid_t file = H5Fopen(part.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+      const bool is_there = file >= 0 && H5Lexists(file, name.c_str(), H5P_DEFAULT) > 0;
+      if (file >= 0) H5Fclose(file);
+      if (!is_there) {
+        throw std::runtime_error("the part " + part + " of " + path_ +
+                                 " is missing or broken; make it anew by the same run");
+      }
+    }
+  }
 
   [[nodiscard]] bool has(const std::string& name) const {
     return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
@@ -201,6 +221,45 @@ class ReadFile {
   static Handle open(const std::string& path) {
     return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "open " + path};
   }
+  /// The files that the datasets are joined from, and a dataset in each.
+  [[nodiscard]] std::set<std::pair<std::string, std::string>> joined() const {
+    std::set<std::pair<std::string, std::string>> all;
+    H5G_info_t group{};
+    checked(H5Gget_info(file_, &group), "read " + path_);
+    for (hsize_t i = 0; i < group.nlinks; ++i) {
+      const std::string name = text([&](char* to, std::size_t size) {
+        return H5Lget_name_by_idx(file_, ".", H5_INDEX_NAME, H5_ITER_INC, i, to, size, H5P_DEFAULT);
+      });
+      const Handle object(H5Oopen(file_, name.c_str(), H5P_DEFAULT), H5Oclose, "open " + name);
+      if (H5Iget_type(object) != H5I_DATASET) continue;
+      const Handle made(H5Dget_create_plist(object), H5Pclose, "read " + path_);
+      std::size_t count = 0;
+      if (H5Pget_layout(made) != H5D_VIRTUAL) continue;
+      checked(H5Pget_virtual_count(made, &count), "read " + path_);
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::string part = text(
+            [&](char* to, std::size_t size) { return H5Pget_virtual_filename(made, k, to, size); });
+        all.emplace(beside(part), name);
+      }
+    }
+    return all;
+  }
+  /// Where HDF5 looks for a part, in whose name % stands twice: beside the file, or what it is a
+  /// link to.
+  [[nodiscard]] std::string beside(std::string part) const {
+    for (std::size_t i = 0; (i = part.find("%%", i)) != std::string::npos; ++i) part.erase(i, 1);
+    const auto here = std::filesystem::path(path_).parent_path() / part;
+    if (std::filesystem::exists(here)) return here.string();
+    return (std::filesystem::canonical(path_).parent_path() / part).string();
+  }
+  /// A text by a function of HDF5's that tells its length when it is given no room.
+  template <class Read>
+  [[nodiscard]] std::string text(const Read& read) const {
+    std::string words(static_cast<std::size_t>(checked(read(nullptr, 0), "read " + path_)), 0);
+    checked(read(words.data(), words.size() + 1), "read " + path_);
+    return words;
+  }
+
   [[nodiscard]] Handle dataset(const std::string& name) const {
     return {H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose, "find " + name + " in " + path_};
   }

@@ -5,8 +5,10 @@
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/System/omstream.hh>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <limits>
 #include <sstream>
 #include <string>
 
@@ -14,6 +16,7 @@
 #include "gelight/mesh/surface.hpp"
 #include "gelight/views/mesh_view.hpp"
 #include "gelight/views/openmesh.hpp"
+#include "mesh_text.hpp"
 
 /// While it lives, what OpenMesh says goes here, not to standard error.
 class OpenMeshWords {
@@ -37,12 +40,36 @@ class OpenMeshWords {
   std::ostringstream words_;
 };
 
+/// Throws InvalidInput where a mesh lies so far from the origin, for the length of its edges, that
+/// single precision bends it.
+inline void require_single_precision(const gelight::Mesh<double>& mesh, const std::string& name) {
+  double farthest = 0, length = 0;
+  for (const auto& p : mesh.positions) {
+    for (const double c : p) farthest = std::max(farthest, std::abs(c));
+  }
+  for (const auto& [a, b, c] : mesh.faces) {
+    const auto at = [&](gelight::Index v) {
+      return gelight::Vec3<double>(mesh.position(v).data());
+    };
+    length += (at(b) - at(a)).norm() + (at(c) - at(b)).norm() + (at(a) - at(c)).norm();
+  }
+  const double edge = length / static_cast<double>(3 * mesh.faces.size());
+  const double rounding = farthest * double{std::numeric_limits<float>::epsilon()} / 2;
+  gelight::detail::require(rounding <= 1e-4 * edge, name, " lies ",
+                           gelight::detail::two_digits(farthest),
+                           " from the origin, where single precision rounds its points by ",
+                           gelight::detail::two_digits(rounding), ", too much for edges of ",
+                           gelight::detail::two_digits(edge), "; move it to the origin");
+}
+
 /// The mesh of a file that OpenMesh reads (STL, OBJ, PLY, OFF). Throws InvalidInput if there is
-/// none in it, or one that OpenMesh would mend: faces that it leaves out or tears off.
+/// none in it, or one that OpenMesh would mend: points and faces that it leaves out or tears off.
+/// Points of OBJ are double; others single, and so must lie near enough to the origin.
 [[nodiscard]] inline gelight::Mesh<double> mesh_of_file(const std::filesystem::path& path) {
   using gelight::detail::require;
   const std::string name = path.string();
   require(std::filesystem::exists(path), "there is no mesh ", name);
+  const auto points = points_of_text(path);
   OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble> file;
   file.request_vertex_status();
   const OpenMeshWords said;
@@ -50,18 +77,27 @@ class OpenMeshWords {
   require(!said.have("invalid") && !said.have("equal vertices"), name,
           " has a face with a vertex that is not in it, or with one twice; it would be left out");
   require(is_read && file.n_faces() > 0, "no mesh can be read from ", name);
+  const auto bad = std::count_if(
+      file.vertices_begin(), file.vertices_end(), [&](const OpenMesh::VertexHandle& v) {
+        const auto& p = file.point(v);
+        return !(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]));
+      });
+  require(bad == 0, name, " has ", bad, " points that are not finite");
   // Such faces are given vertices that the file has not.
-  const auto torn = std::count_if(file.vertices_begin(), file.vertices_end(), [&](const auto& v) {
-    return file.status(v).fixed_nonmanifold();
-  });
+  const auto torn = std::count_if(
+      file.vertices_begin(), file.vertices_end(),
+      [&](const OpenMesh::VertexHandle& v) { return file.status(v).fixed_nonmanifold(); });
   require(torn == 0, name, " has faces that meet others at an edge of more than two, the wrong ",
           "way round or in a vertex alone; they would be torn off");
+  require(points.empty() || points.size() == file.n_vertices(), name, " has ", points.size(),
+          " points, of which ", file.n_vertices(), " can be read");
   const gelight::Surface<double> surface(file);
-  gelight::Mesh<double> mesh;
-  for (gelight::Index v = 0; v < surface.vertex_count(); ++v) {
+  gelight::Mesh<double> mesh{points, {}};
+  for (gelight::Index v = 0; points.empty() && v < surface.vertex_count(); ++v) {
     const gelight::Vec3<double>& p = surface.position(v);
     mesh.positions.push_back({p[0], p[1], p[2]});
   }
   for (gelight::Index f = 0; f < surface.face_count(); ++f) mesh.faces.push_back(surface.face(f));
+  if (points.empty()) require_single_precision(mesh, name);
   return mesh;
 }

@@ -27,6 +27,8 @@
 //     out.h5.parts/lock            kept by the run that goes on: a second one is refused
 //     out.h5.parts/000000.h5 ...   rows 0 to n - 1 and so on: each is whole or not there
 //     out.h5                       at the end: one virtual dataset a column, over all parts
+//
+// Where a part is taken away, HDF5 reads NaN, or -1 and the largest number of whole ones.
 
 /// One dataset of the file: an array for each row.
 struct Column {
@@ -223,12 +225,16 @@ class PartedFile {
     if (!std::filesystem::path(path_).has_filename()) {
       throw std::runtime_error("\"" + path_ + "\" names no file");
     }
+    const auto parent = durable_detail::folder_of(path_);
+    if (!std::filesystem::is_directory(parent)) {
+      throw std::runtime_error("there is no folder " + parent.string() + " for " + path_);
+    }
     const std::string note = folder_ + "/description";
     if (std::filesystem::exists(path_) &&
         (std::filesystem::is_directory(path_) || !std::filesystem::exists(note))) {
       throw std::runtime_error(path_ + " is there, and was not made here; write elsewhere");
     }
-    std::filesystem::create_directories(folder_);
+    std::filesystem::create_directory(folder_);
     alone_.emplace(folder_ + "/lock");
     const std::string text = description + "\n" + std::to_string(rows_) + " rows, " +
                              std::to_string(rows_a_part_) + " a part\n";
@@ -262,6 +268,7 @@ class PartedFile {
     for (const auto& [name, text] : notes) file.attribute(name, text);
     for (const Column& column : columns_) {
       const auto properties = hdf5::dataset_properties();
+      hdf5::fill_with_ones(properties, column.number);
       const auto all = hdf5::space(column.shape_of(rows_));
       for (int part = 0; part < part_count(); ++part) map(properties, all, column, part);
       const auto data =

@@ -18,6 +18,8 @@
 #include <thread>
 #include <vector>
 
+#include "durable_file.hpp"
+
 // Numbered pieces of work, dealt to whoever is free: threads of this process, and those of other
 // ranks where mpirun started several.
 //
@@ -103,6 +105,7 @@ class Ranks {
 /// each rank as one more; runs it, and ends all ranks with the reason where one fails.
 inline int run_on_ranks(int argc, char** argv, CLI::App& app, int& threads,
                         const std::function<void(const Ranks&)>& run) {
+  outlive_file_limits();
   const Ranks ranks(argc, argv);
   app.add_option("--threads", threads,
                  "threads of each rank; by default all of the machine, or 1 under mpirun")

@@ -2,7 +2,9 @@
 
 #include <concepts>
 #include <cstdio>
+#include <cstdlib>
 #include <initializer_list>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -27,22 +29,32 @@ class Part {
   Part(char letter) : kind_(Kind::letter), letter_(letter) {}
   Part(std::signed_integral auto number) : kind_(Kind::whole), whole_(number) {}
   Part(std::unsigned_integral auto number) : kind_(Kind::natural), natural_(number) {}
+  Part(float number) : kind_(Kind::single), real_(double{number}) {}
   Part(std::floating_point auto number) : kind_(Kind::real), real_(static_cast<double>(number)) {}
 
   void append_to(std::string& text) const {
-    char digits[32];
     if (kind_ == Kind::words) text += words_;
     if (kind_ == Kind::letter) text += letter_;
     if (kind_ == Kind::whole) text += std::to_string(whole_);
     if (kind_ == Kind::natural) text += std::to_string(natural_);
-    if (kind_ == Kind::real) {
-      std::snprintf(digits, sizeof digits, "%.17g", real_);
-      text += digits;
-    }
+    if (kind_ == Kind::real) text += shortest(real_);
+    if (kind_ == Kind::single) text += shortest(static_cast<float>(real_));
   }
 
  private:
-  enum class Kind : char { words, letter, whole, natural, real };
+  // As many digits as tell the number from its neighbours: 0.1, not 0.10000000000000001.
+  template <std::floating_point T>
+  static std::string shortest(T number) {
+    using Limits = std::numeric_limits<T>;
+    char digits[32];
+    for (int count = Limits::digits10; count <= Limits::max_digits10; ++count) {
+      std::snprintf(digits, sizeof digits, "%.*g", count, static_cast<double>(number));
+      if (static_cast<T>(std::strtod(digits, nullptr)) == number) break;
+    }
+    return digits;
+  }
+
+  enum class Kind : char { words, letter, whole, natural, real, single };
   Kind kind_ = Kind::words;
   std::string_view words_;
   union {
