@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <cstdio>
 #include <cstdlib>
@@ -42,16 +43,35 @@ class Part {
   }
 
  private:
-  // As many digits as tell the number from its neighbours: 0.1, not 0.10000000000000001.
+  // As few digits as give the number back: 0.1, not 0.10000000000000001.
   template <std::floating_point T>
   static std::string shortest(T number) {
     using Limits = std::numeric_limits<T>;
     char digits[32];
     for (int count = Limits::digits10; count <= Limits::max_digits10; ++count) {
       std::snprintf(digits, sizeof digits, "%.*g", count, static_cast<double>(number));
-      if (static_cast<T>(std::strtod(digits, nullptr)) == number) break;
+      if (static_cast<T>(value_of(digits)) == std::abs(number)) break;
     }
     return digits;
+  }
+  // Exact for 15 digits, but for the sign: a whole number and a power of ten that doubles hold, and
+  // one operation; else NaN. (The library's strtod is larger than all else in a small program.)
+  static double value_of(const char* text) {
+    double whole = 0, power = 1;
+    int exponent = 0;
+    for (bool is_fraction = false; *text != 0 && *text != 'e'; ++text) {
+      const bool is_digit = '0' <= *text && *text <= '9';
+      if (is_digit) {
+        whole = 10 * whole + (*text - '0');
+        if (is_fraction) --exponent;
+      } else if (*text != '-') {
+        is_fraction = true;  // by the point or comma of the locale
+      }
+    }
+    if (*text == 'e') exponent += std::atoi(text + 1);
+    if (whole > 0x1p53 || std::abs(exponent) > 22) return std::numeric_limits<double>::quiet_NaN();
+    for (int k = std::abs(exponent); k > 0; --k) power *= 10;
+    return exponent < 0 ? whole / power : whole * power;
   }
 
   enum class Kind : char { words, letter, whole, natural, real, single };
