@@ -201,8 +201,7 @@ TEST_CASE("the coating gives no more light than it gets") {
       SeeThroughRenderer(camera, rest, std::vector<Light<double>>{}, white, options(r, t));
     });
   };
-  CHECK(message(0.6, 0.5) ==
-        "reflectance 0.6 and transmittance 0.5 are more than 1");
+  CHECK(message(0.6, 0.5) == "reflectance 0.6 and transmittance 0.5 are more than 1");
   CHECK(message(-0.5, 0.5) == "reflectance -0.5 is not in [0, 1]");
   CHECK(message(0.5, 1.5) == "transmittance 1.5 is not in [0, 1]");
 }
