@@ -545,7 +545,7 @@ class FaceBatch {
       ++n;
     }
     pixels_ = n;
-    return n + reach * reach <= room;
+    return n + std::size_t{reach} * reach <= room;
   }
 
   /// Draws the pixels that were found, as pixels of the faces from `first_face` on.
@@ -720,7 +720,7 @@ class MeshImage {
     if (points_ != nullptr && all_are_near_ && all_are_drawn) return;
     each_batch([&](Index first, Index count, const auto& faces, const ImagePoint* const* corners) {
       for (Index i = 0; i < count; ++i) {
-        const ImagePoint* const* const c = corners + 3 * i;
+        const ImagePoint* const* const c = corners + std::ptrdiff_t{3} * i;
         const auto is_fine = [](const ImagePoint& p) {
           return p.inverse_z > 0 && is_drawn<T>(p.z);
         };
@@ -736,7 +736,7 @@ class MeshImage {
     each_batch([&](Index first, Index count, const auto& faces, const ImagePoint* const* corners) {
       batch.clear();
       for (Index i = 0; i < count; ++i) {
-        const ImagePoint* const* const c = corners + 3 * i;
+        const ImagePoint* const* const c = corners + std::ptrdiff_t{3} * i;
         batch.add(*c[0], *c[1], *c[2]);
       }
       batch.measure(width_, height_);
@@ -747,7 +747,7 @@ class MeshImage {
         if (kind == FaceBatch::draw_together && batch.add_pixels(n)) continue;
         batch.draw(target, first);
         if (kind == FaceBatch::draw_alone) {
-          draw_alone(target, first + i, faces[n], corners + 3 * i, false);
+          draw_alone(target, first + i, faces[n], corners + std::ptrdiff_t{3} * i, false);
         }
       }
       batch.draw(target, first);
