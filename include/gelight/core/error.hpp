@@ -55,7 +55,7 @@ class Part {
     return digits;
   }
   // Exact for 15 digits, but for the sign: a whole number and a power of ten that doubles hold, and
-  // one operation; else NaN. (The library's strtod is larger than all else in a small program.)
+  // one operation; else NaN. (strtod adds 14 kB to a WebAssembly program.)
   static double value_of(const char* text) {
     double whole = 0, power = 1;
     int exponent = 0;

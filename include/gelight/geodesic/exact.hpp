@@ -67,9 +67,8 @@ struct ExactOptions {
   /// exact ones. With radii of 1, 2, 4, 8, 16 and 32 they are 1.4, 0.66, 0.15, 0.041, 0.013 and
   /// 0.0041 % too long on average, 3.6, 2.6, 1.3, 0.53, 0.33 and 0.13 % at most on the GelTip
   /// membrane from four sources; on 24 meshes like a scanner's 9.6, 8.2, 4.2, 2, 1.1 and 0.43 % at
-  /// most (benchmarks/claims.cpp); work is
-  /// linear in the vertices, about half of exact at 40,000 of a sphere and an eighth at 655,362.
-  /// Windows are kept.
+  /// most (benchmarks/claims.cpp); work is linear in the vertices, about half of exact at 40,000 of
+  /// a sphere and an eighth at 655,362. Windows are kept.
   T reset_radius = unreachable<T>;
 };
 

@@ -49,14 +49,10 @@ struct FastMarchingOptions {
 ///
 /// No bound holds where a way that has bent round a corner of the border, or at a saddle, goes on
 /// through long triangles that it passes at one end: the wave at an edge's other end came another
-/// way, and no circle has both distances. Flat fans of 5 to 64 spokes whose ends lie unevenly are
-/// off by 17 % on average and 54 % at a vertex on the worst of 80 fields, stretched 10 times by 39
-/// % and threefold, 1000 times by 48 % and eightfold; fans of two rings by 5 % and 22 %, 12 % and
-/// twofold, 22 % and sevenfold. Thin triangles alone do less: over jittered flat grids, icospheres
-/// and noisy spheres of 25 to 642 vertices, 80 fields each, stretched up to 10 times the mean is
-/// 0.8 % at most, and 20 % at a vertex; up to 1000 times 0.3 % and 39 %. A fan of 10,000 spokes is
-/// off by 0.009 % and 0.07 % (tests/README.md). VirtualSourceSolver is off by up to 22 % on the
-/// fans; ExactSolver is right. Rounding of the distances of a short edge's ends turns the wave
+/// way, and no circle has both distances. In flat fans of such triangles distances are off by tens
+/// of per cent on average, and several times too long at single vertices. A fan of 10,000 even
+/// spokes is off by 0.009 % and 0.07 % (tests/README.md). VirtualSourceSolver is off there too, by
+/// less; ExactSolver is right. Rounding of the distances of a short edge's ends turns the wave
 /// through it, the more the farther it has come: on flat sheets distances were below the straight
 /// line by up to 2e-13 of it, on those stretched 100 times by 4e-11, 10,000 times by 2e-7. A query
 /// from one source takes about linear time, two to four times that where triangles are thin.
