@@ -50,7 +50,7 @@ struct FastMarchingOptions {
 /// No bound holds where a way that has bent round a corner of the border, or at a saddle, goes on
 /// through long triangles that it passes at one end: the wave at an edge's other end came another
 /// way, and no circle has both distances. In flat fans of such triangles distances are off by tens
-/// of per cent on average, and several times too long at single vertices. A fan of 10,000 even
+/// of per cent on average, at single vertices by several times their length. A fan of 10,000 even
 /// spokes is off by 0.009 % and 0.07 % (tests/README.md). VirtualSourceSolver is off there too, by
 /// less; ExactSolver is right. Rounding of the distances of a short edge's ends turns the wave
 /// through it, the more the farther it has come: on flat sheets distances were below the straight
