@@ -31,11 +31,12 @@ STYLE = {
     "heat": ("#CC79A7", "^"),
     "exact": ("#000000", "o"),
     "exact with resets": ("#0072B2", "P"),
+    "smooth": ("#7A4FBF", ">"),
     "CGAL exact": ("#000000", "o"),
     "CGAL heat": ("#CC79A7", "^"),
     "heat, intrinsic Delaunay": ("#D55E00", "X"),
 }
-SPARE = [("#8C564B", "<"), ("#7A4FBF", ">"), ("#17808A", "p"), ("#A0A000", "h"), ("#C2185B", "*")]
+SPARE = [("#8C564B", "<"), ("#5D6D7E", "d"), ("#17808A", "p"), ("#A0A000", "h"), ("#C2185B", "*")]
 KNOWN = len(STYLE)
 MESHES = {
     "sphere": "sphere",
@@ -347,8 +348,9 @@ def axes_time(groups):
     return min(times) / 2, max(times) * 4
 
 
-# Their marks are on those of our own, or among others' lines: they stand in sphere.png and in the JSON.
-NOT_IN_DISTANCES = ("planner", "exact with resets", "CGAL heat")
+# Their marks are on those of our own, or among others' lines, or they answer another question, distances on the
+# smooth surface: they stand in sphere.png and in the JSON.
+NOT_IN_DISTANCES = ("planner", "exact with resets", "CGAL heat", "smooth")
 
 
 def claim_of_distances(rows, time_of):
@@ -409,9 +411,12 @@ def chart_sphere(rows, folder):
     groups = draw_mesh(axes, rows, "smooth_mean", lambda r: r["median_s"], floor)
     low, high = axes.get_xlim()
     axes.set_xlim(low / 2, high * 1.6)
-    axes.set_ylim(max(floor, 1e-4) / 8, 0.3)
-    axes.set_yticks([0.1, 0.01, 1e-3, 1e-4])
-    axes.set_yticklabels(["10 %", "1 %", "0.1 %", "0.01 %"])
+    least = min([max(floor, 1e-4)] + [y for _, y in groups.get("smooth", [])])
+    marks = [(0.1, "10 %"), (0.01, "1 %"), (1e-3, "0.1 %"), (1e-4, "0.01 %"), (1e-6, "1e-6"), (EXACT, "rounding")]
+    marks = [(y, name) for y, name in marks if y > least / 8]
+    axes.set_ylim(least / 8, 0.3)
+    axes.set_yticks([y for y, _ in marks])
+    axes.set_yticklabels([name for _, name in marks])
     claim = "What accuracy costs"
     if "CGAL exact" in groups and "exact" in groups:
         (x, y), (x_peer, _) = groups["exact"][0], groups["CGAL exact"][0]
@@ -432,8 +437,8 @@ def chart_sphere(rows, folder):
 
 def words_distances(rows, folder):
     """Which methods are on the front of how many meshes: none of ours is both quicker and more accurate."""
-    rows = [r for r in rows if r["path"][0] == "distance" and "mean" in r and r["path"][2] != "planner"
-            and is_ours(r)]
+    rows = [r for r in rows if r["path"][0] == "distance" and "mean" in r
+            and r["path"][2] not in ("planner", "smooth") and is_ours(r)]
     if not rows:
         return
     meshes = dict.fromkeys(r["path"][1] for r in rows)
@@ -462,6 +467,12 @@ def words_sphere(rows, folder):
     lines = [f"Off by {percent(marching['smooth_mean'])} in {1e3 * marching['median_s']:.1f} ms (fast marching), by "
              f"{percent(virtual['smooth_mean'])} in {1e3 * virtual['median_s']:.1f} ms (virtual sources), by no more "
              f"than the mesh itself, {percent(exact['smooth_mean'])}, in {1e3 * exact['median_s']:.0f} ms (exact)."]
+    smooth = [rows[name] for name in ("smooth/normals from the mesh", "smooth/normals given") if name in rows]
+    if len(smooth) == 2:
+        fitted, given = smooth
+        lines[0] += (f" On the smooth surface, which the mesh stands for, by {percent(fitted['smooth_mean'])} with "
+                     f"normals fitted to the mesh and {percent(given['smooth_mean'])} with given ones, in "
+                     f"{1e3 * given['median_s']:.0f} ms.")
     if peer := next((r for name, r in rows.items() if name.startswith("CGAL exact")), None):
         lines[0] += (f" CGAL's exact distances are the same and take {times(peer['median_s'] / exact['median_s'])} "
                      f"times as long, in {times(peer['peak_MB'] / exact['peak_MB'])} times the memory.")
