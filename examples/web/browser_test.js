@@ -241,6 +241,19 @@ const dots = await page.locator("#chart circle").count();
 expect(dots === switches.at(-1).options.length + 1, "the chart has a dot for each solver");
 const bars = await page.locator("#level-bars .bar").count();
 expect(bars === switches.reduce((sum, { options }) => sum + options.length, 0), "each option has a bar");
+const fewest = await page.evaluate(
+  () =>
+    new Promise((end) => {
+      let count = Infinity;
+      const all = document.getElementById("level-bars");
+      new MutationObserver(() => {
+        count = Math.min(count, all.querySelectorAll(".bar").length);
+        if (document.body.dataset.compare === "done") end(count);
+      }).observe(all, { childList: true });
+      window.gelight.choose("depth", 0.001);
+    }),
+);
+expect(fewest === bars, `bars stay until newer ones come (${fewest})`);
 await page.evaluate(() => window.gelight.choose("light", 0));
 await done("compare");
 const idle = await page.locator("#level-bars h3").last().textContent();

@@ -126,6 +126,7 @@ function press_at(u, v) {
 // --- what runs beside the page -------------------------------------------------------------------
 
 let measured = [];
+let levels = {};
 
 function measure() {
   measured = [];
@@ -147,7 +148,10 @@ function heard({ data }) {
     measured.push(data.row);
     draw_chart(element("chart"), measured, state.solver);
   }
-  if (data.task === "compare") show_levels(element("level-bars"), data.levels, state);
+  if (data.task === "compare") {
+    levels = { ...levels, ...data.levels };
+    show_levels(element("level-bars"), levels, state, data.levels ?? {});
+  }
   if (data.error) attempt(() => {
     throw new Error(data.error);
   });
