@@ -97,6 +97,15 @@ for word in "$@"; do
   esac
 done
 [ -z "$wants" ] || refuse "$option has no value"
+if [ "$demo" = calibrate ]; then
+  for option in fit test out; do
+    case " $*" in
+      *" --$option"*) ;;
+      *) refuse "calibrate needs --$option DIR" ;;
+    esac
+  done
+fi
+sh cmake/writable.sh build/demo
 # shellcheck disable=SC2086 # one word a package
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev libcli11-dev \
   libcairo2-dev pkg-config fonts-dejavu-core $more
