@@ -91,6 +91,9 @@ for word in "$@"; do
       [ "$option" = "$word" ] || { check_value "$option" "${word#*=}" && wants=; }
       ;;
     *)
+      case $wants$word in
+        -*) refuse "$demo has no option $word; --help lists them" ;;
+      esac
       [ -z "$option" ] || check_value "$option" "$word"
       wants=
       ;;

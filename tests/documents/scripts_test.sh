@@ -29,6 +29,8 @@ refuses "cannot be written to" demo mujoco
 refuses "--depth is -1" demo --depth -1
 refuses "no file nope.obj" demo --mesh nope.obj
 refuses "no option --deep" demo --deep 1
+refuses "no option -x" demo -x
+refuses "no option -3" demo mujoco out -3
 refuses "--rest has no value" demo --rest
 refuses "calibrate needs --fit" demo calibrate
 refuses "what is lights" demo lights
