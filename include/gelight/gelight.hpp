@@ -27,6 +27,7 @@
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/exact_isoline.hpp"
+#include "gelight/geodesic/exact_voronoi.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
 #include "gelight/geodesic/isoline.hpp"

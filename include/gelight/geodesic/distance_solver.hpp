@@ -80,6 +80,7 @@ template <std::floating_point Real>
 struct Starts {
   Real common = 0;        // of all parts, 0 where they differ
   Array<Real> of_vertex;  // where they differ
+  Array<Index> left;      // the sources that are left, by number, where some were dropped
 
   [[nodiscard]] Real at(Index v) const { return of_vertex.empty() ? common : of_vertex[v]; }
 };
@@ -110,7 +111,7 @@ template <std::floating_point Real>
   const Real earliest = first->distance;
   if (earliest == last->distance) {
     for (auto& source : sources) source.distance = 0;
-    return {earliest, {}};
+    return {earliest, {}, {}};
   }
   const Array<Index>& components = surface.components();
   std::vector<std::pair<Index, Real>> parts;  // each once, by number, with its earliest start
@@ -127,11 +128,16 @@ template <std::floating_point Real>
     source.distance -= std::lower_bound(parts.begin(), parts.end(), least)->second;
   }
   const Real overtaken = longest_way(surface);
+  Array<Index> left;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (!(sources[i].distance > overtaken)) left.push_back(static_cast<Index>(i));
+  }
+  if (left.size() == sources.size()) left.clear();
   std::erase_if(sources, [&](const auto& source) { return source.distance > overtaken; });
 
   const auto starts_so = [&](const auto& part) { return part.second == earliest; };
-  if (std::all_of(parts.begin(), parts.end(), starts_so)) return {earliest, {}};
-  Starts<Real> starts{0, Array<Real>(components.size(), 0)};
+  if (std::all_of(parts.begin(), parts.end(), starts_so)) return {earliest, {}, std::move(left)};
+  Starts<Real> starts{0, Array<Real>(components.size(), 0), std::move(left)};
   for (const auto& [part, start] : parts) starts.of_vertex[part] = start;
   for (Index v = 0; v < surface.vertex_count(); ++v) {
     starts.of_vertex[v] = starts.of_vertex[components[v]];  // a part's least vertex comes first
