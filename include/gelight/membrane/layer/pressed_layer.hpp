@@ -397,7 +397,7 @@ class PressedLayer {
     if (*std::max_element(state.pressure.begin(), state.pressure.end()) == 0) {
       state.pressure = first_guess(task);
     }
-    state.residual = press_down(state, task, task.overlap);
+    state.residual = press_down(state, task, task.overlap).after;
     if (is_held) {
       hold(state, task, object);
     } else {
@@ -421,14 +421,15 @@ class PressedLayer {
     return pressure;
   }
 
-  // The pressure under which the surface is where the object wants it; returns what is left, as a
+  // The pressure under which the surface is where the object wants it. What is left is told as a
   // share of the press.
-  double press_down(LayerState& state, const Task& task, const Array<double>& wanted) const {
+  LeftOpen press_down(LayerState& state, const Task& task, const Array<double>& wanted) const {
     const auto respond = [&](const Array<double>& pressure) { return down(task, pressure); };
-    return solve_bounded(state.pressure, wanted, Unilateral{wanted}, respond,
-                         by_pressure().down(0, 0), task.kernels.convolution.gain(task.kernels.down),
-                         task.effort.tolerance * task.press, task.effort) /
-           task.press;
+    const LeftOpen open =
+        solve_bounded(state.pressure, wanted, Unilateral{wanted}, respond, by_pressure().down(0, 0),
+                      task.kernels.convolution.gain(task.kernels.down),
+                      task.effort.tolerance * task.press, task.effort);
+    return {open.before / task.press, open.after / task.press};
   }
 
   // Traction under which what does not slip goes with the object, from where pressure without
@@ -476,7 +477,8 @@ class PressedLayer {
       }
       const double slack =
           solve_bounded(state.traction, wanted, Frictional{most}, respond, softness, gain,
-                        task.effort.tolerance * farthest, task.effort) /
+                        task.effort.tolerance * farthest, task.effort)
+              .after /
           farthest;
       Array<double> lifted(pixels);
       const Spectrum qx = k.convolution.transform(state.traction.data());
@@ -484,17 +486,11 @@ class PressedLayer {
       sum_up(lifted.data(), k.convolution, {{k.x, qx}, {k.y, qy}}, task.effort);
       for (std::size_t i = 0; i < pixels; ++i) lifted.data()[i] += task.overlap.data()[i];
       Array<double> last = state.pressure;
-      const double gap = press_down(state, task, lifted);
-      double moved_by = 0;
-      for (std::size_t i = 0; i < pixels; ++i) {
-        moved_by = std::max(moved_by, std::abs(state.pressure.data()[i] - last.data()[i]));
-      }
-      moved_by *= by_pressure().down(0, 0) / task.press;
-      const bool is_done = moved_by <= task.effort.tolerance;
-      if (!is_done && round + 1 < most_rounds) continue;
+      const double gap = press_down(state, task, lifted).before;
+      if (gap > task.effort.tolerance && round + 1 < most_rounds) continue;
       // The pressure that bounds the traction, so that the two keep to friction's law.
       state.pressure = std::move(last);
-      state.residual = std::max(slack, is_done ? gap : std::max(gap, moved_by));
+      state.residual = std::max(slack, gap);
       return;
     }
   }
