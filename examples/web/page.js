@@ -337,4 +337,11 @@ begin().catch((error) => attempt(() => {
 }));
 
 // For tests, and for who opens the console.
-window.gelight = { state, choose, rest_image: () => (engine.lift(), engine.image()), press, engine: () => engine, view: () => view };
+window.gelight = {
+  state,
+  choose,
+  rest_image: () => (engine.lift(), engine.image()),
+  press,
+  engine: () => engine,
+  view: () => view,
+};
