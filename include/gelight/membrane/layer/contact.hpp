@@ -111,7 +111,8 @@ template <class Bounds, class Respond>
   };
   Array<double> gap, step(load.size()), slope(load.size());
   const auto measure = [&] {
-    gap = respond(load);
+    const bool is_loaded = std::any_of(load.begin(), load.end(), [](double q) { return q != 0; });
+    gap = is_loaded ? respond(load) : load;
     for (std::size_t k = 0; k < gap.size(); ++k) gap.data()[k] -= wanted.data()[k];
   };
   measure();

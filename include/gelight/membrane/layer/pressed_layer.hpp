@@ -412,31 +412,12 @@ class PressedLayer {
             object.overlap[whole().place(state.box.left + x, state.box.top + y)] + state.travel;
       }
     }
-    if (*std::max_element(state.pressure.begin(), state.pressure.end()) == 0) {
-      state.pressure = first_guess(task);
-    }
     state.residual = press_down(state, task, task.overlap).after;
     if (is_held) {
       hold(state, task, object);
     } else {
       state.traction.clear();
     }
-  }
-
-  // In proportion to the overlap.
-  [[nodiscard]] static Array<double> first_guess(Task& task) {
-    Array<double> pressure(task.overlap.size());
-    for (std::size_t i = 0; i < pressure.size(); ++i) {
-      pressure.data()[i] = std::max(task.overlap.data()[i], 0.0);
-    }
-    const Array<double> yielding = down(task, pressure);
-    double along = 0, bending = 0;
-    for (std::size_t i = 0; i < pressure.size(); ++i) {
-      along += pressure.data()[i] * pressure.data()[i];
-      bending += pressure.data()[i] * yielding.data()[i];
-    }
-    for (double& p : pressure) p *= along / bending;
-    return pressure;
   }
 
   // The pressure under which the surface is where the object wants it. What is left is told as a
