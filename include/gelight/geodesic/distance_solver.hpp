@@ -80,6 +80,7 @@ template <std::floating_point Real>
 struct Starts {
   Real common = 0;        // of all parts, 0 where they differ
   Array<Real> of_vertex;  // where they differ
+  Array<Index> left;      // the sources that are left, by number, where some were dropped
 
   [[nodiscard]] Real at(Index v) const { return of_vertex.empty() ? common : of_vertex[v]; }
 };
@@ -110,7 +111,7 @@ template <std::floating_point Real>
   const Real earliest = first->distance;
   if (earliest == last->distance) {
     for (auto& source : sources) source.distance = 0;
-    return {earliest, {}};
+    return {earliest, {}, {}};
   }
   // The earliest of each part, where its number is.
   const Array<Index>& components = surface.components();
@@ -126,14 +127,19 @@ template <std::floating_point Real>
     source.distance -= start;
   }
   const Real overtaken = longest_way(surface);
+  Array<Index> left;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (!(sources[i].distance > overtaken)) left.push_back(static_cast<Index>(i));
+  }
+  if (left.size() == sources.size()) left.clear();
   std::erase_if(sources, [&](const auto& source) { return source.distance > overtaken; });
 
-  if (!parts_differ) return {earliest, {}};
+  if (!parts_differ) return {earliest, {}, std::move(left)};
   for (Index v = 0; v < surface.vertex_count(); ++v) {
     const Real start = starts[components[v]];  // a part's least vertex comes first
     starts[v] = start < unreachable<Real> ? start : 0;
   }
-  return {0, std::move(starts)};
+  return {0, std::move(starts), std::move(left)};
 }
 
 /// Whether T holds a distance: +infinity means unreachable and 0 no way at all, so that a number

@@ -39,6 +39,8 @@ class PathSolver;
 namespace detail {
 template <std::floating_point T>
 class ArcTracer;
+template <std::floating_point T>
+class BorderTracer;
 }  // namespace detail
 
 template <std::floating_point T>
@@ -156,6 +158,8 @@ class ExactField {
   friend class ExactSolver;
   template <std::floating_point>
   friend class detail::ArcTracer;
+  template <std::floating_point>
+  friend class detail::BorderTracer;
   using Real = typename detail::WorkingPrecision<T>::Real;
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;

@@ -15,6 +15,7 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/exact/flat_face.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/segment.hpp"
@@ -99,18 +100,12 @@ class ArcTracer {
   // Straight borders of one segment differ in direction by less.
   static constexpr Real same_direction = 1e-6;
 
-  /// The points p of the plane with normal . p >= offset.
-  struct HalfPlane {
-    Vec2<Real> normal;
-    Real offset;
-    [[nodiscard]] Real height(const Vec2<Real>& p) const { return normal.dot(p) - offset; }
-  };
   /// A disc, seen in part of the face only; or a half-plane, whose border goes through `centre` and
   /// which lies against `up`. On its border are angles, or lengths.
   struct Disc {
     Vec2<Real> centre;
     Real radius;
-    std::vector<HalfPlane> seen{};
+    std::vector<HalfPlane<Real>> seen{};
     bool is_straight = false;
     Vec2<Real> up{0, 0};
 
@@ -125,7 +120,7 @@ class ArcTracer {
     }
     [[nodiscard]] bool sees(const Vec2<Real>& p) const {
       return std::all_of(seen.begin(), seen.end(),
-                         [&](const HalfPlane& half) { return half.height(p) >= 0; });
+                         [&](const HalfPlane<Real>& half) { return half.height(p) >= 0; });
     }
   };
   struct Piece {
@@ -144,62 +139,41 @@ class ArcTracer {
         cancelled_.check(static_cast<double>(f) / surface_.face_count(), "exact isolines");
       }
       if (is_thin(surface_, *field_.faces_, 3 * f)) continue;
-      lay_flat(f);
+      flat_ = FlatFace<Real>(surface_, *field_.faces_, f);
       find_discs();
       if (!discs_.empty()) visit(f);
     }
   }
 
-  void lay_flat(Index f) {
-    face_ = f;
-    corners_ = {Vec2<Real>(0, 0), Vec2<Real>(surface_.length(3 * f), 0),
-                field_.faces_->apex(3 * f)};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec2<Real> way = stable_unit(corners_[(k + 1) % 3] - corners_[k]);
-      ways_[k] = way;
-      sides_[k].normal = {-way.y(), way.x()};
-      sides_[k].offset = sides_[k].normal.dot(corners_[k]);
-    }
-  }
-
-  // A place of half-edge h's frame in that of the face.
-  [[nodiscard]] Vec2<Real> from_frame(Index h, const Vec2<Real>& p) const {
-    const auto k = static_cast<std::size_t>(h % 3);
-    return corners_[k] + p.x() * ways_[k] + p.y() * sides_[k].normal;
-  }
-
   void find_discs() {
     discs_.clear();
-    const Index v = surface_.face(face_)[0];
+    const Index v = surface_.face(flat_.face)[0];
     const Real level = Real{level_} - field_.starts_.at(v);
     require(level <= field_.bound_at(v), "the level ", level_,
             " is beyond the greatest distance that was solved for");
     for (std::size_t k = 0; k < 3; ++k) {
-      const Real radius = level - field_.distances_[surface_.face(face_)[k]];
-      if (radius > 0) discs_.push_back({corners_[k], radius});
+      const Real radius = level - field_.distances_[surface_.face(flat_.face)[k]];
+      if (radius > 0) discs_.push_back({flat_.corners[k], radius});
     }
     for (const auto& source : field_.sources_) add_source(source, level);
     for (const auto& front : field_.fronts_) {
-      if (front.face == face_) add_front(front, level);
+      if (front.face == flat_.face) add_front(front, level);
     }
-    for (Index h = 3 * face_; h < 3 * face_ + 3; ++h) add_windows(h, level);
+    for (Index h = 3 * flat_.face; h < 3 * flat_.face + 3; ++h) add_windows(h, level);
   }
 
   void add_source(const Source<Real>& source, Real level) {
     const Real radius = level - source.distance;
     if (source.point.kind == Point::Kind::vertex || !(radius > 0)) return;
     for_each_place(surface_, source.point, [&](Index f, const std::array<Real, 3>& shares) {
-      if (f == face_) discs_.push_back({place(shares), radius});
+      if (f == flat_.face) discs_.push_back({flat_.place(shares), radius});
     });
-  }
-
-  [[nodiscard]] Vec2<Real> place(const std::array<Real, 3>& shares) const {
-    return shares[0] * corners_[0] + shares[1] * corners_[1] + shares[2] * corners_[2];
   }
 
   // Straight from a segment, on both sides.
   void add_front(const SegmentFront<Real>& front, Real level) {
-    const Vec2<Real> a = place(front.begin), b = place(front.end), way = stable_unit(b - a);
+    const Vec2<Real> a = flat_.place(front.begin), b = flat_.place(front.end),
+                     way = stable_unit(b - a);
     const Real away = level - front.start;
     if (way.isZero(0) || !(away > 0)) return;
     for (const Real sign : {-1.0, 1.0}) {
@@ -224,28 +198,18 @@ class ArcTracer {
         const Real radius = level - field_.origins_[w.origin[i]].start;
         const Real gap = std::clamp(w.x[i], w.begin[i], w.end[i]) - w.x[i];
         if (!(radius > 0) || gap * gap + w.y[i] * w.y[i] >= radius * radius) continue;
-        const Vec2<Real> centre = from_frame(h, {w.x[i], w.y[i]});
+        const Vec2<Real> centre = flat_.from_frame(h, {w.x[i], w.y[i]});
         Disc disc{centre, radius};
         if (is_from_front(w.origin[i])) {
           disc.is_straight = true;
-          disc.up = stable_unit(from_frame(h, {(w.begin[i] + w.end[i]) / 2, 0}) - centre);
+          disc.up = stable_unit(flat_.from_frame(h, {(w.begin[i] + w.end[i]) / 2, 0}) - centre);
           disc.centre += radius * disc.up;
         }
-        disc.seen = {right_of(centre, from_frame(h, {w.begin[i], 0})),
-                     left_of(centre, from_frame(h, {w.end[i], 0}))};
+        disc.seen = {right_of(centre, flat_.from_frame(h, {w.begin[i], 0})),
+                     left_of(centre, flat_.from_frame(h, {w.end[i], 0}))};
         discs_.push_back(disc);
       }
     });
-  }
-
-  // What lies beside the line from one place by another.
-  static HalfPlane left_of(const Vec2<Real>& from, const Vec2<Real>& by) {
-    const Vec2<Real> way = stable_unit(by - from), normal(-way.y(), way.x());
-    return {normal, normal.dot(by)};
-  }
-  static HalfPlane right_of(const Vec2<Real>& from, const Vec2<Real>& by) {
-    const HalfPlane left = left_of(from, by);
-    return {-left.normal, -left.offset};
   }
 
   // --- the arcs of a face ------------------------------------------------------------------------
@@ -259,9 +223,9 @@ class ArcTracer {
     const Disc& disc = discs_[number];
     const Real begin = disc.is_straight ? -4 * size_ : 0, end = disc.is_straight ? 4 * size_ : turn;
     cuts_.assign({begin, end});
-    for (const HalfPlane& side : sides_) cut(disc, side.normal, side.offset);
+    for (const HalfPlane<Real>& side : flat_.sides) cut(disc, side.normal, side.offset);
     for (const Disc& other : discs_) {
-      for (const HalfPlane& half : other.seen) cut(disc, half.normal, half.offset);
+      for (const HalfPlane<Real>& half : other.seen) cut(disc, half.normal, half.offset);
       cut(disc, other);
     }
     std::sort(cuts_.begin(), cuts_.end());
@@ -340,10 +304,7 @@ class ArcTracer {
 
   // Of one border that is there twice the first counts.
   [[nodiscard]] bool is_border(std::size_t number, const Vec2<Real>& p) const {
-    for (const HalfPlane& side : sides_) {
-      if (side.height(p) < 0) return false;
-    }
-    if (!discs_[number].sees(p)) return false;
+    if (!flat_.contains(p) || !discs_[number].sees(p)) return false;
     for (std::size_t i = 0; i < discs_.size(); ++i) {
       if (i == number || !discs_[i].sees(p)) continue;
       if (is_same(discs_[i], discs_[number]) ? i < number : discs_[i].depth(p) > 0) return false;
@@ -353,7 +314,8 @@ class ArcTracer {
 
   void add_piece(const Disc& disc, Real from, Real width) {
     const Vec2<Real> begin = disc.at(from), end = disc.at(from + width);
-    pieces_.push_back({face_, disc, from, width, begin, end, in_space(begin), in_space(end)});
+    pieces_.push_back({flat_.face, disc, from, width, begin, end, flat_.in_space(surface_, begin),
+                       flat_.in_space(surface_, end)});
   }
 
   // What ends at a whole turn goes on where it began.
@@ -364,15 +326,6 @@ class ArcTracer {
     pieces_.pop_back();
     pieces_.erase(pieces_.begin() + static_cast<std::ptrdiff_t>(first));
     add_piece(disc, tail.from, turn - tail.from + head.from + head.width);
-  }
-
-  [[nodiscard]] Vec3<Real> in_space(const Vec2<Real>& p) const {
-    const Index h = 3 * face_;
-    const Vec3<Real>& o = surface_.position(surface_.origin(h));
-    const Vec3<Real> x = stable_unit(surface_.position(surface_.tip(h)) - o);
-    const Vec3<Real> to_apex = surface_.position(surface_.apex(h)) - o;
-    const Vec3<Real> y = stable_unit(to_apex - x.dot(to_apex) * x);
-    return o + p.x() * x + p.y() * y;
   }
 
   // --- the area within ---------------------------------------------------------------------------
@@ -389,10 +342,10 @@ class ArcTracer {
     const auto k = static_cast<std::size_t>(h % 3);
     spans_.clear();
     for (const Disc& disc : discs_) {
-      const Vec2<Real> from = corners_[k] - disc.centre;
+      const Vec2<Real> from = flat_.corners[k] - disc.centre;
       Real begin = 0, end = surface_.length(h);
-      const auto bound = [&](const HalfPlane& half) {
-        const Real slope = half.normal.dot(ways_[k]), at_zero = half.height(corners_[k]);
+      const auto bound = [&](const HalfPlane<Real>& half) {
+        const Real slope = half.normal.dot(flat_.ways[k]), at_zero = half.height(flat_.corners[k]);
         if (slope > 0) begin = std::max(begin, -at_zero / slope);
         if (slope < 0) end = std::min(end, -at_zero / slope);
         if (slope == 0 && at_zero < 0) end = begin;
@@ -400,13 +353,13 @@ class ArcTracer {
       if (disc.is_straight) {
         bound({-disc.up, -disc.up.dot(disc.centre)});
       } else {
-        const Real middle = -from.dot(ways_[k]), height = sides_[k].normal.dot(from);
+        const Real middle = -from.dot(flat_.ways[k]), height = flat_.sides[k].normal.dot(from);
         const Real square = (disc.radius - height) * (disc.radius + height);
         if (!(square > 0)) continue;
         begin = std::max(begin, middle - std::sqrt(square));
         end = std::min(end, middle + std::sqrt(square));
       }
-      for (const HalfPlane& half : disc.seen) bound(half);
+      for (const HalfPlane<Real>& half : disc.seen) bound(half);
       if (end > begin) spans_.emplace_back(begin, end);
     }
     std::sort(spans_.begin(), spans_.end());
@@ -415,7 +368,7 @@ class ArcTracer {
       length += std::max(Real(0), end - std::max(begin, covered));
       covered = std::max(covered, end);
     }
-    return cross_of(corners_[k], ways_[k]) * length / 2;
+    return cross_of(flat_.corners[k], flat_.ways[k]) * length / 2;
   }
 
   static Real cross_of(const Vec2<Real>& a, const Vec2<Real>& b) {
@@ -457,7 +410,7 @@ class ArcTracer {
   [[nodiscard]] Index after(Index number, const Array<char>& is_taken) {
     const Piece& piece = pieces_[static_cast<std::size_t>(number)];
     const Real reach = reach_of_joints * same_;
-    lay_flat(piece.face);
+    flat_ = FlatFace<Real>(surface_, *field_.faces_, piece.face);
     Index best = -1;
     Real least = reach;
     const auto look = [&](Index f) {
@@ -472,9 +425,9 @@ class ArcTracer {
     look(piece.face);
     for (std::size_t k = 0; k < 3; ++k) {
       const Index h = 3 * piece.face + static_cast<Index>(k);
-      if ((piece.end - corners_[k]).norm() < reach) {
+      if ((piece.end - flat_.corners[k]).norm() < reach) {
         for (const Index out : surface_.corners(surface_.origin(h))) look(Mesh::face_of(out));
-      } else if (std::fabs(sides_[k].height(piece.end)) < reach && surface_.is_manifold(h)) {
+      } else if (std::fabs(flat_.sides[k].height(piece.end)) < reach && surface_.is_manifold(h)) {
         look(Mesh::face_of(surface_.twin(h)));
       }
     }
@@ -482,13 +435,13 @@ class ArcTracer {
   }
 
   [[nodiscard]] CircularArc<T> arc_of(const Piece& piece) {
-    lay_flat(piece.face);
+    flat_ = FlatFace<Real>(surface_, *field_.faces_, piece.face);
     const bool is_straight = piece.disc.is_straight;
     const Real length = is_straight ? piece.width : piece.disc.radius * piece.width;
     return {piece.face,
             piece.begin_in_space.template cast<T>(),
             piece.end_in_space.template cast<T>(),
-            in_space(piece.disc.centre).template cast<T>(),
+            flat_.in_space(surface_, piece.disc.centre).template cast<T>(),
             is_straight ? unreachable<T> : static_cast<T>(piece.disc.radius),
             is_straight ? T(0) : static_cast<T>(piece.width),
             static_cast<T>(length)};
@@ -500,10 +453,7 @@ class ArcTracer {
   const CancelHook& cancelled_;
   Real size_ = 0;
   Real same_ = 0, tangent_ = 0;  // how long the shortest arcs are, and how near borders touch
-  // The face at hand, laid flat: its corners; the directions of its sides, and what lies inside.
-  Index face_ = -1;
-  std::array<Vec2<Real>, 3> corners_, ways_;
-  std::array<HalfPlane, 3> sides_;
+  FlatFace<Real> flat_;          // the face at hand
   std::vector<Disc> discs_;
   std::vector<Real> cuts_;
   std::vector<std::pair<Real, Real>> spans_;

@@ -417,7 +417,7 @@ class StraightWalk {
     const Vec3<double> origin = place(surface_.origin(h));
     const Vec3<double> to_apex = place(surface_.apex(h)) - origin;
     const double base = length(h);
-    const Vec3<double> x = (place(surface_.tip(h)) - origin) / base;
+    const Vec3<double> x = (place(surface_.tip(h)) - origin) * (1 / base);
     const double apex_x = x.dot(to_apex);
     const double apex_y = (to_apex - apex_x * x).norm();
     const double dx = direction_.x(), dy = direction_.y();
@@ -464,7 +464,8 @@ class StraightWalk {
           share <= on_it ? std::atan2(-d.y(), -d.x()) : corner(at) - std::atan2(-d.y(), d.x());
       return pass_vertex(at, back);
     }
-    append(edge_point<T>(surface_.origin(out), surface_.tip(out), static_cast<T>(share)));
+    // Another edge than that of the point before, so that they need not be compared.
+    path_.push_back(edge_point<T>(surface_.origin(out), surface_.tip(out), static_cast<T>(share)));
     const Index t = surface_.twin(out);
     if (t == out || surface_.twin(t) != out) return finish();  // a border, or three faces and more
     const bool is_turned = surface_.origin(t) == surface_.origin(out);
