@@ -120,8 +120,8 @@ template <class... Parts>
 [[noreturn, gnu::cold, gnu::noinline]] void refuse_parts(Parts... parts) {
   refuse({Part(parts)...});
 }
-template <class Part>
-using PassedPart = std::conditional_t<std::is_class_v<Part>, const Part&, std::decay_t<const Part>>;
+template <class T>
+using PassedPart = std::conditional_t<std::is_class_v<T>, const T&, std::decay_t<const T>>;
 
 /// Throws InvalidInput unless `valid`; the parts of the message are joined only on failure.
 template <class... Parts>
