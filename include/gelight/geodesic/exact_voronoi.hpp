@@ -621,7 +621,7 @@ class BorderTracer {
 /// Throws InvalidInput for a field that has not kept all windows (ExactOptions::keep_windows), one
 /// of segments, one that was solved up to a greatest distance or for targets, and a deviation that
 /// is not positive; Cancelled where the hook says so. Linear in the windows of faces that one cell
-/// holds; cubic at most, and quadratic about, in those of each of the others.
+/// holds; in each of the others all pairs of windows are looked at.
 ///
 /// Y.-J. Liu, Z.-Q. Chen, K. Tang, "Construction of iso-contours, bisectors, and Voronoi diagrams
 /// on triangulated surfaces", 2011, doi:10.1109/TPAMI.2010.221.
