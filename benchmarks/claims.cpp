@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <functional>
 #include <numbers>
@@ -23,10 +24,13 @@
 #include "gelight/transport/log_map.hpp"
 #include "gelight/transport/parallel.hpp"
 #include "gelight/transport/vector_heat.hpp"
+#include "support/plan_requests.hpp"
 #include "support/scan_meshes.hpp"
 
-// claims           prints how far every method is off, as the tables of
-// benchmarks/results/claims.md claims --quick   on scan-like meshes of a quarter of the vertices
+// claims             prints how far every method is off, as benchmarks/results/claims.md
+// claims --quick     the same on scan-like meshes of a quarter of the vertices, of fewer requests
+// claims --fans      of that the fans alone
+// claims --planner   of that the planner alone
 //
 // What docstrings say of errors is what this prints.
 
@@ -308,13 +312,124 @@ void print_vectors(const Subjects& on) {
   }
 }
 
+// --- fans ----------------------------------------------------------------------------------------
+
+/// A flat sheet of spokes round vertex 0, whose ends lie unevenly far out, in rings.
+Mesh<double> uneven_fan(Index spokes, Index rings, test::Random& random) {
+  Mesh<double> fan{{{0, 0, 0}}, {}};
+  const auto vertex = [&](Index ring, Index spoke) { return 1 + spokes * ring + spoke % spokes; };
+  for (Index ring = 0; ring < rings; ++ring) {
+    for (Index k = 0; k < spokes; ++k) {
+      const double a = 2 * std::numbers::pi * k / spokes;
+      const double r = ring + test::uniform(random, 0.1, 1);
+      fan.positions.push_back({r * std::cos(a), r * std::sin(a), 0});
+      const Index out = vertex(ring, k), beside = vertex(ring, k + 1);
+      if (ring == 0) {
+        fan.faces.push_back({0, out, beside});
+      } else {
+        const Index in = vertex(ring - 1, k), in_beside = vertex(ring - 1, k + 1);
+        fan.faces.insert(fan.faces.end(), {{in, out, beside}, {in, beside, in_beside}});
+      }
+    }
+  }
+  return fan;
+}
+
+/// Mean and largest error over the vertices, of the worst in either of 80 fields: four sources on
+/// each of 20 fans of 5 to 64 spokes, in per cent.
+template <template <class> class Solver>
+std::string worst_on_fans(Index rings, double stretch) {
+  test::Random random(1);
+  Spread worst;
+  for (int i = 0; i < 20; ++i) {
+    const Index spokes = 5 + test::uniform_index(random, 60);
+    const Mesh<double> fan = test::scans::stretched(uneven_fan(spokes, rings, random), stretch);
+    const Solver<double> solver(fan);
+    const ExactSolver<double> exact(fan);
+    for (const Index source : sources_of(fan)) {
+      const Spread one = error_of({solver.distance(source)}, {exact.distance(source)});
+      worst = {std::max(worst.mean, one.mean), 0, std::max(worst.most, one.most)};
+    }
+  }
+  std::array<char, 48> words{};
+  std::snprintf(words.data(), words.size(), "%.2g, %.3g", worst.mean, worst.most);
+  return words.data();
+}
+
+void print_fans() {
+  std::printf(
+      "\n## Flat fans whose ends lie unevenly\n\n"
+      "Mean and largest error over the vertices in per cent, each of the worst of 80 fields: from "
+      "four vertices of\neach of 20 fans of 5 to 64 spokes, their ends at random from 0.1 to 1 of "
+      "a "
+      "ring's width, stretched along x.\n\n");
+  print_row({"fans", "fast marching", "virtual source"});
+  print_row({"---", "---", "---"});
+  for (const Index rings : {1, 2}) {
+    for (const int stretch : {1, 10, 1000}) {
+      print_row({std::to_string(rings) + (rings > 1 ? " rings" : " ring") + ", stretched " +
+                     std::to_string(stretch),
+                 worst_on_fans<FastMarchingSolver>(rings, stretch),
+                 worst_on_fans<VirtualSourceSolver>(rings, stretch)});
+    }
+  }
+}
+
+// --- the planner ---------------------------------------------------------------------------------
+
+/// Of the answers that say of themselves that they satisfy a request.
+struct Promises {
+  int kept = 0, broken = 0, approximate = 0;
+};
+
+template <std::floating_point T>
+void judge(std::uint64_t number, std::array<Promises, 3>& by_assurance) {
+  const auto asked = test::random_request(number);
+  const auto verdict = test::answered<T>(asked);
+  if (!verdict.answer.satisfies) return;
+  Promises& promises = by_assurance[static_cast<std::size_t>(verdict.answer.achieved)];
+  const bool is_kept = verdict.error <= asked.request.tolerance;
+  ++(is_kept ? promises.kept : promises.broken);
+  promises.approximate += verdict.answer.method != "exact";
+}
+
+void print_planner(int requests) {
+  std::array<Promises, 3> promises;
+  for (int i = 0; i < requests; ++i) {
+    const auto number = 1'000'000'000 + static_cast<std::uint64_t>(i);
+    if (i % 2 == 0) {
+      judge<double>(number, promises);
+    } else {
+      judge<float>(number, promises);
+    }
+  }
+  std::printf(
+      "\n## What DistancePlanner promises\n\n"
+      "Answers that say they satisfy their request, of %d requests at random "
+      "(tests/support/plan_requests.hpp),\nhalf of them in float, against ExactSolver<double>.\n\n",
+      requests);
+  print_row({"achieved", "kept", "not kept", "of all by an approximation"});
+  print_row({"---", "---", "---", "---"});
+  for (const auto& [name, assurance] :
+       {std::pair{"certified", Assurance::certified}, std::pair{"sampled", Assurance::sampled},
+        std::pair{"expected", Assurance::expected}}) {
+    const Promises& of = promises[static_cast<std::size_t>(assurance)];
+    print_row(
+        {name, std::to_string(of.kept), std::to_string(of.broken), std::to_string(of.approximate)});
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
-  if (argc > 2 || (argc == 2 && std::string(argv[1]) != "--quick")) {
-    throw std::runtime_error("usage: claims [--quick]");
+  const std::string only = argc > 1 ? argv[1] : "";
+  const bool is_quick = only == "--quick";
+  const int requests = is_quick ? 300 : 3000;
+  if (only == "--fans") return print_fans(), 0;
+  if (only == "--planner") return print_planner(requests), 0;
+  if (argc > 2 || (argc == 2 && !is_quick)) {
+    throw std::runtime_error("usage: claims [--quick | --fans | --planner]");
   }
-  const bool is_quick = argc > 1 && std::string(argv[1]) == "--quick";
   Subjects on;
   for (const int level : {4, 5}) on.singles.push_back(against_great_circles(level));
   on.singles.push_back(
@@ -334,6 +449,8 @@ int main(int argc, char** argv) try {
       on.singles[2].mesh.positions.size(), on.scans.size(), on.scans[0].mesh.positions.size());
   print_distances(on);
   print_refinements(on);
+  print_fans();
+  print_planner(requests);
   std::printf(
       "\n## Vectors by the heat method\n\n"
       "Against parallel transport along the exact paths, their directions of arrival, and the "

@@ -28,6 +28,8 @@ while [ $# -gt 0 ]; do
   esac
   shift
 done
+sh cmake/writable.sh build/benchmark
+mkdir -p "$to" 2>/dev/null && [ -w "$to" ] || { echo "charts.sh: $to cannot be written to" >&2 && exit 1; }
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libbenchmark-dev libcgal-dev \
   libembree-dev python3-matplotlib pngquant
 programs="pareto_benchmark pareto_image_benchmark scene_benchmark stability_benchmark
@@ -40,7 +42,6 @@ for program in $programs; do
 done
 # shellcheck disable=SC2086 # one word a program
 cmake --build --preset benchmark -j "$(getconf _NPROCESSORS_ONLN)" --target $programs
-mkdir -p "$to"
 commit=$(git describe --always --dirty 2>/dev/null || echo unknown)
 for program in $programs; do
   echo "$program"

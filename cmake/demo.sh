@@ -91,12 +91,24 @@ for word in "$@"; do
       [ "$option" = "$word" ] || { check_value "$option" "${word#*=}" && wants=; }
       ;;
     *)
+      case $wants$word in
+        -*) refuse "$demo has no option $word; --help lists them" ;;
+      esac
       [ -z "$option" ] || check_value "$option" "$word"
       wants=
       ;;
   esac
 done
 [ -z "$wants" ] || refuse "$option has no value"
+if [ "$demo" = calibrate ]; then
+  for option in fit test out; do
+    case " $*" in
+      *" --$option"*) ;;
+      *) refuse "calibrate needs --$option DIR" ;;
+    esac
+  done
+fi
+sh cmake/writable.sh build/demo
 # shellcheck disable=SC2086 # one word a package
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev libcli11-dev \
   libcairo2-dev pkg-config fonts-dejavu-core $more

@@ -9,6 +9,7 @@ if [ $# -gt 0 ]; then
   exit 0
 fi
 cd "$(dirname "$0")/.."
+sh cmake/writable.sh build/demo out examples/pictures
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev libcli11-dev \
   libcairo2-dev pkg-config libwebp-dev fonts-dejavu-core pngquant
 cmake --preset demo

@@ -4,6 +4,7 @@
 # PYTHON names another interpreter than the system's; it needs NumPy and pytest.
 set -eu
 cd "$(dirname "$0")/.."
+sh cmake/writable.sh build/python
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev pybind11-dev python3-dev python3-numpy \
   python3-pytest libembree-dev?
 python=${PYTHON:-/usr/bin/python3}

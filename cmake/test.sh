@@ -3,6 +3,7 @@
 # Options go to CTest: `sh cmake/test.sh -R exact` runs the tests of the exact solver alone.
 set -eu
 cd "$(dirname "$0")/.."
+sh cmake/writable.sh build/test
 jobs=$(getconf _NPROCESSORS_ONLN)
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev libcli11-dev \
   libcairo2-dev pkg-config fonts-dejavu-core doctest-dev libbullet-dev libwebp-dev \

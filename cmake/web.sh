@@ -19,6 +19,7 @@ HELP
   shift
 done
 
+sh cmake/writable.sh build/web
 more=
 # Node of another origin brings an npm of its own, beside which Debian's cannot be.
 command -v node >/dev/null 2>&1 || more="$more nodejs"

@@ -4,9 +4,13 @@
 //        \    |    /             mesh -> depth of the membrane at rest, and what each pixel shows
 //     LED \___|___/ LED          LEDs -> light along the membrane to each of those points
 //             ^                  both -> a renderer; then every frame is one call.
-//             object, here the same ball for all
+//          o o o o o         object, here the same knobs for all
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "gelight/image/raster.hpp"
@@ -21,6 +25,7 @@
 using gelight::Vec3;
 using Mesh = gelight::Mesh<double>;
 constexpr double base_radius = 0.012;  // of the base, in metres like all lengths
+constexpr double knob_radius = 0.0012;
 
 // --- the shapes: how far the membrane is from the camera, (x, y) from the middle of the base -----
 
@@ -28,7 +33,7 @@ double dome(double x, double y) { return 0.012 + std::sqrt(0.014 * 0.014 - x * x
 
 double paw(double x, double y) {
   const auto pad = [&](double at_x, double at_y, double size) {
-    return size * std::exp(-(std::pow(x - at_x, 2) + std::pow(y - at_y, 2)) / (size * size));
+    return 0.003 * std::exp(-(std::pow(x - at_x, 2) + std::pow(y - at_y, 2)) / (size * size));
   };
   return 0.019 + pad(0, -0.003, 0.0045) + pad(-0.007, 0.001, 0.0026) + pad(0.007, 0.001, 0.0026) +
          pad(-0.003, 0.0065, 0.0028) + pad(0.003, 0.0065, 0.0028);
@@ -61,6 +66,21 @@ std::vector<gelight::Light<double>> lights(const Mesh& mesh, const gelight::Rast
   return lights;
 }
 
+// --- what presses: knobs in rows, 0.8 mm into the foremost of the membrane -----------------------
+
+std::vector<Vec3<double>> knobs(const Mesh& mesh) {
+  double front = 0;
+  for (const auto& [x, y, z] : mesh.positions) front = std::max(front, z);
+  std::vector<Vec3<double>> middles;
+  for (int i = 0; i < 49; ++i) {
+    const double x = 0.003 * (i % 7 - 3), y = 0.003 * (i / 7 - 3);
+    if (std::hypot(x, y) < base_radius) {
+      middles.emplace_back(x, y, front - 0.0008 + knob_radius);
+    }
+  }
+  return middles;
+}
+
 // --- all three of them ---------------------------------------------------------------------------
 
 int main(int count, char** arguments) try {
@@ -69,9 +89,10 @@ int main(int count, char** arguments) try {
   const std::array<std::pair<const char*, double (*)(double, double)>, 3> shapes{
       {{"fingertip dome", dome}, {"cat's paw", paw}, {"flat pad", flat}}};
 
-  Figure figure(1000, 590);
+  Figure figure(1000, 612);
   double left = 20;
-  bool is_still = true, is_local = true;
+  bool is_still = true;
+  std::vector<int> felt;
   double bend = 0;
   for (const auto& [name, shape] : shapes) {
     const Mesh mesh = membrane(shape);
@@ -79,21 +100,18 @@ int main(int count, char** arguments) try {
     const auto leds = lights(mesh, rest);
     const gelight::TactileRenderer<double> sensor(
         camera, rest.depth, leds, std::array{0.5, 0.5, 0.5}, {.rectify = true, .ambient = 0.9});
-    // A ball from outside, pressed in by 1.2 mm at the middle.
-    const Vec3<double> centre(0, 0, shape(0, 0) + 0.004 - 0.0012);
-    const auto ball = gelight::placed<double>(gelight::icosphere<double>(4, 0.004),
-                                              Eigen::Matrix3d::Identity(), centre);
-    const auto image = sensor.render(gelight::rasterize(ball, camera).depth);
+    std::vector<Mesh> board;
+    felt.push_back(0);
+    for (const auto& middle : knobs(mesh)) {
+      board.push_back(gelight::placed<double>(gelight::icosphere<double>(3, knob_radius),
+                                              Eigen::Matrix3d::Identity(), middle));
+      const double top = middle.z() - knob_radius;
+      if (top < shape(middle.x(), middle.y())) ++felt.back();
+    }
+    const auto depth = gelight::rasterize(gelight::joined<double>(board), camera).depth;
+    const auto image = sensor.render(depth);
 
     is_still = is_still && sensor.render(rest.depth) == sensor.rest_image();
-    // The ball's outline, the 20 pixels that the membrane bulges around it, and a little.
-    const double reach = camera.fx * 0.004 / shape(0, 0) + 20 + 5;
-    for (gelight::Index v = 0; v < camera.height; ++v) {
-      for (gelight::Index u = 0; u < camera.width; ++u) {
-        if (std::hypot(u - camera.cx, v - camera.cy) < reach) continue;
-        is_local = is_local && image(u, v) == sensor.rest_image()(u, v);
-      }
-    }
     if (shape == flat) {
       const gelight::Surface<double> surface(mesh);
       const auto straight = gelight::bake(
@@ -108,15 +126,19 @@ int main(int count, char** arguments) try {
     view.paint(figure, [](const auto&) { return Colour{0.93, 0.90, 0.80}; });
     figure.image(image, left + 30, 300);
     figure.text(name, left + 150, 24, 18);
+    figure.text(
+        "feels " + std::to_string(felt.back()) + " of " + std::to_string(board.size()) + " knobs",
+        left + 150, 557, 14);
     left += 330;
   }
   lesson.expect(is_still, "without contact every sensor shows its image at rest");
   lesson.expect(bend < 1e-6, "in the flat pad light along the membrane is straight");
-  lesson.expect(is_local, "a ball changes the image only where it can");
+  lesson.expect(felt[2] == 45 && felt[0] < felt[2] && felt[1] < felt[0],
+                "the pad feels every knob, the dome those around its tip, the paw fewer");
   figure.text(
-      "Above: the membrane from outside. Below: a ball pressed in, seen from inside, three LEDs on "
-      "the rim.",
-      500, 565, 14);
+      "Above: the membrane from outside. Below: the same knobs pressed in, seen from inside, three "
+      "LEDs on the rim.",
+      500, 590, 14);
   figure.save(lesson.picture());
   return lesson.result();
 } catch (...) {

@@ -34,7 +34,7 @@ STYLE = {
     "smooth": ("#7A4FBF", ">"),
     "CGAL exact": ("#000000", "o"),
     "CGAL heat": ("#CC79A7", "^"),
-    "heat, intrinsic Delaunay": ("#D55E00", "X"),
+    "heat, intrinsic Delaunay": ("#CC79A7", "X"),
 }
 SPARE = [("#8C564B", "<"), ("#5D6D7E", "d"), ("#17808A", "p"), ("#A0A000", "h"), ("#C2185B", "*")]
 KNOWN = len(STYLE)
@@ -177,7 +177,8 @@ def save(figure, folder, name, rows):
     contexts = [dict(row.get("context", {})) for row in rows]
     for context in contexts:
         context["cpu"] = context.get("cpu") or "machine unknown"
-    made = dict.fromkeys(", ".join(word + str(context[key]) for word, key in words if context.get(key))
+    made = dict.fromkeys(", ".join(word + str(context[key]) for word, key in words
+                                   if context.get(key, "unknown") != "unknown")
                          for context in contexts)
     figure.text(0.995, 0.003, "; ".join(made), ha="right", va="bottom", fontsize=6, color="0.4")
     write_chart(figure, folder, name)
@@ -268,15 +269,15 @@ def times(ratio):
 
 
 def percent(share):
-    """A share to two digits, in per cent."""
-    return f"{float(f'{100 * share:.2g}'):g} %"
+    """A share to two digits, in per cent, whatever its size."""
+    return f"{float(f'{100 * share:.2g}'):g} %".replace("e-0", "e-")
 
 
 def plain_ticks(axis, steps=(1,), percent=False):
     """A logarithmic axis' numbers written out."""
     axis.set_major_locator(LogLocator(subs=steps))
     axis.set_major_formatter(FuncFormatter(
-        lambda x, _: f"{100 * x:g} %" if percent and x > 5e-6 else f"{x:g}".replace("e-0", "e-").replace("e+0", "e")))
+        lambda x, _: (f"{100 * x:g} %" if percent else f"{x:g}").replace("e-0", "e-").replace("e+0", "e")))
     axis.set_minor_formatter(NullFormatter())
 
 
@@ -339,7 +340,7 @@ def draw_mesh(axes, rows, error_name, time_of, floor, left_out=("planner",)):
     axes.grid(True, which="major", color="0.88", linewidth=0.6)
     axes.set_axisbelow(True)
     axes.set_yticks([1, 1e-2, 1e-4, 1e-6, EXACT])
-    axes.set_yticklabels(["100 %", "1 %", "0.01 %", "1e-6", "rounding"])
+    axes.set_yticklabels(["100 %", "1 %", "0.01 %", "0.0001 %", "rounding"])
     return groups
 
 
@@ -570,7 +571,7 @@ def chart_planner(rows, folder):
                 axes.plot(*zip(*points), color=colour, linewidth=1.6, zorder=2)
                 ends.append((name, colour, *points[-1]))
         axes.set_xticks(range(len(tolerances)))
-        axes.set_xticklabels([f"{t:.0e}".replace("e-0", "e-") if t < 1e-5 else f"{100 * t:g} %" for t in tolerances])
+        axes.set_xticklabels([percent(t) for t in tolerances])
         axes.set_xlim(-0.4, len(tolerances) - 0.6)
         axes.set_ylim(min(0.2, min(r["ratio"] for r in rows) / 1.2), max(2, 1.2 * max(r["ratio"] for r in rows)))
         axes.set_yticks([0.25, 0.5, 1, 1.5, 2])
@@ -800,6 +801,7 @@ STABILITY = {"aspect": ("needles", "stretched by"), "obtuse": ("angles near 180 
              "rough": ("random heights", "height, in cells")}
 # Their lines run among the others' or above the chart: they stand in the table of words_stability.
 NOT_IN_STABILITY = ("Dijkstra", "heat", "CGAL heat")
+ROUNDING = 1e-11  # as large as the largest relative error may be that is rounding's
 
 
 def chart_stability(rows, folder):
@@ -808,7 +810,7 @@ def chart_stability(rows, folder):
     if not rows:
         return
     figure, axes = plt.subplots(2, 2, figsize=(11, 7.6), sharey=True)
-    figure.subplots_adjust(left=0.075, right=0.895, bottom=0.085, top=0.9, wspace=0.32, hspace=0.34)
+    figure.subplots_adjust(left=0.09, right=0.895, bottom=0.085, top=0.9, wspace=0.32, hspace=0.34)
     for place, (kind, (title, label)) in zip(axes.flat, STABILITY.items()):
         here = [r for r in rows if r["path"][1] == kind and r["path"][2] not in NOT_IN_STABILITY]
         place.set(xscale="log", yscale="log", ylim=(1e-16, 1e2), xlabel=label)
@@ -824,9 +826,10 @@ def chart_stability(rows, folder):
                        markeredgecolor=colour if hollow else "white")
             ends.append((method.replace(", intrinsic Delaunay", "*"), colour, *points[-1]))
         plain_ticks(place.xaxis)
-        place.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 1])
-        place.set_yticklabels(["1e-15", "1e-12", "1e-9", "1e-6", "0.01 %", "1 %", "100 %"])
-        place.axhspan(1e-16, 1e-11, color="0.94", zorder=0)
+        ticks = [1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2, 1]
+        place.set_yticks(ticks)
+        place.set_yticklabels([percent(x) for x in ticks])
+        place.axhspan(1e-16, ROUNDING, color="0.94", zorder=0)
         place.grid(True, which="major", color="0.9", linewidth=0.6)
         place.set_title(title.capitalize() + (" (the truth is the exact solver's)" if kind == "rough" else ""),
                         fontsize=10)
@@ -839,8 +842,8 @@ def chart_stability(rows, folder):
         place.set_ylabel("largest relative error")
     exact = [r["most"] for r in rows if r["path"][2] == "exact"]
     figure.suptitle("However bad the triangles, exact distances stay at rounding: "
-                    f"off by {max(exact):.0e} at most".replace("e-", "e\u2212") if exact else
-                    "Where each method breaks", fontsize=13, fontweight="bold")
+                    f"off by {percent(max(exact))} at most".replace("e-", "e\u2212")
+                    if exact and max(exact) < ROUNDING else "Where each method breaks", fontsize=13, fontweight="bold")
     save(figure, folder, "stability", rows)
 
 
@@ -857,79 +860,80 @@ def words_stability(rows, folder):
         for kind in kinds:
             here = [r for r in rows if r["path"][1:3] == [kind, method]]
             worst = [max(r.get(key, r["mean"]) for r in here) for key in ("mean", "most") if here]
-            cells.append(", ".join(f"{x:.0e}" if x < 1e-6 else percent(x) for x in worst) or
+            cells.append(", ".join(percent(x) for x in worst) or
                          ("the truth" if method == "exact" else ""))
         lines.append(f"| {method} | " + " | ".join(cells) + " |")
     write_between(os.path.join(folder, "README.md"), "stability", lines)
 
 
-# Of the light fields those that a panel of five lines shows, and that are not named: they stand in words_traced, in
-# chart_light_fields and in the JSON.
-TRACED = {"linear": ("#0072B2", "v"), "geodesic": ("#000000", "o"), "transport": ("#A0527F", "^"),
-          "near": ("#009E73", "P"), "gel": ("#D55E00", "h")}
-NOT_IN_TRACED = ("plane", "mirrored", "rectified", "radial", "linear_dimmed", "geodesic_dimmed")
+# Of the light fields those that the panels show, and those that they do not show unless somebody else names them: these
+# stand in words_traced, in chart_light_fields and in the JSON.
+TRACED = {"linear": ("#0072B2", "v"), "geodesic": ("#000000", "o"), "near": ("#009E73", "P"), "gel": ("#D55E00", "h")}
+NOT_IN_TRACED = ("plane", "transport", "mirrored", "rectified", "radial", "linear_dimmed", "geodesic_dimmed")
+
+
+def share_left(row, model):
+    """What a light field is off in grey levels, as a share of what no light at all is."""
+    return row["levels_" + model] / row["levels_none"]
+
+
+def claim_of_traced(rows, names, models):
+    """Which field leaves least of the error, and whether it does so on every sensor."""
+    left = {m: [mean(share_left(r, m) for r in rows if r["path"][1] == name) for name in names] for m in models
+            if all("levels_" + m in r for r in rows)}
+    if not left:
+        return "Light fields beside traced light"
+    nearest = min(left, key=lambda m: mean(left[m]))
+    is_everywhere = all(left[nearest][i] == min(of[i] for of in left.values()) for i in range(len(names)))
+    all_left = {m: percent(mean(share_left(r, m) for r in rows)) for m in left}
+    return (("On every sensor " if is_everywhere and len(names) > 1 else "In the mean ") +
+            f"\u201c{nearest}\u201d leaves the least error: {all_left[nearest]}" + "".join(
+                f", \u201c{m}\u201d {all_left[m]}" for m in ("geodesic",) if m in left and m != nearest))
 
 
 def chart_traced(rows, folder):
-    """Light fields beside traced light: angle, and grey levels as a share of those without light."""
-    rows = [r for r in rows if r["path"][0] == "traced"]
+    """Light fields beside traced light, a panel a sensor: the share of the error in grey levels that each leaves."""
+    rows = [r for r in rows if r["path"][0] == "traced" and "levels_none" in r]
     if not rows:
         return
     models = dict(TRACED)
     for row in rows:  # fields that are not named above
         for key in row:
-            if key.startswith("angle_") and key[6:] not in list(models) + list(NOT_IN_TRACED):
-                models[key[6:]] = SPARE[len(models) % len(SPARE)]
+            if key.startswith("levels_") and key[7:] not in list(models) + list(NOT_IN_TRACED) + ["none"]:
+                models[key[7:]] = SPARE[len(models) % len(SPARE)]
     names = list(dict.fromkeys(r["path"][1] for r in rows))
-    kinds = [("angle_", "degrees to the traced light\n(weighted by irradiance)"),
-             ("levels_", "grey levels off, as a share\nof those without any light, %")]
-    figure, axes = plt.subplots(2, len(names), figsize=(max(9.5, 1.6 + 2.5 * len(names)), 6.9), sharey="row", squeeze=False)
-    left = {model: [r["levels_" + model] / r["levels_none"] for r in rows if "levels_" + model in r]
-            for model in models}
-    left = {model: mean(shares) for model, shares in left.items() if shares}
-    if left:
-        nearest = min(left, key=left.get)
-        others = [f", \u201c{m}\u201d {percent(left[m])}" for m in ("linear", "geodesic")
-                  if m in left and m != nearest]
-        figure.suptitle(f"\u201c{nearest}\u201d leaves {percent(left[nearest])} of the error in grey levels" +
-                        "".join(others), fontsize=13, fontweight="bold")
-    figure.text(0.5, 0.915, "Gel over air, one LED in the rim; light fields beside light traced ray by ray. "
-                "Lower is nearer.", fontsize=9, ha="center", color="0.25")
-    figure.subplots_adjust(left=0.85 / figure.get_figwidth(), right=1 - 0.95 / figure.get_figwidth(), bottom=0.14,
-                           top=0.84, wspace=0.1, hspace=0.3)
-    angles = [r["angle_" + m] for r in rows for m in models if "angle_" + m in r]
-    shares = [100 * r["levels_" + m] / r["levels_none"] for r in rows for m in models if "levels_" + m in r]
-    highest = {"angle_": max([70] + [1.05 * x for x in angles]), "levels_": max([104] + [1.04 * x for x in shares])}
-    for column, name in zip(axes.T, names):
+    figure, axes = plt.subplots(1, len(names), figsize=(max(8.5, 1.6 + 2.0 * len(names)), 4.3), sharey=True,
+                                squeeze=False)
+    figure.subplots_adjust(left=0.85 / figure.get_figwidth(), right=1 - 0.95 / figure.get_figwidth(), bottom=0.17,
+                           top=0.76, wspace=0.12)
+    figure.suptitle(claim_of_traced(rows, names, models), fontsize=13, fontweight="bold")
+    figure.text(0.5, 0.865, "Lower is nearer to light that is traced ray by ray. Marks: mean over the coatings, bars: "
+                "from the least to the most.", fontsize=9, ha="center", color="0.25")
+    for place, name in zip(axes[0], names):
         here = [r for r in rows if r["path"][1] == name]
-        labels = [r["path"][3].replace("albedo ", "") for r in here]
-        for place, (kind, _) in zip(column, kinds):
-            ends = []
-            for model, (colour, shape) in models.items():
-                values = [r.get(kind + model, float("nan")) / (1 if kind == "angle_" else r["levels_none"] / 100)
-                          for r in here]
-                for first in range(0, len(here), 3):
-                    three = values[first:first + 3]
-                    place.plot(range(first, first + len(three)), three, marker=shape, color=colour, linewidth=1.2,
-                               markersize=6, markeredgecolor="white")
-                if math.isfinite(values[-1]):
-                    ends.append((model, colour, len(here) - 1, values[-1]))
-            place.set_xticks(range(len(here)))
-            place.set_xticklabels(labels, fontsize=7)
-            for first in range(0, len(here), 3):
-                middle = first + (len(here[first:first + 3]) - 1) / 2
-                place.text(middle, -0.105, here[first]["path"][2], ha="center", va="top",
-                           fontsize=8, transform=place.get_xaxis_transform())
-                if first:
-                    place.axvline(first - 0.5, color="0.85", linewidth=0.8)
-            place.grid(True, axis="y", color="0.9", linewidth=0.6)
-            place.set_ylim(0, highest[kind])
-            if name == names[-1] and ends:
-                label_ends(place, ends)
-        column[0].set_title(name, fontsize=10, fontweight="bold")
-        column[1].set_xlabel("albedo of the coating,\nthickness of the gel", labelpad=15, fontsize=8)
-    for place, (_, label) in zip(axes[:, 0], kinds):
-        place.set_ylabel(label)
+        gels = list(dict.fromkeys(r["path"][2] for r in here))
+        ends = []
+        for k, (model, (colour, shape)) in enumerate(models.items()):
+            points = []
+            for x, gel in enumerate(gels):
+                shares = [100 * share_left(r, model) for r in here if r["path"][2] == gel and "levels_" + model in r]
+                if shares:
+                    points.append((x + 0.06 * (k - 1.5), mean(shares)))
+                    place.plot([points[-1][0]] * 2, [min(shares), max(shares)], color=colour, linewidth=1.2, alpha=0.5)
+            if points:
+                place.plot(*zip(*points), marker=shape, color=colour, linewidth=1.4, markersize=7,
+                           markeredgecolor="white")
+                ends.append((model, colour, *points[-1]))
+        place.set_xticks(range(len(gels)))
+        place.set_xticklabels([gel.removesuffix(" mm") for gel in gels])
+        place.set_xlim(-0.4, len(gels) - 0.6)
+        place.set_ylim(bottom=0)
+        place.set_title(name, fontsize=10)
+        place.set_xlabel("gel's thickness, mm")
+        place.grid(True, axis="y", color="0.9", linewidth=0.6)
+        if name == names[-1] and ends:
+            label_ends(place, ends)
+    axes[0, 0].set_ylabel("grey levels off, % of those\nwithout any light")
     save(figure, folder, "traced", rows)
 
 
@@ -1119,8 +1123,7 @@ def chart_calibration(_, folder):
         by_count.annotate(name, (x, y), textcoords="offset points", xytext=(8, 0), fontsize=9, color=ink(colour),
                           va="center", annotation_clip=False)
     label_beside(by_time, marks, 9)
-    made = {"compiler": context.get("compiler", "unknown"), "commit": context.get("commit", "unknown")}
-    save(figure, folder, "calibration", [{"context": made}])
+    save(figure, folder, "calibration", [{"context": context}])
 
 
 def presses_enough(rows, sensor, counts):
@@ -1162,11 +1165,10 @@ def words_calibration(_, folder):
     write_between(os.path.join(folder, "README.md"), "calibration", lines)
 
 
-MEMBRANES = {"blur": ("#B07800", "s", "blur"), "springs": ("#009E73", "D", "springs"),
+MEMBRANES = {"blur": ("#B07800", "s", "own Gaussian"), "springs": ("#009E73", "D", "springs"),
              "bulging": ("#D55E00", "o", "bulging"), "coarse layer": ("#0072B2", "v", "coarse layer"),
              "layer": ("#000000", "P", "elastic layer")}
-# Blurs that the chart shows: the others' marks would lie on them; the table of words_membranes has them.
-BLURS = {"Gaussian of the gel": "own Gaussian", "pyramid": "Taxim", "flat GelSight": "flat GelSight"}
+BLUR = "Gaussian of the gel"  # the best of the blurs: the others stand in the table of words_membranes
 
 
 def membranes_of(rows):
@@ -1198,60 +1200,45 @@ def bulging_gain(groups):
 
 
 def chart_membranes(rows, folder):
-    """Membrane models beside the converged elastic layer: what they are off, and their time."""
+    """Membrane models beside the converged elastic layer, a panel a gel: what their normals are off, and their time."""
     rows = [row for row in rows if row["path"][0] == "membranes"]
     groups = membranes_of(rows)
     if not groups:
         return
     gels = {"thin": "thin gel: 0.35 contact radii", "medium": "medium: one contact radius",
             "thick": "thick: 4 contact radii"}
-    kinds = {"normals": "normals: mean degrees off", "surface": "surface: % of the press off (rms)",
-             "pressure": "pressure: % of the force off"}
-    figure, axes = plt.subplots(3, 3, figsize=(12, 11), sharex=True, sharey="row")
+    figure, axes = plt.subplots(1, 3, figsize=(12, 4.7), sharex=True, sharey=True)
     drawn = []
-    for column, gel in zip(axes.T, gels):
-        column[0].set_title(gels[gel], fontsize=10)
-        for place, kind in zip(column, kinds):
-            labels = []
-            for family, (colour, shape, label) in MEMBRANES.items():
-                points = []
-                for (of, model), here in groups.items():
-                    of_family, _, kind_of_blur = model.partition("/")
-                    if of != gel or of_family != family or kind not in here[0] or (
-                            family == "blur" and kind_of_blur not in BLURS):
-                        continue
-                    ms, errors = mean(r["ms"] for r in here), [r[kind] for r in here]
-                    points.append((ms, mean(errors)))
-                    place.plot([ms, ms], [min(errors), max(errors)], color=colour, linewidth=1, alpha=0.6)
-                    if family == "blur":
-                        labels.append((BLURS[kind_of_blur], colour, *points[-1]))
-                if points:
-                    place.plot(*zip(*points), marker=shape, color=colour, markersize=9,
-                               markeredgecolor="white", linewidth=0 if family == "blur" else 1.1)
-                    if family != "blur":
-                        labels.append((label, colour, *points[-1 if family == "springs" else 0]))
-            place.set_xscale("log")
-            place.set_yscale("log")
-            plain_ticks(place.yaxis)
-            plain_ticks(place.xaxis)
-            place.grid(True, color="0.88", linewidth=0.6)
-            drawn.append((place, labels))
-        column[-1].set_xlabel("milliseconds a press, 320 x 240")
-    for place, label in zip(axes[:, 0], kinds.values()):
-        place.set_ylabel(label)
-    low, high = axes[0, 0].get_xlim()
-    axes[0, 0].set_xlim(low, 2 * high)
+    for place, gel in zip(axes, gels):
+        labels = []
+        for family, (colour, shape, label) in MEMBRANES.items():
+            points = []
+            for (of, model), here in groups.items():
+                of_family, _, setting = model.partition("/")
+                if of == gel and of_family == family and (family != "blur" or setting == BLUR):
+                    points.append((mean(r["ms"] for r in here), mean(r["normals"] for r in here)))
+            if points:
+                place.plot(*zip(*points), marker=shape, color=colour, markersize=9, markeredgecolor="white",
+                           linewidth=1.1)
+                labels.append((label, colour, *points[-1 if family == "springs" else 0]))
+        place.set(xscale="log", yscale="log", title=gels[gel], xlabel="milliseconds a press, 320 x 240")
+        place.title.set_fontsize(10)
+        plain_ticks(place.yaxis)
+        plain_ticks(place.xaxis)
+        place.grid(True, color="0.88", linewidth=0.6)
+        drawn.append((place, labels))
+    axes[0].set_ylabel("normals: mean degrees off")
+    low, high = axes[0].get_xlim()
+    axes[0].set_xlim(low, 2 * high)
     nearer, longer = bulging_gain(groups)
-    figure.suptitle(f"BulgingMembrane comes {nearer:.1f} times as near to the elastic layer's normals as the "
-                    f"gel's own Gaussian,\nin {longer:.1f} times its time (geometric means over twelve gels)",
+    figure.suptitle(f"Bulging comes {nearer:.1f} times as near to the elastic layer's normals as the gel's own "
+                    f"Gaussian,\nin {longer:.1f} times its time (geometric means over twelve gels)",
                     fontsize=13, fontweight="bold")
-    figure.text(0.5, 0.018, "Left is faster, down is more accurate. Marks: mean over a ball, an edge, a grating and two "
-                "points, and Poisson ratios 0.3, 0.45, 0.49, 0.5; bars: from one ratio to another.\nSprings: alone, and "
-                "with tension. Bulging: 2 and 4 kernels. Coarse layer: pixels 4 and 2 times as wide. Elastic layer: to "
-                "10, 1 and 0.1 %, and in float.", ha="center", fontsize=8)
-    figure.tight_layout(rect=(0, 0.055, 1, 0.99))
+    figure.text(0.5, 0.03, "Left is faster, down is more accurate. Marks: mean over a ball, an edge, a grating and two "
+                "points, and four Poisson ratios; lines join the settings of one model.", ha="center", fontsize=8)
+    figure.tight_layout(rect=(0, 0.06, 1, 0.99))
     for place, labels in drawn:
-        label_beside(place, labels, 8, far=True)
+        label_beside(place, labels, 9, far=True)
     save(figure, folder, "membranes", rows)
 
 

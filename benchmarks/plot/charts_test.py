@@ -100,12 +100,35 @@ def check_foreign():
         check(len(grey) == 1 and min(grey[0].get_xdata()) > 80, "the grey front has a point of others")
 
 
+def check_claims():
+    """A chart's title says what its rows do, shares are in per cent alone, and what is not known is not at its foot."""
+    def stability(most):
+        return {"name": "stability/aspect/exact/10", "real_time": 1.0, "degree": 10, "mean": most / 2, "most": most}
+
+    def traced(sensor, gel, near):
+        return {"name": f"traced/{sensor}/1 mm/albedo 0.5", "levels_none": 10, "levels_gel": gel, "levels_near": near}
+
+    rows = [{"name": f"distance/tiny.obj/toy method/{k}", "real_time": 1.0, "time_unit": "ms", "mean": 10.0 ** -k} for k in range(1, 8)]
+    context = {"commit": "unknown", "cpu": "toy cpu", "executable": "stability_benchmark"}
+    for most, is_rounding in ((3e-13, True), (0.1, False)):
+        _, _, charts = draw({"pareto_toy.json": {"context": context, "benchmarks": rows + [stability(most)]}})
+        check(("stay at rounding" in charts["stability"]) == is_rounding, f"exact distances {most} off are misjudged")
+        for name, chart in charts.items():
+            check("1e-6" not in chart and ("stability" not in name or "1e-7 %" in chart), f"{name} changes its unit")
+            check("commit unknown" not in chart and "toy cpu" in chart, f"{name}'s foot")
+    for near, is_everywhere in ((5, True), (1, False)):
+        _, _, charts = draw({"traced_toy.json": {
+            "context": context, "benchmarks": [traced("pad", 2, 6), traced("dome", 2, near)]}})
+        check(("On every sensor" in charts["traced"]) == is_everywhere, f"{near} beside 2 is misjudged")
+
+
 def main():
     if importlib.util.find_spec("matplotlib") is None:
         print("skipped: no matplotlib")
         sys.exit(77)
     check_words()
     check_foreign()
+    check_claims()
     row = {"real_time": 3.0, "time_unit": "ms", "mean": 0.002}
     rows = [dict(row, name="distance/tiny.obj/toy method/strong"),
             dict(row, name="distance/tiny.obj/foreign library/1.0", mean=0.01),

@@ -52,15 +52,6 @@ Surface<double> read_surface(const Settings& settings) {
   return Surface<double>(mesh_of_file(settings.mesh));
 }
 
-void require_area(const std::string& mesh, const Surface<double>& surface) {
-  for (Index f = 0; f < surface.face_count(); ++f) {
-    const auto [a, b, c] = surface.face(f);
-    const auto at = [&](Index v) { return surface.position(v); };
-    if (!gelight::cross<double>(at(b) - at(a), at(c) - at(a)).isZero(0)) return;
-  }
-  gelight::detail::refuse({mesh, " has no area: the points of each face lie on a line"});
-}
-
 template <class Solver>
 Row row_of(const Surface<double>& surface) {
   const auto solver = std::make_shared<const Solver>(surface);
@@ -177,7 +168,6 @@ std::string description(const Settings& settings, const Surface<double>& surface
 
 void run(const Ranks& ranks, const Settings& settings) {
   const Surface<double> surface = read_surface(settings);
-  require_area(settings.mesh, surface);
   const Index vertices = surface.vertex_count();
   PartedFile file(settings.out, columns_of(settings, vertices),
                   static_cast<std::uint64_t>(vertices), settings.rows_a_part);

@@ -172,10 +172,28 @@ sed 's/gelsight_mini/geltip/; s/0.004/0.002/; s/"part"/"pose": {"column": 0, "ro
 refused "presses beside the membrane" "$dataset" beside.json change.h5
 "$dataset" tiny.json change.h5 >said 2>&1 || fail "a description of which nothing was made"
 
+# More samples of the same: what is there is kept, and the last part, which was short, made anew.
+# Fewer are refused, and so are more of something else.
+for few in 1 19; do
+  rm -rf grown.h5*
+  sed "s/: 40/: $few/" tiny.json >few.json
+  "$dataset" few.json grown.h5 >said 2>&1 || fail "a few samples"
+  first=$(stat -c %Y.%i grown.h5.parts/000000.h5)
+  "$dataset" tiny.json grown.h5 >said 2>&1 || fail "more samples"
+  [ "$few" = 1 ] || [ "$(stat -c %Y.%i grown.h5.parts/000000.h5)" = "$first" ] || fail "a part is made again"
+  same_as whole grown
+  left_whole grown whole
+done
+refused "was begun with 40 rows, more than 19" "$dataset" few.json grown.h5
+sed 's/plane/linear/; s/: 40/: 50/' tiny.json >grown_other.json
+refused "another description" "$dataset" grown_other.json grown.h5
+same_as whole grown
+
 # Values of a wrong kind or size: each is named before anything is written.
 printf 'v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n' >large.obj
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 -1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n' >book.obj
 sed '4s/0 0 1/0 nan 1/' book.obj >nan.obj
+printf 'v 0 0 0\nv 0.01 0 0\nv 0.02 0 0\nf 1 2 3\n' >line.obj
 printf 'v 10000 0 0\nv 10000.01 0 0\nv 10000 0.01 0\nf 1 2 3\n' >far.obj
 wrong() { # WORDS FROM TO, in tiny.json
   sed "s~$2~$3~" tiny.json >wrong.json
@@ -183,6 +201,11 @@ wrong() { # WORDS FROM TO, in tiny.json
   refused "$1" "$dataset" wrong.json wrong.h5
   [ ! -e wrong.h5.parts ] || fail "$1 leaves a folder"
 }
+wrong 'image is not \[columns, rows\] of 4 to 8192' '\[16, 12\]' '[3, 12]'
+wrong 'objects are an empty list' '\[{"shape": "cube edge"}\]' '[]'
+wrong 'line.obj has no area' '"shape": "cube edge"' '"mesh": "line.obj"'
+wrong 'folder.h5 is a folder, not a mesh' '"shape": "cube edge"' '"mesh": "folder.h5"'
+refused "folder.h5 is a folder, not a description" "$dataset" folder.h5 no.h5
 wrong 'image\[0\] is 16.5, not a whole number' '\[16, 12\]' '[16.5, 12]'
 wrong 'image\[0\] is 4294967312, not a whole number' '\[16, 12\]' '[4294967312, 12]'
 wrong 'image is "16x12", not a list' '\[16, 12\]' '"16x12"'
@@ -225,7 +248,19 @@ sed 's/"brightness": \[0.5, 1\]/"light": "plane"/' scene.json >plane.json
 "$dataset" plane.json plane.h5 >said 2>&1 || fail "another light"
 "$similarity" one.h5 plane.h5 --picture alike.png >said 2>&1 || fail "the similarity of two lights"
 grep -q '| all .*| 0.[0-9]* ' said || fail "two lights are the same"
+if grep -q "what is pressed" said; then fail "the same press is taken for another"; fi
 refused "open full.h5" "$similarity" one.h5 full.h5
+# What cannot be compared, and what is not the same press; a kind of which there is nothing.
+for seed in 1 2; do
+  printf '{"seed": %s, "samples": 4, "image": [64, 48], "store": ["image"], "objects": [{"shape": "grating"}], "sensors": [
+    {"model": "gelsight_mini", "light": "plane", "edge": 0.004}, {"model": "digit", "light": "plane", "edge": 0.004}]}' $seed >kinds.json
+  "$dataset" kinds.json kinds_$seed.h5 >said 2>&1 || fail "two kinds"
+done
+"$similarity" kinds_1.h5 kinds_2.h5 >said 2>&1 || fail "two seeds"
+grep -q "in 4 of 4 pairs what is pressed, where or how deep differs" said || fail "other presses are not told of"
+[ "$(grep -c "no images .*no images .*no images" said)" = 1 ] || fail "a kind without images is like another"
+refused "one.h5 has 247 images of 64 x 48 pixels, kinds_1.h5 has 4 images" "$similarity" one.h5 kinds_1.h5
+refused "there is no folder .*nowhere" "$similarity" one.h5 plane.h5 --picture nowhere/alike.png
 # A part that was taken away, or that is another thing: no image in its place.
 mv plane.h5.parts/000003.h5 away.h5
 refused "the part .*plane.h5.parts/000003.h5 of plane.h5 is missing" "$similarity" one.h5 plane.h5
@@ -245,6 +280,13 @@ with h5py.File("work/one.h5") as file:
 print(image.shape, mask.shape, (number == range(247)).all(), mask.any(axis=(1, 2)).mean() > 0.9)
 END
   mkdir elsewhere && ln -s "$work" elsewhere/work && cd elsewhere
+  # The springs under a ball that is pressed into a plane: as many as its cap has volume.
+  cat >../ball.json <<'END'
+{"samples": 12, "image": [160, 120], "store": ["force"], "sensors": [{"model": "gelsight_mini", "light": "plane"}],
+ "objects": [{"shape": "sphere", "size": [0.2, 0.4]}], "gel": {"modulus": [5e4, 2e5], "thickness": 0.003},
+ "pose": {"column": [0.2, 0.8], "row": [0.25, 0.75], "lean": [0, 3], "depth": [0.001, 0.0015], "shift": [-0.001, 0.001]}}
+END
+  "$dataset" ../ball.json ../ball.h5 >../said 2>&1 || (cd .. && fail "a ball on a plane")
   cat >../labels.py <<'END'
 import h5py, numpy as np
 one, lost = h5py.File("work/one.h5"), h5py.File("work/plane.h5")
@@ -266,6 +308,11 @@ for i in range(0, 247, 31):
     n = np.cross(p[2:, 1:-1] - p[:-2, 1:-1], p[1:-1, 2:] - p[1:-1, :-2])
     n /= np.linalg.norm(n, axis=-1, keepdims=True)
     assert np.nanmedian((n * normals[i][1:-1, 1:-1]).sum(-1)) > 0.999
+ball = h5py.File("work/ball.h5")
+radius, (depth, _, _, modulus) = 0.008 * ball["place"][:, 2], ball["press"][:].T
+cap = np.pi * depth**2 * (radius - depth / 3)
+force = ball["force"][:] / (modulus / 0.003 * cap)[:, None]
+assert np.abs(force - [0, 0, -1]).max() < 0.02, force
 # A pose is a rotation times the size.
 turned = one["pose"][:, :, :3]
 assert np.allclose(turned @ turned.transpose(0, 2, 1), np.eye(3) * place[:, 2, None, None] ** 2, atol=1e-12)

@@ -115,7 +115,7 @@ void run(const Ranks& ranks, const Settings& settings) {
   PartedFile file(settings.out, columns_of(scene), scene.samples, scene.part);
   const auto start = std::chrono::steady_clock::now();
   const std::vector<int> made =
-      make_missing_parts(ranks, file, scene.text, settings.threads, "samples",
+      make_missing_parts(ranks, file, scene.sample_text, settings.threads, "samples",
                          [&](int number, int thread) { workshop.make_part(file, number, thread); });
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
   const auto times = ranks.sum(workshop.times());

@@ -212,18 +212,59 @@ void Press::label(const LitSensor& sensor) {
   if (store.markers) drag_markers(sensor);
 }
 
-// The force on a bed of springs under the membrane, along its normals.
+// The force on a bed of springs under the membrane, along its normals. A pixel sees a point of the
+// object; the spring under it stands where the normal through that point meets the membrane, which
+// is another place than where the pixel saw the membrane at rest. Between the springs of four
+// pixels that are neighbours, they are pressed as those are in the mean.
 void Press::press_back(const LitSensor& sensor) {
-  const auto& camera = sensor.preset.camera;
+  const auto camera = sensor.preset.camera.template cast<double>();
+  struct Spring {
+    Vec3<double> foot, normal;
+    double pressed = 0;
+  };
+  const auto normal_at = [&](Index x, Index y) -> Vec3<double> {
+    return sensor.normals(x, y).cast<double>();
+  };
+  const auto rest_at = [&](Index x, Index y) -> Vec3<double> {
+    return camera.unproject(x, y, sensor.rest.depth(x, y));
+  };
+  const auto spring_at = [&](Index x, Index y) -> Spring {
+    if (sample_.mask(x, y) == 0) return {rest_at(x, y), normal_at(x, y), 0};
+    const Vec3<double> point = camera.unproject(x, y, object_depth_(x, y));
+    Spring spring;
+    for (int round = 0; round < 3; ++round) {  // nearer and nearer to its foot
+      spring.normal = normal_at(x, y);
+      spring.pressed = spring.normal.dot(point - rest_at(x, y));
+      spring.foot = point - spring.pressed * spring.normal;
+      const auto pixel = camera.project(spring.foot);
+      const auto column = static_cast<Index>(std::clamp(pixel.x() + 0.5, 0.0, camera.width - 1.0));
+      const auto row = static_cast<Index>(std::clamp(pixel.y() + 0.5, 0.0, camera.height - 1.0));
+      if (sensor.normals(column, row).isZero()) break;
+      x = column;
+      y = row;
+    }
+    return spring;
+  };
   const double stiffness = sample_.press[3] / scene_.gel_thickness;
   Vec3<double> force = Vec3<double>::Zero();
-  for (Index y = 0; y < camera.height; ++y) {
-    for (Index x = 0; x < camera.width; ++x) {
-      const Vec3<double> normal = sensor.normals(x, y).cast<double>();
-      if (sample_.mask(x, y) == 0 || normal.isZero()) continue;
-      // Indentation times area: how slanting the membrane is does not matter.
-      const double z = sensor.rest.depth(x, y), seen = object_depth_(x, y);
-      force += stiffness * (z - seen) * z * z / (double{camera.fx} * camera.fy) * normal;
+  for (Index y = 0; y + 1 < camera.height; ++y) {
+    for (Index x = 0; x + 1 < camera.width; ++x) {
+      const std::array<std::pair<Index, Index>, 4> corners{
+          {{x, y}, {x + 1, y}, {x, y + 1}, {x + 1, y + 1}}};
+      const auto is_pressed = [&](const auto& p) { return sample_.mask(p.first, p.second) != 0; };
+      const auto is_seen = [&](const auto& p) {
+        return !sensor.normals(p.first, p.second).isZero();
+      };
+      if (std::none_of(corners.begin(), corners.end(), is_pressed)) continue;
+      if (!std::all_of(corners.begin(), corners.end(), is_seen)) continue;
+      std::array<Spring, 4> springs;
+      for (std::size_t i = 0; i < 4; ++i)
+        springs[i] = spring_at(corners[i].first, corners[i].second);
+      const auto& [a, b, c, d] = springs;
+      const Vec3<double> normal = (a.normal + b.normal + c.normal + d.normal).normalized();
+      const double area = -normal.dot((d.foot - a.foot).cross(c.foot - b.foot)) / 2;
+      const double pressed = (a.pressed + b.pressed + c.pressed + d.pressed) / 4;
+      force += stiffness * pressed * area * normal;
     }
   }
   for (Index i = 0; i < 3; ++i)

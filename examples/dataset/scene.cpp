@@ -304,12 +304,15 @@ Scene scene_of(const json& description, const std::filesystem::path& folder) {
   Entry entry(description, "the scene");
   Scene scene;
   scene.text = description.dump();
+  json of_a_sample = description;
+  of_a_sample.erase("samples");
+  scene.sample_text = of_a_sample.dump();
   scene.seed = entry.take<std::uint64_t>("seed", 1);
   scene.samples = entry.take<std::uint64_t>("samples");
   scene.sensor_every = entry.take<std::uint64_t>("sensor_every", 256);
   const auto size = entry.take<std::vector<Index>>("image", {320, 240});
-  require(size.size() == 2 && size[0] > 2 && size[1] > 2 && size[0] <= 8192 && size[1] <= 8192,
-          "the scene's image is not [columns, rows] of 3 to 8192");
+  require(size.size() == 2 && size[0] > 3 && size[1] > 3 && size[0] <= 8192 && size[1] <= 8192,
+          "the scene's image is not [columns, rows] of 4 to 8192");
   scene.width = size[0];
   scene.height = size[1];
   // (As many as make a file of some 10 MB, for it is made in memory.)
@@ -330,10 +333,12 @@ Scene scene_of(const json& description, const std::filesystem::path& folder) {
   const auto objects = entry.take<std::vector<json>>("objects");
   for (std::size_t i = 0; i < objects.size(); ++i) {
     scene.objects.push_back(read_object(objects[i], "objects[" + std::to_string(i) + "]", folder));
-    scene.text += "\nobject " + std::to_string(digest(scene.objects.back().mesh));
+    const std::string mesh = "\nobject " + std::to_string(digest(scene.objects.back().mesh));
+    scene.text += mesh;
+    scene.sample_text += mesh;
   }
-  require(!scene.sensors.empty() && !scene.objects.empty(), "the scene has ", scene.sensors.size(),
-          " sensors and ", scene.objects.size(), " objects");
+  require(!scene.sensors.empty(), "the scene's sensors are an empty list");
+  require(!scene.objects.empty(), "the scene's objects are an empty list");
   read_gel(scene, entry.take<json>("gel", json::object()));
   read_pose(scene, entry.take<json>("pose", json::object()));
   const auto markers = entry.take<std::vector<int>>("markers", {9, 7});
@@ -366,6 +371,7 @@ json parsed(std::istream& file) {
 Scene read_scene(const std::string& path) {
   std::ifstream file(path);
   require(file.good(), "there is no description ", path);
+  require(!std::filesystem::is_directory(path), path, " is a folder, not a description");
   json description;
   try {
     description = parsed(file);

@@ -47,7 +47,8 @@ struct Scene {
   Distribution modulus;      ///< of the gel, Pa
   double gel_thickness = 0.004;
   int marker_columns = 9, marker_rows = 7;
-  std::string text;  ///< the description without what does not matter
+  std::string text;         ///< the description without what does not matter
+  std::string sample_text;  ///< and without how many samples: of what the first ones depend on
 };
 
 /// Reads a description. Throws InvalidInput that names file, key and value for what is missing,

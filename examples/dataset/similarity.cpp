@@ -11,9 +11,11 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "../support/command_line.hpp"
@@ -30,6 +32,7 @@ using Picture = gelight::Image<gelight::Rgb8>;
 struct Likeness {
   std::int32_t sensor = 0;
   std::array<double, 3> values{};
+  bool is_of_one_press = true;
 };
 
 Picture image_of(const hdf5::ReadFile& file, hsize_t row) {
@@ -59,7 +62,7 @@ Likeness likeness(const Picture& a, const Picture& b) {
     for (std::size_t c = 0; c < 3; ++c) sum += std::abs(a.pixels()[p][c] - b.pixels()[p][c]);
   }
   const double numbers = 3 * static_cast<double>(a.pixels().size());
-  return {0, {gelight::ssim(a, b), gelight::psnr(a, b), sum / numbers}};
+  return {.values = {gelight::ssim(a, b), gelight::psnr(a, b), sum / numbers}};
 }
 
 std::vector<std::string> lines(const std::string& text) {
@@ -69,15 +72,37 @@ std::vector<std::string> lines(const std::string& text) {
   return all;
 }
 
+/// How large a set of images is, in words.
+std::string size_of(const hdf5::ReadFile& file) {
+  const auto shape = file.shape("image");
+  return std::to_string(shape[0]) + " images of " + std::to_string(shape[2]) + " x " +
+         std::to_string(shape[1]);
+}
+
+/// What is pressed and where: the object's name; depth and shifts; place, size and turns.
+std::pair<std::string, std::vector<double>> press_of(const hdf5::ReadFile& file,
+                                                     const std::vector<std::string>& objects,
+                                                     hsize_t row) {
+  auto numbers = file.row<double>("press", row);
+  numbers.pop_back();  // the gel's modulus, which no image shows
+  const auto place = file.row<double>("place", row);
+  numbers.insert(numbers.end(), place.begin(), place.end());
+  const auto object = file.row<std::int32_t>("object", row)[0];
+  return {objects.at(static_cast<std::size_t>(object)), numbers};
+}
+
 /// Mean and standard deviation of one value where it is finite, of one kind of sensor; -1: of all.
 std::string mean_of(const std::vector<Likeness>& all, std::int32_t sensor, std::size_t value) {
-  double count = 0, sum = 0, squares = 0;
+  double pairs = 0, count = 0, sum = 0, squares = 0;
   for (const Likeness& pair : all) {
-    if ((sensor >= 0 && pair.sensor != sensor) || !std::isfinite(pair.values[value])) continue;
+    if (sensor >= 0 && pair.sensor != sensor) continue;
+    ++pairs;
+    if (!std::isfinite(pair.values[value])) continue;
     ++count;
     sum += pair.values[value];
     squares += pair.values[value] * pair.values[value];
   }
+  if (pairs == 0) return "no images";
   if (count == 0) return "equal";
   const double mean = sum / count;
   char text[64];
@@ -95,6 +120,11 @@ void print(const std::vector<Likeness>& all, const std::vector<std::string>& sen
     std::printf("\n");
   }
   std::printf("* of those that differ\n");
+  const auto others = std::count_if(all.begin(), all.end(),
+                                    [](const Likeness& pair) { return !pair.is_of_one_press; });
+  if (others == 0) return;
+  std::printf("! in %td of %zu pairs what is pressed, where or how deep differs too\n", others,
+              all.size());
 }
 
 /// Six pairs, from the least alike to the most, and twice their difference.
@@ -132,21 +162,32 @@ void draw(const std::string& path, const hdf5::ReadFile& a, const hdf5::ReadFile
 void compare(const std::string& one, const std::string& other, const std::string& picture) {
   const hdf5::ReadFile a(one), b(other);
   if (a.shape("image") != b.shape("image")) {
-    throw std::runtime_error(one + " and " + other + " differ in their number or size of images");
+    throw std::runtime_error(one + " has " + size_of(a) + " pixels, " + other + " has " +
+                             size_of(b) + ": only as many of one size can be compared");
   }
+  if (!picture.empty()) {
+    const auto folder = durable_detail::folder_of(picture);
+    if (!std::filesystem::is_directory(folder)) {
+      throw std::runtime_error("there is no folder " + folder.string() + " for " + picture);
+    }
+  }
+  const auto objects = lines(a.attribute("objects")), objects_of_b = lines(b.attribute("objects"));
   std::vector<Likeness> all(a.shape("image")[0]);
   gelight::parallel_for(static_cast<gelight::Index>(all.size()), 0, [&](gelight::Index i) {
     const auto row = static_cast<std::size_t>(i);
     Picture first, second;
     std::int32_t sensor = 0;
+    bool is_of_one_press = true;
     {
       const auto guard = hdf5::lock();
       first = image_of(a, row);
       second = image_of(b, row);
       sensor = a.row<std::int32_t>("sensor", row)[0];
+      is_of_one_press = press_of(a, objects, row) == press_of(b, objects_of_b, row);
     }
     all[row] = likeness(first, second);
     all[row].sensor = sensor;
+    all[row].is_of_one_press = is_of_one_press;
   });
   print(all, lines(a.attribute("sensors")));
   if (!picture.empty()) draw(picture, a, b, all);

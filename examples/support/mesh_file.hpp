@@ -62,13 +62,25 @@ inline void require_single_precision(const gelight::Mesh<double>& mesh, const st
                            gelight::detail::two_digits(edge), "; move it to the origin");
 }
 
+/// Whether the points of some face do not lie on a line.
+[[nodiscard]] inline bool has_area(const gelight::Mesh<double>& mesh) {
+  return std::any_of(mesh.faces.begin(), mesh.faces.end(), [&](const auto& face) {
+    const auto at = [&](std::size_t corner) {
+      return gelight::Vec3<double>(mesh.position(face[corner]).data());
+    };
+    return !gelight::cross<double>(at(1) - at(0), at(2) - at(0)).isZero(0);
+  });
+}
+
 /// The mesh of a file that OpenMesh reads (STL, OBJ, PLY, OFF). Throws InvalidInput if there is
-/// none in it, or one that OpenMesh would mend: points and faces that it leaves out or tears off.
+/// none in it, or one that OpenMesh would mend: points and faces that it leaves out or tears off;
+/// and where there is no area.
 /// Points of OBJ are double; others single, and so must lie near enough to the origin.
 [[nodiscard]] inline gelight::Mesh<double> mesh_of_file(const std::filesystem::path& path) {
   using gelight::detail::require;
   const std::string name = path.string();
   require(std::filesystem::exists(path), "there is no mesh ", name);
+  require(!std::filesystem::is_directory(path), name, " is a folder, not a mesh");
   const auto points = points_of_text(path);
   OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble> file;
   file.request_vertex_status();
@@ -98,6 +110,7 @@ inline void require_single_precision(const gelight::Mesh<double>& mesh, const st
     mesh.positions.push_back({p[0], p[1], p[2]});
   }
   for (gelight::Index f = 0; f < surface.face_count(); ++f) mesh.faces.push_back(surface.face(f));
+  require(has_area(mesh), name, " has no area: the points of each face lie on a line");
   if (points.empty()) require_single_precision(mesh, name);
   return mesh;
 }

@@ -3,6 +3,7 @@
 #include <isa-l.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -185,6 +186,7 @@ class PartedFile {
         folder_(path_ + ".parts"),
         columns_(std::move(columns)),
         rows_(rows),
+        asked_a_part_(rows_a_part),
         rows_a_part_(std::min(rows_a_part, rows)) {}
 
   [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }
@@ -214,8 +216,9 @@ class PartedFile {
   }
 
   /// Makes the folder, or finds what a run before this one has left there, and returns the parts
-  /// that are missing. Throws std::runtime_error where that run was of another description, or
-  /// still goes on, and where there is something else in the file's place.
+  /// that are missing: that run may have been of fewer rows. Throws std::runtime_error where it was
+  /// of another description or of more rows, or still goes on, and where there is something else in
+  /// the file's place.
   [[nodiscard]] std::vector<int> begin(const std::string& description) {
     if (part_bytes() > 8e9) {
       throw std::runtime_error("a part of " + std::to_string(rows_a_part_) + " rows can take " +
@@ -236,14 +239,21 @@ class PartedFile {
     }
     std::filesystem::create_directory(folder_);
     alone_.emplace(folder_ + "/lock");
-    const std::string text = description + "\n" + std::to_string(rows_) + " rows, " +
-                             std::to_string(rows_a_part_) + " a part\n";
-    std::ifstream before(note);
-    const std::string found{std::istreambuf_iterator<char>(before), {}};
+    const std::string text = description_of(description, rows_);
+    std::ifstream file(note);
+    const std::string found{std::istreambuf_iterator<char>(file), {}};
     if (found != text) {
       if (has_parts()) {
-        throw std::runtime_error(folder_ + " was begun with another description, see " + note +
-                                 "; remove the folder or write elsewhere");
+        const std::uint64_t before = rows_described(found, description);
+        if (before == 0 || before > rows_) {
+          throw std::runtime_error(
+              folder_ + " was begun with " +
+              (before == 0 ? "another description, see " + note
+                           : std::to_string(before) + " rows, more than " + std::to_string(rows_)) +
+              "; remove the folder or write elsewhere");
+        }
+        // (It joins parts of which the last one can become longer.)
+        std::filesystem::remove(path_);
       }
       write_durably(note, std::as_bytes(std::span(text)));
     }
@@ -278,6 +288,20 @@ class PartedFile {
   }
 
  private:
+  [[nodiscard]] std::string description_of(const std::string& description,
+                                           std::uint64_t rows) const {
+    return description + "\n" + std::to_string(rows) + " rows, " + std::to_string(asked_a_part_) +
+           " a part\n";
+  }
+  /// For how many rows this is the note, or 0 where it is of another description.
+  [[nodiscard]] std::uint64_t rows_described(const std::string& note,
+                                             const std::string& description) const {
+    if (!note.starts_with(description + "\n")) return 0;
+    const char* const number = note.data() + description.size() + 1;
+    std::uint64_t rows = 0;
+    std::from_chars(number, note.data() + note.size(), rows);
+    return note == description_of(description, rows) ? rows : 0;
+  }
   [[nodiscard]] std::string part_path(int part) const { return folder_ + "/" + part_name(part); }
   [[nodiscard]] static std::string part_name(int part) {
     char name[32];
@@ -326,6 +350,6 @@ class PartedFile {
 
   std::string path_, folder_;
   std::vector<Column> columns_;
-  std::uint64_t rows_, rows_a_part_;
+  std::uint64_t rows_, asked_a_part_, rows_a_part_;
   std::optional<OneProcess> alone_;  // since `begin`
 };

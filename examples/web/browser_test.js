@@ -133,6 +133,14 @@ await page.keyboard.press("+");
 await frame();
 const moved = await state();
 expect(moved.u === after.u - 6 && moved.depth > after.depth, "keys move and press");
+for (const key of ["+", "-"]) {
+  await page.keyboard.press("Escape");
+  await frame();
+  const lifted = await shown();
+  await page.keyboard.press(key);
+  await frame();
+  expect((await state()).is_pressed && is_other(lifted, await shown()), `after Esc, ${key} presses again`);
+}
 
 // A finger on glass does what the mouse does.
 const touch = await page.context().newCDPSession(page);
@@ -187,6 +195,19 @@ for (let object = 0; object < objects.length; ++object) {
   await frame();
   expect(!(await is_wrong()), objects[object]);
 }
+const kept = () => page.evaluate(() => window.gelight.view().renderer.info.memory.geometries);
+await page.selectOption("#choice-sensor", "1");
+await page.selectOption("#choice-sensor", "0");
+await frame();
+const kept_first = await kept();
+for (let i = 0; i < 10; ++i) {
+  await page.selectOption("#choice-sensor", String((i + 1) % 2));
+  await page.selectOption("#choice-object", String(i % 3));
+  await frame();
+}
+await page.waitForTimeout(200);
+const kept_last = await kept();
+expect(kept_last <= kept_first + 4, `shapes no longer shown are let go (${kept_first}, then ${kept_last})`);
 const words = await page.evaluate(() => {
   try {
     window.gelight.engine().call("isolines", -1);
@@ -220,14 +241,40 @@ const dots = await page.locator("#chart circle").count();
 expect(dots === switches.at(-1).options.length + 1, "the chart has a dot for each solver");
 const bars = await page.locator("#level-bars .bar").count();
 expect(bars === switches.reduce((sum, { options }) => sum + options.length, 0), "each option has a bar");
+const fewest = await page.evaluate(
+  () =>
+    new Promise((end) => {
+      let count = Infinity;
+      const all = document.getElementById("level-bars");
+      new MutationObserver(() => {
+        count = Math.min(count, all.querySelectorAll(".bar").length);
+        if (document.body.dataset.compare === "done") end(count);
+      }).observe(all, { childList: true });
+      window.gelight.choose("depth", 0.001);
+    }),
+);
+expect(fewest === bars, `bars stay until newer ones come (${fewest})`);
+await page.evaluate(() => window.gelight.choose("light", 0));
+await done("compare");
+const idle = await page.locator("#level-bars h3").last().textContent();
+expect(idle.includes("shortest paths"), `straight light asks no solver: ${idle}`);
 await page.click("#tour-start");
+const steps = [];
 for (let step = 1; step <= 8; ++step) {
   await frame();
   const count = await page.textContent("#tour-count");
   expect(count === `${step} of 8` && !(await is_wrong()), `tour: ${await page.textContent("#tour-title")}`);
   if (step === 3) await page.screenshot({ path: join(pictures, "tour.png") });
-  await page.click("#tour-next");
+  steps.push(await state());
+  if (step < 8) await page.click("#tour-next");
 }
+for (let step = 7; step >= 1; --step) {
+  await page.click("#tour-back");
+  await frame();
+  const [there, back] = [steps[step - 1], await state()].map((s) => JSON.stringify(s));
+  expect(there === back, `back at step ${step} is as it was`);
+}
+await page.click("#tour-end");
 expect(!(await page.isVisible("#tour")), "the tour ends");
 
 // A telephone.
@@ -243,8 +290,18 @@ const unnamed = await page.evaluate(() =>
 );
 expect(unnamed === 0, "all that one can reach has a name");
 expect(complaints.length === 0, `the console has no errors: ${complaints.join("; ")}`);
-
 await browser.close();
+
+// Where nothing is drawn in three dimensions, the rest goes on.
+const flat = await chromium.launch({ executablePath: program, args: ["--no-sandbox", "--disable-3d-apis"] });
+const plain = await flat.newPage();
+await plain.goto(`http://127.0.0.1:${server.address().port}/`);
+const is_done = () => document.body.dataset.measure === "done" && document.body.dataset.compare === "done";
+const goes_on = await plain.waitForFunction(is_done, null, { timeout: 60000 }).then(() => true, () => false);
+expect(goes_on, "without WebGL solvers are measured and choices compared");
+const told = await plain.textContent("#finger-view p");
+expect(told.includes("WebGL") && !(await plain.isVisible("#error")), `it is said in its place: ${told}`);
+await flat.close();
 server.close();
 console.log(failures === 0 ? "The page works." : `${failures} failed.`);
 process.exit(failures === 0 ? 0 : 1);

@@ -13,6 +13,15 @@ function geometry_of({ positions, faces }) {
   return geometry;
 }
 
+/** Off the scene, and out of the graphics card's memory. */
+function drop(thing) {
+  thing?.traverse(({ geometry, material }) => {
+    geometry.dispose();
+    material.dispose();
+  });
+  thing?.removeFromParent();
+}
+
 function lines(colour, opacity = 1) {
   const material = new three.LineBasicMaterial({ color: colour, transparent: true, opacity });
   const result = new three.LineSegments(new three.BufferGeometry(), material);
@@ -75,7 +84,7 @@ export class FingerView {
   }
 
   set_sensor(mesh, leds) {
-    for (const old of [this.skin, ...this.leds, ...this.paths]) old?.removeFromParent();
+    [this.skin, ...this.leds, ...this.paths].forEach(drop);
     this.skin = new three.Mesh(
       geometry_of(mesh),
       new three.MeshStandardMaterial({
@@ -118,7 +127,7 @@ export class FingerView {
   }
 
   set_object(mesh) {
-    this.object?.removeFromParent();
+    drop(this.object);
     const material = new three.MeshStandardMaterial({
       color: "#d08a4a",
       roughness: 0.5,

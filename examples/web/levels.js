@@ -4,12 +4,16 @@ import { switches } from "./choices.js";
 
 const least = 0.01; // grey levels of no bar
 const most = 100; // of a whole one; between them bars are logarithmic
+const shortest_paths = 2; // the light that asks a solver
 
-export function show_levels(target, levels, state) {
+/** The levels of each switch; those that are not `newest` stand there faded until they come. */
+export function show_levels(target, levels, state, newest) {
   target.replaceChildren(...switches.filter(({ key }) => levels[key]).map(({ key, label, options }) => {
     const group = document.createElement("div");
     const title = document.createElement("h3");
-    title.textContent = label;
+    const is_idle = key === "solver" && state.light !== shortest_paths;
+    title.textContent = is_idle ? `${label}: for light along shortest paths` : label;
+    group.className = newest[key] ? "" : "old";
     group.append(title);
     options.forEach((option, k) => group.append(bar(option, levels[key][k], k === state[key])));
     return group;

@@ -13,6 +13,7 @@ const image = element("image");
 const pen = image.getContext("2d");
 let engine;
 let view; // comes after the first picture, as does all that the picture does not need
+let is_ready = false; // has come, or cannot: without WebGL there is none
 let worker;
 let rates = [];
 let is_waiting = false;
@@ -48,7 +49,7 @@ function set_sensor() {
 }
 
 function follow() {
-  if (!view) return;
+  if (!is_ready) return;
   set_distances();
   measure();
 }
@@ -69,6 +70,7 @@ function set_renderer() {
 
 function set_distances() {
   attempt(() => {
+    show_led();
     if (!view) return;
     const distances = engine.call("distances", state.solver, state.led);
     view.set_distances(
@@ -77,7 +79,6 @@ function set_distances() {
       engine.call("fan", state.led, 36),
       state.led,
     );
-    show_led();
     view.draw();
   });
 }
@@ -125,6 +126,7 @@ function press_at(u, v) {
 // --- what runs beside the page -------------------------------------------------------------------
 
 let measured = [];
+let levels = {};
 
 function measure() {
   measured = [];
@@ -146,7 +148,10 @@ function heard({ data }) {
     measured.push(data.row);
     draw_chart(element("chart"), measured, state.solver);
   }
-  if (data.task === "compare") show_levels(element("level-bars"), data.levels, state);
+  if (data.task === "compare") {
+    levels = { ...levels, ...data.levels };
+    show_levels(element("level-bars"), levels, state, data.levels ?? {});
+  }
   if (data.error) attempt(() => {
     throw new Error(data.error);
   });
@@ -197,6 +202,7 @@ function choose_led(k) {
 /** A choice by the key of the page's state; the views follow. */
 function choose(key, value) {
   state[key] = value;
+  if (key === "depth" || key === "turn") state.is_pressed = true; // else nothing shows it
   const select = element(`choice-${key}`);
   if (select) select.value = String(value);
   element("status").textContent = select ? `${key}: ${select.selectedOptions[0].text}` : "";
@@ -304,17 +310,24 @@ async function begin() {
   worker = new Worker("worker.js", { type: "module" });
   worker.addEventListener("message", heard);
   worker.postMessage({ task: "begin", module });
-  const { FingerView } = await import("./finger.js");
-  view = new FingerView(element("finger"), {
-    on_press(x, y, z) {
-      const { fx, fy, cx, cy } = engine.camera;
-      press_at((fx * x) / z + cx, (fy * y) / z + cy);
-    },
-    on_led: choose_led,
-    on_release: compare,
-  });
-  view.set_sensor(engine.mesh(false), engine.leds());
-  view.set_object(engine.mesh(true));
+  try {
+    const { FingerView } = await import("./finger.js");
+    view = new FingerView(element("finger"), {
+      on_press(x, y, z) {
+        const { fx, fy, cx, cy } = engine.camera;
+        press_at((fx * x) / z + cx, (fy * y) / z + cy);
+      },
+      on_led: choose_led,
+      on_release: compare,
+    });
+    view.set_sensor(engine.mesh(false), engine.leds());
+    view.set_object(engine.mesh(true));
+  } catch (error) {
+    view = undefined;
+    element("finger").hidden = true;
+    element("finger-words").textContent = `Not shown, but all else works: ${error.message}`;
+  }
+  is_ready = true;
   press();
   follow();
 }
@@ -324,4 +337,11 @@ begin().catch((error) => attempt(() => {
 }));
 
 // For tests, and for who opens the console.
-window.gelight = { state, choose, rest_image: () => (engine.lift(), engine.image()), press, engine: () => engine };
+window.gelight = {
+  state,
+  choose,
+  rest_image: () => (engine.lift(), engine.image()),
+  press,
+  engine: () => engine,
+  view: () => view,
+};

@@ -5,7 +5,7 @@ const steps = [
     title: "A finger that sees",
     words:
       "A camera inside looks at its own soft skin, which three LEDs light in three colours. Whatever presses in tilts the skin, and tilted skin catches other light: shape becomes colour.",
-    changes: { sensor: 0, object: 4, light: 2, smoothing: 1, edge: 1, solver: 0, u: 160, v: 120, depth: 0.0018, is_pressed: true },
+    changes: { sensor: 0, object: 4, light: 2, smoothing: 1, edge: 1, solver: 0, led: 0, u: 160, v: 120, depth: 0.0018, turn: 0.3, is_pressed: true },
   },
   {
     title: "Distance over the surface",
@@ -70,12 +70,13 @@ export class Tour {
       this.at("start").focus();
       return;
     }
-    const { title, words, changes } = steps[step];
+    const { title, words } = steps[step];
     this.at("count").textContent = `${step + 1} of ${steps.length}`;
     this.at("title").textContent = title;
     this.at("words").textContent = words;
     this.at("back").disabled = step === 0;
     this.at("next").textContent = step + 1 === steps.length ? "Finish" : "Next";
-    this.show(changes);
+    // All that led here, whichever way it is come to.
+    this.show(Object.assign({}, ...steps.slice(0, step + 1).map(({ changes }) => changes)));
   }
 }

@@ -65,6 +65,7 @@
 #include "gelight/light/transport.hpp"
 #include "gelight/membrane/bulge.hpp"
 #include "gelight/membrane/contact.hpp"
+#include "gelight/membrane/drape.hpp"
 #include "gelight/membrane/elastic.hpp"
 #include "gelight/membrane/flat_gelsight.hpp"
 #include "gelight/membrane/fourier.hpp"

@@ -86,6 +86,23 @@ TEST_CASE("rectified directions are tangent, of unit length, nearest to what the
                   InvalidInput);
 }
 
+// Of these no direction was known, which is not the same as none.
+TEST_CASE("places and directions that are not finite are refused") {
+  const Vec3<double> good(1, 2, 3);
+  const std::vector<Vec3<double>> fine(3, good);
+  for (const double bad : {not_a_number, inf, -inf}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<Vec3<double>> spoiled = fine;
+      spoiled[2][axis] = bad;
+      CHECK_THROWS_AS((void)gelight::linear_field<double>(good, spoiled), InvalidInput);
+      CHECK_THROWS_AS((void)gelight::linear_field<double>(spoiled[2], fine), InvalidInput);
+      CHECK_THROWS_AS((void)gelight::linear_rays<double>(fine, spoiled), InvalidInput);
+      CHECK_THROWS_AS((void)gelight::linear_rays<double>(spoiled, fine), InvalidInput);
+      CHECK_THROWS_AS((void)rectified<double>(spoiled, fine), InvalidInput);
+    }
+  }
+}
+
 namespace {
 
 // What `work` computes must not depend on a hook; it tells a share that never decreases, up to 1,

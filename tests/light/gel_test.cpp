@@ -213,6 +213,10 @@ TEST_CASE("what is no LED is refused, and the hook cancels") {
   refuses([&](auto& led) { led.place = {nan, 0, 0}; });
   CHECK_THROWS_AS((void)gel_field<double>(good, at, none), InvalidInput);
   CHECK_THROWS_AS((void)gel_field<double>(good, at, two), InvalidInput);
+  for (const double bad : {nan, std::numeric_limits<double>::infinity()}) {
+    const std::vector<Vec3<double>> nowhere{{0, bad, 0}};
+    CHECK_THROWS_AS((void)gel_field<double>(good, nowhere, up), InvalidInput);
+  }
   CHECK_THROWS_AS((void)gel_field<double>(good, at, up, [] { return true; }), Cancelled);
 }
 

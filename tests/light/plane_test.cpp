@@ -55,6 +55,52 @@ double worst_on_sphere(int level) {
   return worst;
 }
 
+// A point as near to a corner or a side of its face as the share says.
+template <class T>
+SurfacePoint<T> point_near_corner_or_side(const Surface<T>& surface, double share,
+                                          test::Random& random) {
+  std::array<double, 3> weights{1 - share, 0.3 * share, 0.7 * share};
+  if (test::uniform(random, 0, 1) < 0.3) weights = {0.4 * (1 - share), 0.6 * (1 - share), share};
+  std::rotate(weights.begin(), weights.begin() + test::uniform_index(random, 3), weights.end());
+  std::array<T, 3> w{T(weights[0]), T(weights[1]), T(weights[2])};
+  const T sum = w[0] + w[1] + w[2];
+  for (T& x : w) x /= sum;
+  return gelight::face_point<T>(test::uniform_index(random, surface.face_count()), w);
+}
+
+// Light over flat sheets turned in space, at points next to corners and sides: how far it is at
+// most from the straight line.
+template <class T>
+double worst_next_to_corners(double scale, unsigned seed) {
+  test::Random random(seed);
+  gelight::Mesh<T> sheet;
+  const auto flat = test::jittered_grid(5, 0.2, random);
+  const Eigen::AngleAxisd turn(test::uniform(random, 0, 3), Vec3<double>(1, 2, 3).normalized());
+  for (const auto& p : flat.positions) {
+    const Vec3<double> q = scale * (turn * Vec3<double>(p.data()));
+    sheet.positions.push_back({T(q[0]), T(q[1]), T(q[2])});
+  }
+  sheet.faces = flat.faces;
+  const Surface<T> surface(sheet);
+  const auto led = gelight::face_point<T>(test::uniform_index(random, surface.face_count()),
+                                          {T(0.5), T(0.25), T(0.25)});
+  std::vector<SurfacePoint<T>> points;
+  for (double share = 1e-2; share > 1e-18; share /= 3) {
+    for (int i = 0; i < 6; ++i) points.push_back(point_near_corner_or_side(surface, share, random));
+  }
+  const auto field = plane_field(surface, led, points);
+  const auto rays = gelight::plane_rays<T>(surface, {&led, 1}, points);
+  double worst = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3<T> way = surface.position(points[i]) - surface.position(led);
+    if (way.norm() < T(0.3 * scale)) continue;
+    for (const Vec3<T>& direction : {field[i], rays.direction[i]}) {
+      worst = std::max(worst, double{(direction - way.normalized()).norm()});
+    }
+  }
+  return worst;
+}
+
 }  // namespace
 
 TEST_CASE("on a sphere the plane field follows great circles, better with every refinement") {
@@ -170,6 +216,18 @@ Vec3<double> normal_at(const Surface<double>& surface, Index v) {
 }
 
 }  // namespace
+
+// A plane cuts but a corner off there, of a length whose ends rounding moves as much.
+TEST_CASE("light next to corners and sides of faces has the direction of light in them") {
+  for (const double scale : {1e-5, 1.0, 1e4}) {
+    for (unsigned seed = 0; seed < 8; ++seed) {
+      CAPTURE(scale);
+      CAPTURE(seed);
+      CHECK(worst_next_to_corners<double>(scale, seed) < 1e-9);
+      CHECK(worst_next_to_corners<float>(scale, seed) < 8e-4);
+    }
+  }
+}
 
 TEST_CASE("what is told of whole faces is what each point's own plane says") {
   std::vector<Surface<double>> surfaces{Surface(gelight::icosphere(4, 1.0)),

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -141,6 +142,13 @@ TEST_CASE("shapes that cannot be are refused") {
   // More vertices than can be counted: in a ring, of rings.
   CHECK_THROWS_AS((void)gelight::membrane(0.01, 0.05, 1e-300), InvalidInput);
   CHECK_THROWS_AS((void)gelight::membrane(1e-3, 1e6, 1e-3), InvalidInput);
+  // In all of them together: said before the memory is full of them.
+  CHECK_THROWS_AS((void)gelight::membrane(0.01f, 0.05f, 1e-9f), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::membrane(0.01, 0.05, 1e-6), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::grid(1 << 16, 1 << 16, 1.0, 1.0), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::torus(2.0, 1.0, 1 << 16, 1 << 16), InvalidInput);
+  const std::vector<gelight::ProfilePoint<double>> wall(1000, {1, 0});
+  CHECK_THROWS_AS((void)gelight::revolve<double>(wall, 1e-6), InvalidInput);
   CHECK_THROWS_AS((void)gelight::torus(1.0, 2.0, 10, 10), InvalidInput);
   const gelight::ProfilePoint<double> axis[] = {{0, 0}, {0, 1}};
   CHECK_THROWS_AS((void)gelight::revolve<double>(axis, 0.1), InvalidInput);

@@ -252,6 +252,27 @@ TEST_CASE("a photograph of something else is named and left out") {
   CHECK(contains(fit.warnings[0], known[3].name));
 }
 
+// Such a rim is as steep as can be, and its slope decays over a hundred thousand pixels.
+TEST_CASE("a circle as large as its ball and the longest bulge take as long as the image is wide") {
+  const double contact = 60;
+  for (const double beyond : {1e-13, 1e-9, 1e-3}) {
+    for (const double length : {1e2, detail::longest_bulge}) {
+      CAPTURE(beyond);
+      CAPTURE(length);
+      const double radius = contact * (1 + beyond);
+      const detail::BallSurface surface(contact, radius, length, 300);
+      CHECK(surface.reach() <= 302);
+      const double rim = contact / std::sqrt((radius - contact) * (radius + contact));
+      for (double r = contact + 0.5; r <= 300; r += 7.25) {
+        const double slope =
+            rim * std::cyl_bessel_k(1.0, r / length) / std::cyl_bessel_k(1.0, contact / length);
+        const double wanted = slope < 1e-3 ? 0 : slope / std::sqrt(1 + slope * slope);
+        CHECK(surface.normal(0.6 * r, 0.8 * r).norm() == doctest::Approx(wanted).epsilon(2e-3));
+      }
+    }
+  }
+}
+
 TEST_CASE("few presses give a smooth answer") {
   for (const int count : {1, 3}) {
     const Calibration fit = calibrate(gradient(), presses(2, 8, count));

@@ -204,6 +204,42 @@ TEST_CASE("ink takes a share of each channel; what is not known or seen is left 
   }
 }
 
+TEST_CASE("a dot on a wall's far side is hidden, one on its near side is not") {
+  // Hills towards the camera, which sees them from beside. A point of z = rest - h(x, y) is turned
+  // away where its normal (-slope, 1) and the ray to it point apart from each other.
+  const Camera<double> wide{100, 100, 100, 90, 201, 181};
+  int hidden = 0;
+  for (const Vec2<double>& top : {Vec2<double>(8e-3, 0), {-6e-3, 6e-3}, {0, -9e-3}}) {
+    for (const double height : {1e-3, 5e-3, 12e-3}) {
+      constexpr double width = 1e-3;
+      const auto lifted = [&](const Vec2<double>& pixel) {
+        Vec3<double> point = wide.unproject(pixel.x(), pixel.y(), rest);
+        const double square = (point.head<2>() - top).squaredNorm();
+        point.z() -= height * std::exp(-square / (2 * width * width));
+        return point;
+      };
+      const auto field = [&](const Vec2<double>& pixel) {
+        return Vec2<double>(wide.project(lifted(pixel)) - pixel);
+      };
+      const Vec2<double> middle = wide.project(Vec3<double>(top.x(), top.y(), rest));
+      for (const auto& pixel : dot_grid(13, 13, middle - Vec2<double>(9, 9), {1.5, 1.5})) {
+        const Vec3<double> point = wide.unproject(pixel.x(), pixel.y(), rest),
+                           there = lifted(pixel);
+        const Vec2<double> slope =
+            (there.z() - rest) / (width * width) * (point.head<2>() - top) * -1;
+        const double facing = (there.z() - slope.dot(there.head<2>())) / there.norm();
+        if (std::abs(facing) < 0.3) continue;  // edge on
+        auto image = white(201, 181);
+        PrintedDots(wide, Image<double>(201, 181, rest), std::array{pixel}, 0.3 * rest / 100, black)
+            .draw_into(image, field);
+        CHECK((ink_of(image).area > 1e-3) == (facing > 0));
+        hidden += facing < 0 ? 1 : 0;
+      }
+    }
+  }
+  CHECK(hidden > 20);
+}
+
 TEST_CASE("bad input is named") {
   const Image<double> flat(81, 61, rest);
   const std::vector<Vec2<double>> centres{{3, 4}, {40, 30}};

@@ -36,6 +36,11 @@ std::unique_ptr<AnyRenderer> calibrated_renderer(const Camera& camera,
 
 namespace {
 
+/// A file's name: text, or a Path.
+std::string path_in(const py::object& path) {
+  return py::module_::import("os").attr("fsdecode")(path).cast<std::string>();
+}
+
 py::tuple circle_of(const Circle& circle) {
   return py::make_tuple(circle.x, circle.y, circle.radius);
 }
@@ -101,10 +106,15 @@ void bind_sensor(py::module_& m) {
                     "Of a TensionMembrane, pixels.")
       .def_readonly("level", &CalibratedSensor::level,
                     "By how many grey levels photographs of presses are brighter all over.");
-  m.def("write_sensor", &gelight::write_sensor, "path"_a, "sensor"_a,
-        "Writes a calibrated sensor to one file.");
-  m.def("read_sensor", &gelight::read_sensor, "path"_a,
-        "Reads a sensor that write_sensor wrote, a CalibratedSensor.");
+  m.def(
+      "write_sensor",
+      [](const py::object& path, const CalibratedSensor& sensor) {
+        gelight::write_sensor(path_in(path), sensor);
+      },
+      "path"_a, "sensor"_a, "Writes a calibrated sensor to one file.");
+  m.def(
+      "read_sensor", [](const py::object& path) { return gelight::read_sensor(path_in(path)); },
+      "path"_a, "Reads a sensor that write_sensor wrote, a CalibratedSensor.");
   m.def("rim_height", &gelight::rim_height, "contact_radius"_a, "ball_radius"_a, "length"_a,
         "How high above rest the gel stands at the rim of a ball's contact, in pixels as all of "
         "it: so much deeper than its cap a ball goes into a TensionMembrane of that length.");

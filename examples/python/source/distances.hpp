@@ -10,6 +10,22 @@ inline constexpr const char* distance_words =
     "+inf where no path leads.\n\nsources: a vertex, a SurfacePoint or a Source, or several of "
     "them; an array of vertices. Raises ValueError for one that is not of the surface.";
 
+/// A caller's packed row of doubles, to be written to.
+inline std::span<double> row_to_write(py::array& out) {
+  if (!has_type<double>(out)) {
+    throw py::type_error("the output has numbers of type " +
+                         py::str(out.dtype()).cast<std::string>() + ", not float64");
+  }
+  gelight::detail::require(out.ndim() == 1, "the output has shape ", shape_text(out));
+  if ((out.flags() & py::array::c_style) == 0) {
+    throw py::type_error("the output's numbers do not lie side by side, one stands " +
+                         std::to_string(out.strides(0)) + " bytes after the other");
+  }
+  gelight::detail::require(is_aligned(out), "the output's numbers are not aligned");
+  gelight::detail::require(out.writeable(), "the output is read-only");
+  return {static_cast<double*>(out.mutable_data()), static_cast<std::size_t>(out.size())};
+}
+
 template <class Class>
 void bind_distances(Class& solver) {
   using Solver = typename Class::type;
@@ -25,18 +41,16 @@ void bind_distances(Class& solver) {
           "sources"_a, distance_words)
       .def(
           "distance_into",
-          [](const Solver& self, py::array_t<double, py::array::c_style> out, py::handle sources) {
+          [](const Solver& self, py::handle out, py::handle sources) {
             const auto from = sources_in(sources);
-            gelight::detail::require(out.ndim() == 1, "the output has shape ", shape_text(out));
-            gelight::detail::require(is_aligned(out), "the output's numbers are not aligned");
-            const std::span<double> to(out.mutable_data(), static_cast<std::size_t>(out.size()));
+            py::array array = array_itself(out, "the output");
+            const std::span<double> to = row_to_write(array);
             without_gil([&] {
               self.distance_into(to, std::span<const gelight::Source<double>>(from));
               return 0;
             });
           },
-          py::arg("out").noconvert(), "sources"_a,
-          "The same, into the caller's array: float64 (n,), packed.")
+          "out"_a, "sources"_a, "The same, into the caller's array: float64 (n,), packed.")
       .def_property_readonly(
           "surface", [](const Solver& self) { return self.surface(); },
           "The surface that the solver works on.");

@@ -2,6 +2,8 @@
 
 // A tactile renderer of any membrane and reflectance, as one type.
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <utility>
 
@@ -18,6 +20,13 @@ class AnyRenderer {
   virtual void render_into(ImageView<Rgb8> out, const ImageView<const float>& depth) const = 0;
   [[nodiscard]] virtual Frame rest_frame() const = 0;
   virtual void render_next_into(Frame& frame, const ImageView<const float>& depth) const = 0;
+
+  /// No other renderer has had it, nor will.
+  [[nodiscard]] std::uint64_t number() const { return number_; }
+
+ private:
+  static inline std::atomic<std::uint64_t> made_ = 0;
+  const std::uint64_t number_ = made_++;
 };
 
 template <class Renderer>

@@ -60,21 +60,28 @@ void bind_options(py::module_& m) {
                      "Compute only what the contact can have changed; the image is the same.");
 }
 
+/// A frame and the number of the renderer that made it: where nothing changes another would leave
+/// that one's image.
+struct OwnFrame {
+  Frame frame;
+  std::uint64_t renderer;
+};
+
 void bind_frame(py::module_& m) {
-  py::class_<Frame>(
+  py::class_<OwnFrame>(
       m, "TactileFrame",
       "A depth map of what touches the membrane, and the image that a TactileRenderer "
       "made of it. Of one thread at a time.")
       .def_property_readonly(
           "depth",
           [](const py::object& self) {
-            return read_only(view_of(self.cast<const Frame&>().depth, self));
+            return read_only(view_of(self.cast<const OwnFrame&>().frame.depth, self));
           },
           "float32 (h, w): the frame's own memory, which the next frame changes.")
       .def_property_readonly(
           "image",
           [](const py::object& self) {
-            return read_only(view_of(self.cast<const Frame&>().image, self));
+            return read_only(view_of(self.cast<const OwnFrame&>().frame.image, self));
           },
           "uint8 (h, w, 3): the frame's own memory, which the next frame changes.");
 }
@@ -162,21 +169,29 @@ void bind_renderer(py::module_& m) {
           "unit of the rest depth.")
       .def("render_into", &render_into, "out"_a, "depth"_a,
            "The same into the caller's pixels, uint8 (h, w, 3), at any strides.")
-      .def("rest_frame", &AnyRenderer::rest_frame,
-           "The frame of the membrane that nothing touches, to begin a sequence with.")
+      .def(
+          "rest_frame",
+          [](const AnyRenderer& self) {
+            return OwnFrame{self.rest_frame(), self.number()};
+          },
+          "The frame of the membrane that nothing touches, to begin a sequence with.")
       .def(
           "render_next_into",
-          [](const AnyRenderer& self, Frame& frame, py::handle depth) {
+          [](const AnyRenderer& self, OwnFrame& frame, py::handle depth) {
+            gelight::detail::require(frame.renderer == self.number(),
+                                     "the frame is of another renderer");
             const DepthImage image(depth);
             const OneAtATime alone(&frame, "the frame");
             without_gil([&] {
-              self.render_next_into(frame, image.view());
+              self.render_next_into(frame.frame, image.view());
               return 0;
             });
           },
           "frame"_a, "depth"_a,
-          "Makes a frame the next one of a sequence, that of `depth`: computes only what differs "
-          "from before. Its image is what `render` gives, bit for bit.");
+          "Makes a frame of this renderer the next one of a sequence, that of `depth`: computes "
+          "only "
+          "what differs from before. Its image is what `render` gives, bit for bit. Raises "
+          "ValueError for another renderer's.");
 }
 
 }  // namespace

@@ -92,6 +92,17 @@ def test_frames_of_another_renderer_are_refused_and_stay():
         flat_renderer(other).render_next_into(frame, np.full((480, 640), 2, np.float32))
     gc.collect()
     assert np.array_equal(image, before)
+    # Of the same size, too: where nothing changes its image would stay.
+    light = gelight.Light(np.tile(np.float32([0, 1, 0]), (48, 64, 1)), rgb=(0, 1, 0))
+    green = gelight.TactileRenderer(CAMERA, np.full((48, 64), 2, np.float32), [light])
+    depth = np.full((48, 64), np.inf, np.float32)
+    gelight.rasterize_into(depth, BALL, HERE, CAMERA)
+    with pytest.raises(ValueError, match="the frame is of another renderer"):
+        green.render_next_into(frame, depth)
+    assert np.array_equal(image, before)
+    frame = green.rest_frame()
+    green.render_next_into(frame, depth)
+    assert np.array_equal(frame.image, green.render(depth))
 
 
 def test_threads_that_share_what_is_of_one():

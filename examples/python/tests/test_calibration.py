@@ -40,9 +40,10 @@ def test_fit_predicts_a_press_it_has_not_seen(fitted):
 
 
 def test_sensor_file_and_renderer(fitted, tmp_path):
-    path = str(tmp_path / "mine.sensor")
+    path = tmp_path / "mïne.sensor"
     gelight.write_sensor(path, fitted.sensor)
-    sensor = gelight.read_sensor(path)
+    sensor = gelight.read_sensor(str(path))
+    assert np.array_equal(sensor.background, gelight.read_sensor(path).background)
     assert np.array_equal(sensor.background, fitted.sensor.background)
     camera = gelight.Camera(4000, 4000, (WIDTH - 1) / 2, (HEIGHT - 1) / 2, WIDTH, HEIGHT)
     rest = np.ones((HEIGHT, WIDTH), np.float32)
@@ -70,3 +71,5 @@ def test_presses_that_cannot_be_used():
         gelight.BallPress(np.zeros((5, 5, 3)), BALL)
     with pytest.raises(ValueError, match="cannot be opened"):
         gelight.read_sensor("/nowhere/at/all")
+    with pytest.raises(TypeError):
+        gelight.read_sensor(3)

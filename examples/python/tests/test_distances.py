@@ -72,9 +72,16 @@ def test_distance_into():
     assert out.__array_interface__["data"][0] == address
     with pytest.raises(ValueError, match="the output has 3 elements, the mesh"):
         solver.distance_into(np.empty(3), 7)
-    for wrong in (np.empty(out.size, np.float32), np.empty(2 * out.size)[::2]):
-        with pytest.raises(TypeError):
+    for wrong, words in ((np.empty(out.size, np.float32), "of type float32, not float64"),
+                         (np.empty(out.size, ">f8"), "of type >f8, not float64"),
+                         (np.empty(2 * out.size)[::2], "16 bytes after the other"),
+                         (np.empty(out.size)[::-1], "-8 bytes after the other"),
+                         (out.tolist(), "list.*, not an array to be written to")):
+        with pytest.raises(TypeError, match=f"the output.*{words}"):
             solver.distance_into(wrong, 7)
+    out.flags.writeable = False
+    with pytest.raises(ValueError, match="the output is read-only"):
+        solver.distance_into(out, 7)
 
 
 def test_points_inside_of_faces():

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 namespace gelight {
 
@@ -33,30 +34,36 @@ class Part {
   Part(float number) : kind_(Kind::single), real_(double{number}) {}
   Part(std::floating_point auto number) : kind_(Kind::real), real_(static_cast<double>(number)) {}
 
-  void append_to(std::string& text) const {
-    if (kind_ == Kind::words) text += words_;
-    if (kind_ == Kind::letter) text += letter_;
-    if (kind_ == Kind::whole) text += std::to_string(whole_);
-    if (kind_ == Kind::natural) text += std::to_string(natural_);
-    if (kind_ == Kind::real) text += shortest(real_);
-    if (kind_ == Kind::single) text += shortest(static_cast<float>(real_));
+  [[gnu::cold]] void append_to(std::string& text) const {
+    if (kind_ == Kind::words) {
+      text += words_;
+      return;
+    }
+    char characters[32] = {kind_ == Kind::letter ? letter_ : char{}};
+    if (kind_ == Kind::whole) std::snprintf(characters, sizeof characters, "%lld", whole_);
+    if (kind_ == Kind::natural) std::snprintf(characters, sizeof characters, "%llu", natural_);
+    if (kind_ == Kind::real || kind_ == Kind::single) write_shortest(characters);
+    text += characters;
   }
 
  private:
   // As few digits as give the number back: 0.1, not 0.10000000000000001.
-  template <std::floating_point T>
-  static std::string shortest(T number) {
-    using Limits = std::numeric_limits<T>;
-    char digits[32];
-    for (int count = Limits::digits10; count <= Limits::max_digits10; ++count) {
-      std::snprintf(digits, sizeof digits, "%.*g", count, static_cast<double>(number));
-      if (static_cast<T>(value_of(digits)) == std::abs(number)) break;
+  [[gnu::cold]] void write_shortest(char (&digits)[32]) const {
+    const bool is_single = kind_ == Kind::single;
+    const int most = is_single ? std::numeric_limits<float>::max_digits10
+                               : std::numeric_limits<double>::max_digits10;
+    const double size = std::abs(real_);
+    for (int count = is_single ? std::numeric_limits<float>::digits10
+                               : std::numeric_limits<double>::digits10;
+         count <= most; ++count) {
+      std::snprintf(digits, sizeof digits, "%.*g", count, real_);
+      const double read = value_of(digits);
+      if ((is_single ? double{static_cast<float>(read)} : read) == size) break;
     }
-    return digits;
   }
   // Exact for 15 digits, but for the sign: a whole number and a power of ten that doubles hold, and
   // one operation; else NaN. (strtod adds 14 kB to a WebAssembly program.)
-  static double value_of(const char* text) {
+  [[gnu::cold]] static double value_of(const char* text) {
     double whole = 0, power = 1;
     int exponent = 0;
     for (bool is_fraction = false; *text != 0 && *text != 'e'; ++text) {
@@ -86,12 +93,12 @@ class Part {
 };
 
 // Compiled once, out of the way of whatever asks: a message costs a caller no stream.
-[[nodiscard]] inline std::string joined_text(std::initializer_list<Part> parts) {
+[[nodiscard, gnu::cold]] inline std::string joined_text(std::initializer_list<Part> parts) {
   std::string text;
   for (const Part& part : parts) part.append_to(text);
   return text;
 }
-[[noreturn]] inline void refuse(std::initializer_list<Part> parts) {
+[[noreturn, gnu::cold]] inline void refuse(std::initializer_list<Part> parts) {
   throw InvalidInput(joined_text(parts));
 }
 
@@ -108,13 +115,21 @@ template <class... Parts>
   return digits;
 }
 
+// Out of the way of whatever asks, and the same for words of all lengths.
+template <class... Parts>
+[[noreturn, gnu::cold, gnu::noinline]] void refuse_parts(Parts... parts) {
+  refuse({Part(parts)...});
+}
+template <class T>
+using PassedPart = std::conditional_t<std::is_class_v<T>, const T&, std::decay_t<const T>>;
+
 /// Throws InvalidInput unless `valid`; the parts of the message are joined only on failure.
 template <class... Parts>
 void require(bool valid, const Parts&... parts) {
   if (valid) [[likely]] {
     return;
   }
-  refuse({Part(parts)...});
+  refuse_parts<PassedPart<Parts>...>(parts...);
 }
 
 }  // namespace detail

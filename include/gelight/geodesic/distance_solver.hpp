@@ -113,19 +113,18 @@ template <std::floating_point Real>
     for (auto& source : sources) source.distance = 0;
     return {earliest, {}, {}};
   }
+  // The earliest of each part, where its number is.
   const Array<Index>& components = surface.components();
-  std::vector<std::pair<Index, Real>> parts;  // each once, by number, with its earliest start
-  parts.reserve(sources.size());
+  Array<Real> starts(components.size(), unreachable<Real>);
   for (const auto& source : sources) {
-    parts.emplace_back(part_of(surface, source.point), source.distance);
+    Real& start = starts[part_of(surface, source.point)];
+    start = std::min(start, source.distance);
   }
-  std::sort(parts.begin(), parts.end());
-  const auto is_same = [](const auto& a, const auto& b) { return a.first == b.first; };
-  parts.erase(std::unique(parts.begin(), parts.end(), is_same), parts.end());
-
+  bool parts_differ = false;
   for (auto& source : sources) {
-    const std::pair<Index, Real> least(part_of(surface, source.point), -unreachable<Real>);
-    source.distance -= std::lower_bound(parts.begin(), parts.end(), least)->second;
+    const Real start = starts[part_of(surface, source.point)];
+    parts_differ |= start != earliest;
+    source.distance -= start;
   }
   const Real overtaken = longest_way(surface);
   Array<Index> left;
@@ -135,14 +134,12 @@ template <std::floating_point Real>
   if (left.size() == sources.size()) left.clear();
   std::erase_if(sources, [&](const auto& source) { return source.distance > overtaken; });
 
-  const auto starts_so = [&](const auto& part) { return part.second == earliest; };
-  if (std::all_of(parts.begin(), parts.end(), starts_so)) return {earliest, {}, std::move(left)};
-  Starts<Real> starts{0, Array<Real>(components.size(), 0), std::move(left)};
-  for (const auto& [part, start] : parts) starts.of_vertex[part] = start;
+  if (!parts_differ) return {earliest, {}, std::move(left)};
   for (Index v = 0; v < surface.vertex_count(); ++v) {
-    starts.of_vertex[v] = starts.of_vertex[components[v]];  // a part's least vertex comes first
+    const Real start = starts[components[v]];  // a part's least vertex comes first
+    starts[v] = start < unreachable<Real> ? start : 0;
   }
-  return starts;
+  return {0, std::move(starts), std::move(left)};
 }
 
 /// Whether T holds a distance: +infinity means unreachable and 0 no way at all, so that a number

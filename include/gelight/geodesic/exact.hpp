@@ -48,8 +48,9 @@ struct ExactOptions {
   /// Distances beyond this one are not computed; they are reported as +infinity. In the unit of the
   /// positions, counted as the result is: with the sources' start distances.
   T max_distance = unreachable<T>;
-  /// Where not empty, distances beyond that of the farthest target are not computed; they are
-  /// reported as +infinity. Windows are kept in the targets' own faces.
+  /// Where not empty, the search ends when the distances of all targets are certain. Vertices that
+  /// it has not reached for certain by then are reported as +infinity; those beyond the farthest
+  /// target that it has, with their distances. Windows are kept in the targets' own faces.
   std::vector<SurfacePoint<T>> targets{};
   /// Asked now and then while solving, and by queries of the field that search back to the sources;
   /// when it answers true, they throw Cancelled. The share done is that of the vertices reached; a

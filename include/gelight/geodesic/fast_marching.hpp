@@ -49,13 +49,15 @@ struct FastMarchingOptions {
 ///
 /// No bound holds where a way that has bent round a corner of the border, or at a saddle, goes on
 /// through long triangles that it passes at one end: the wave at an edge's other end came another
-/// way, and no circle has both distances. In flat fans of such triangles distances are off by tens
-/// of per cent on average, at single vertices by several times their length. A fan of 10,000 even
-/// spokes is off by 0.009 % and 0.07 % (tests/README.md). VirtualSourceSolver is off there too, by
-/// less; ExactSolver is right. Rounding of the distances of a short edge's ends turns the wave
-/// through it, the more the farther it has come: on flat sheets distances were below the straight
-/// line by up to 2e-13 of it, on those stretched 100 times by 4e-11, 10,000 times by 2e-7. A query
-/// from one source takes about linear time, two to four times that where triangles are thin.
+/// way, and no circle has both distances. Flat fans of 5 to 64 spokes whose ends lie unevenly are
+/// off by 15 % on average and 83 % at a vertex on the worst of 80 fields, stretched 10 times by
+/// 23 % and threefold, 1,000 times by 23 % and fivefold (benchmarks/claims.cpp); even ones of
+/// 10,000 spokes by 0.009 % and 0.07 % (tests/README.md). VirtualSourceSolver is off there too: by
+/// 5.7 % and 32 %, 19 % and 79 %, 22 % and twofold; ExactSolver is right. Rounding of the distances
+/// of a short edge's ends turns the wave through it, the more the farther it has come: on flat
+/// sheets distances were below the straight line by up to 2e-13 of it, on those stretched 100 times
+/// by 4e-11, 10,000 times by 2e-7. A query from one source takes about linear time, two to four
+/// times that where triangles are thin.
 template <std::floating_point T>
 class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>, T> {
  public:

@@ -108,6 +108,15 @@ template <std::floating_point T>
 
 namespace detail {
 
+/// Throws InvalidInput, naming the first vector that is not finite and its place.
+template <class Vectors>
+void require_finite(const Vectors& vectors, const char* what) {
+  std::size_t i = 0;
+  for (const auto& v : vectors) {
+    require(v.allFinite(), what, " ", i++, " is (", v[0], ", ", v[1], ", ", v[2], ")");
+  }
+}
+
 /// Asks a hook at every 64th of many points, and after the last.
 inline void check_points(const CancelHook& cancelled, std::size_t done, std::size_t count,
                          const char* what) {
@@ -178,13 +187,14 @@ template <std::floating_point T>
 
 /// The same directions, laid into the planes at right angles to the normals (of the membrane at
 /// rest, say) and of unit length again; zero where a direction runs along its normal. A normal need
-/// not be of unit length. Throws InvalidInput for another number of normals or one that is zero or
-/// not finite.
+/// not be of unit length. Throws InvalidInput for another number of normals, one that is zero or
+/// not finite, and a direction that is not finite.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> rectified(LightField<T> field,
                                       std::type_identity_t<std::span<const Vec3<T>>> normals) {
   detail::require(field.size() == normals.size(), "the field has ", field.size(),
                   " directions, there are ", normals.size(), " normals");
+  detail::require_finite(field, "direction");
   for (std::size_t i = 0; i < field.size(); ++i) {
     detail::require(normals[i].allFinite() && !normals[i].isZero(0), "normal ", i, " is (",
                     normals[i][0], ", ", normals[i][1], ", ", normals[i][2], ")");

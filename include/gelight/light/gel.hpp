@@ -65,9 +65,10 @@ template <std::floating_point T>
 /// light. Exact for small LEDs in flat gel over air beneath a black coating; bends are taken as
 /// circles from the LED to the point, and light that the coating reflects is left out.
 ///
-/// Throws InvalidInput for another number of normals than positions, a normal that is zero or not
-/// finite, and an LED whose vectors are zero or not finite, whose thickness, index or power is not
-/// positive and finite, or whose depth is not within the gel. O(1) a point.
+/// Throws InvalidInput for another number of normals than positions, a position that is not finite,
+/// a normal that is zero or not finite, and an LED whose vectors are zero or not finite, whose
+/// thickness, index or power is not positive and finite, or whose depth is not within the gel. O(1)
+/// a point.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> gel_field(const GelLed<T>& led, std::span<const Vec3<T>> positions,
                                       std::span<const Vec3<T>> normals,
@@ -88,6 +89,7 @@ template <std::floating_point T>
   }
   detail::require(normals.size() == positions.size(), positions.size(), " points have ",
                   normals.size(), " normals");
+  detail::require_finite(positions, "position");
   const Vec3<double> axis = detail::stable_unit(Vec3<double>(led.axis.template cast<double>()));
   const Vec3<double> up = detail::stable_unit(Vec3<double>(led.normal.template cast<double>()));
   const double below = 2 * (double{led.thickness} - double{led.depth});

@@ -15,11 +15,14 @@
 namespace gelight {
 
 /// Light that travels straight through space from the LED, whatever stands between, to positions
-/// anywhere; zero at the LED. Cost: O(positions).
+/// anywhere; zero at the LED. Throws InvalidInput for an LED or a position that is not finite.
+/// Cost: O(positions).
 template <std::floating_point T>
 [[nodiscard]] LightField<T> linear_field(const Vec3<T>& led,
                                          std::type_identity_t<std::span<const Vec3<T>>> positions,
                                          const CancelHook& cancelled = {}) {
+  detail::require_finite(std::span(&led, 1), "the LED's point");
+  detail::require_finite(positions, "position");
   LightField<T> field;
   field.reserve(positions.size());
   for (const Vec3<T>& p : positions) {
@@ -30,13 +33,15 @@ template <std::floating_point T>
 }
 
 /// The same from an LED of several points, each position lit by the nearest, with distances; the
-/// first of several nearest is taken where they tie. Throws InvalidInput for no LED. Cost:
-/// O(positions x points of the LED).
+/// first of several nearest is taken where they tie. Throws InvalidInput for no LED, and
+/// for a point of it or a position that is not finite. Cost: O(positions x points of the LED).
 template <std::floating_point T>
 [[nodiscard]] LightRays<T> linear_rays(std::span<const Vec3<T>> led,
                                        std::span<const Vec3<T>> positions,
                                        const CancelHook& cancelled = {}) {
   detail::require(!led.empty(), "the LED has no point");
+  detail::require_finite(led, "the LED's point");
+  detail::require_finite(positions, "position");
   LightRays<T> rays;
   for (const Vec3<T>& p : positions) {
     Vec3<T> way = p - led[0];

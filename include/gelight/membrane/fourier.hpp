@@ -21,7 +21,8 @@ struct PaddedSize {
 
 /// The discrete Fourier transform of real images of one padded size, in two dimensions. The
 /// coefficients stand in an order of the backend's own, the same for every image of one period;
-/// those that are conjugate to others may be left out. Used by one thread at a time.
+/// those that are conjugate to others may be left out. Their memory is aligned as operator new's.
+/// Used by one thread at a time.
 class PaddedTransform {
  public:
   virtual ~PaddedTransform() = default;

@@ -23,11 +23,14 @@
 namespace gelight {
 
 /// A flat sheet over [0, width] x [0, height], with columns x rows cells of two triangles.
-/// Throws InvalidInput for no cells, or a size that is not positive.
+/// Throws InvalidInput for no cells, more vertices than can be counted, or a size that is not
+/// positive.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> grid(Index columns, Index rows, T width = 1, T height = 1) {
   detail::require(columns > 0 && rows > 0, "grid of ", columns, " x ", rows, " cells");
   detail::require(width > 0 && height > 0, "grid of size ", width, " x ", height);
+  detail::require((columns + 1.0) * (rows + 1.0) < std::numeric_limits<Index>::max(), "grid of ",
+                  columns, " x ", rows, " cells, which has more vertices than can be counted");
   Mesh<T> mesh;
   for (Index y = 0; y <= rows; ++y) {
     for (Index x = 0; x <= columns; ++x) {
@@ -129,18 +132,26 @@ template <std::floating_point T>
     Index first = 0, count = 0;
     double turn = 0;  // angle of the first vertex, as a share of the whole turn
   };
+  // Counted before any is made: too many would fill the memory first.
+  const auto around = [&](T radius) {
+    return std::max(3.0, std::round(2 * std::numbers::pi * double{radius} / double{edge_length}));
+  };
+  double vertices = 0;
+  for (std::size_t i = 0; i < profile.size(); ++i) {
+    const T radius = profile[i].radius;
+    detail::require(radius >= 0, "point ", i, " of the outline has radius ", radius);
+    vertices += radius > 0 ? around(radius) : 1;
+    detail::require(around(radius) < 1e8, "ring of ", around(radius), " vertices");
+    detail::require(vertices < std::numeric_limits<Index>::max(),
+                    "an outline that makes more vertices than can be counted");
+  }
   Mesh<T> mesh;
   Ring below;
   for (std::size_t i = 0; i < profile.size(); ++i) {
     const auto [radius, z] = profile[i];
-    detail::require(radius >= 0, "point ", i, " of the outline has radius ", radius);
     Ring ring{static_cast<Index>(mesh.positions.size()), 1, 0};
     if (radius > 0) {
-      const double around = std::round(2 * std::numbers::pi * double{radius} / double{edge_length});
-      detail::require(around < 1e8, "ring of ", around, " vertices");
-      ring.count = std::max(Index{3}, static_cast<Index>(around));
-      detail::require(ring.count < std::numeric_limits<Index>::max() - ring.first,
-                      "an outline that makes more vertices than can be counted");
+      ring.count = static_cast<Index>(around(radius));
       // Where the count stays, each ring stands in the gaps of the one below.
       const double step = 1.0 / ring.count;
       ring.turn = std::fmod(below.turn + step / 2, step);
@@ -183,8 +194,12 @@ template <std::floating_point T>
   detail::require(edge_length > 0 && edge_length <= radius, "membrane with edge length ",
                   edge_length, " and radius ", radius);
   detail::require(radius <= length, "membrane with radius ", radius, " and length ", length);
-  detail::require(length < 1e8 * edge_length, "membrane with edge length ", edge_length,
-                  " and length ", length, ", which makes more rings than can be counted");
+  // Of its area, 2 pi radius length, each vertex has that of two equilateral triangles.
+  detail::require(2 * std::numbers::pi / std::sqrt(0.75) * (double{radius} / double{edge_length}) *
+                          (double{length} / double{edge_length}) <
+                      std::numeric_limits<Index>::max(),
+                  "membrane with edge length ", edge_length, ", radius ", radius, " and length ",
+                  length, ", which makes more vertices than can be counted");
   const T wall = length - radius;
   // Rings of equilateral triangles are sqrt(3)/2 edges apart.
   const auto rings = [&](T distance) {
@@ -205,12 +220,15 @@ template <std::floating_point T>
   return revolve<T>(profile, edge_length);
 }
 
-/// A ring about the z axis. Throws InvalidInput unless 0 < minor_radius < major_radius.
+/// A ring about the z axis. Throws InvalidInput unless 0 < minor_radius < major_radius, and for
+/// fewer than 3 vertices in a direction or more in all than can be counted.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> torus(T major_radius, T minor_radius, Index around, Index across) {
   detail::require(minor_radius > 0 && minor_radius < major_radius, "torus with radii ",
                   major_radius, " and ", minor_radius);
-  detail::require(around >= 3 && across >= 3, "torus of ", around, " x ", across, " vertices");
+  detail::require(around >= 3 && across >= 3 &&
+                      static_cast<double>(around) * across < std::numeric_limits<Index>::max(),
+                  "torus of ", around, " x ", across, " vertices");
   Mesh<T> mesh;
   for (Index i = 0; i < around; ++i) {
     for (Index j = 0; j < across; ++j) {

@@ -373,8 +373,11 @@ class Surface {
         cycle.push_back(h);
       } while (h != last);
       if (cycle.size() < 3) continue;
-      std::sort(cycle.begin(), cycle.end(),
-                [&](Index a, Index b) { return apex(a) != apex(b) ? apex(a) < apex(b) : a < b; });
+      const auto less = [&](Index a, Index b) {
+        return apex(a) != apex(b) ? apex(a) < apex(b) : a < b;
+      };
+      std::make_heap(cycle.begin(), cycle.end(), less);
+      std::sort_heap(cycle.begin(), cycle.end(), less);  // less to compile than std::sort
       const auto same = std::adjacent_find(cycle.begin(), cycle.end(),
                                            [&](Index a, Index b) { return apex(a) == apex(b); });
       if (same != cycle.end()) refuse_twins(*same, *(same + 1));

@@ -98,6 +98,12 @@ namespace detail {
   return std::max(1.0, double{1} * background(x, y)[c]);
 }
 
+/// The distance of the pixel that is farthest from a circle's centre within the image.
+[[nodiscard]] inline double farthest_corner(const Circle& circle, const Image<Rgb8>& image) {
+  return std::hypot(std::max(circle.x, image.width() - 1 - circle.x),
+                    std::max(circle.y, image.height() - 1 - circle.y));
+}
+
 /// Everything that a fit works on.
 class Calibrator {
  public:
@@ -233,11 +239,14 @@ class Calibrator {
     }
   }
 
+  [[nodiscard]] double farthest_corner(const Circle& circle) const {
+    return detail::farthest_corner(circle, background_);
+  }
+
   // The mean over pixels beyond 2.5 contact radii, or the farthest there are.
   [[nodiscard]] Change far_level(std::size_t i) const {
     const Circle& circle = entries_[i].report.contact;
-    const double corner = std::hypot(std::max(circle.x, background_.width() - 1 - circle.x),
-                                     std::max(circle.y, background_.height() - 1 - circle.y));
+    const double corner = farthest_corner(circle);
     const double from = std::min(2.5 * circle.radius, 0.8 * corner);
     Change sum{};
     double count = 0;
@@ -302,9 +311,11 @@ class Calibrator {
     std::vector<FitSample> samples;
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       if (!entries_[i].report.fits) continue;
+      options_.cancelled.check(done_, "fitting the bulge");
       const Circle& circle = entries_[i].report.contact;
-      const BallSurface surface(circle.radius, presses_[i].ball_radius, length);
-      for_pixels(circle, circle.radius, 4 * circle.radius, [&](Index x, Index y) {
+      const double most = std::min(4 * circle.radius, farthest_corner(circle));
+      const BallSurface surface(circle.radius, presses_[i].ball_radius, length, most);
+      for_pixels(circle, circle.radius, most, [&](Index x, Index y) {
         const double dx = x - circle.x, dy = y - circle.y, near = 1.7 * circle.radius;
         const std::uint32_t step = thinning * (dx * dx + dy * dy < near * near ? 5 : 11);
         if (scattered(x, y) % step != 0) return;
@@ -571,7 +582,7 @@ class Calibrator {
     double a = high - golden * (high - low), b = low + golden * (high - low);
     double at_a = free_squares(std::exp(a)), at_b = free_squares(std::exp(b));
     for (int step = 0; step < 5; ++step) {
-      options_.cancelled.check(half + 0.06 * step, "fitting the bulge");
+      done_ = half + 0.06 * step;
       if (at_a < at_b) {
         high = b;
         b = a;
@@ -694,15 +705,20 @@ class Calibrator {
                                          {"rim", 0.9, 1.1},
                                          {"bulge", 1.1, 2.5},
                                          {"far", 2.5, 1e9}}};
+    std::vector<BallSurface> surfaces;
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      options_.cancelled.check(done_, "the calibration's report");
+      const Circle& circle = entries_[i].report.contact;
+      surfaces.emplace_back(circle.radius, presses_[i].ball_radius, result_.sensor.bulge_length,
+                            farthest_corner(circle));
+    }
     for (const Ring& ring : rings) {
       RegionResidual mean{ring.name, 0, 0};
       for (std::size_t i = 0; i < entries_.size(); ++i) {
         const Circle& circle = entries_[i].report.contact;
-        const BallSurface surface(circle.radius, presses_[i].ball_radius,
-                                  result_.sensor.bulge_length);
         const RegionResidual one =
             region_residual(i, circle, ring.from < 0 ? -1 : ring.from * circle.radius,
-                            std::min(1e5, ring.to * circle.radius), &surface);
+                            std::min(1e5, ring.to * circle.radius), &surfaces[i]);
         mean.signal += one.signal / static_cast<double>(entries_.size());
         mean.residual += one.residual / static_cast<double>(entries_.size());
       }
@@ -734,6 +750,7 @@ class Calibrator {
   const CalibrationOptions& options_;
   std::vector<Entry> entries_;
   double reach_ = 0, mark_error_ = 2, free_weight_ = 0;
+  double done_ = half;  // of the work, when the bulge is fitted
   bool is_smoothness_chosen_ = false;
   Calibration result_;
 };
@@ -770,7 +787,8 @@ class Calibrator {
   detail::require(std::isfinite(contact.x) && std::isfinite(contact.y), "a circle at (", contact.x,
                   ", ", contact.y, ")");
   const Index width = sensor.background.width(), height = sensor.background.height();
-  const detail::BallSurface surface(contact.radius, ball_radius, sensor.bulge_length);
+  const detail::BallSurface surface(contact.radius, ball_radius, sensor.bulge_length,
+                                    detail::farthest_corner(contact, sensor.background));
   Image<std::array<double, 3>> out(width, height);
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {

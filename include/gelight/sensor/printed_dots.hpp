@@ -39,8 +39,9 @@ namespace gelight {
 /// The dots that are printed on a sensor's gel, drawn into its image where the gel takes them.
 ///
 /// A dot is a disc in the membrane's tangent plane at rest; what moves is its outline, point by
-/// point, so that it is foreshortened, stretched and bent as the surface is. Where a steep wall
-/// hides a part of the gel from the camera, its dots are drawn over the wall.
+/// point, so that it is foreshortened, stretched and bent as the surface is. On a wall so steep
+/// that its side is turned away from the camera dots are left out; those on the gel behind such a
+/// wall, which it hides too, are drawn over it.
 class PrintedDots {
  public:
   /// `rest_depth` in m, or in any unit if `radius` is in the same; `centres` are columns and rows
@@ -91,7 +92,9 @@ class PrintedDots {
         outline[i] = pixel + Vec2<double>(field(pixel));
         is_known = is_known && outline[i].allFinite();
       }
-      if (is_known) fill(image, outline, covered);
+      // Seen from behind it goes round the other way.
+      const bool is_hidden = area(outline.data()) * area(&outlines_[first]) <= 0;
+      if (is_known && !is_hidden) fill(image, outline, covered);
     }
   }
 
@@ -119,6 +122,17 @@ class PrintedDots {
  private:
   static constexpr std::size_t corners = 32;
   static constexpr int lines = 8;  // that a row of pixels is cut into
+
+  // Positive for a polygon that goes round from x to y.
+  [[nodiscard]] static double area(const Vec2<double>* outline) {
+    double twice = 0;
+    for (std::size_t i = 0; i < corners; ++i) {
+      const Vec2<double> a = outline[i] - outline[0];
+      const Vec2<double> b = outline[(i + 1) % corners] - outline[0];
+      twice += a.x() * b.y() - a.y() * b.x();
+    }
+    return twice / 2;
+  }
 
   // Of the disc's projection; as many corners as it has, it has its area.
   template <class Depth>

@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstddef>
 #include <numbers>
+#include <utility>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
@@ -63,8 +64,12 @@ class PlanarFaces {
   void lay_flat(const Surface<Real>& surface, Index first) {
     // The area from the two shorter edges: its rounding error is proportional to their product.
     std::array<Index, 3> by_length{first, first + 1, first + 2};
-    std::sort(by_length.begin(), by_length.end(),
-              [&](Index a, Index b) { return surface.length(a) < surface.length(b); });
+    const auto order = [&](Index& a, Index& b) {
+      if (surface.length(b) < surface.length(a)) std::swap(a, b);
+    };
+    order(by_length[0], by_length[1]);
+    order(by_length[1], by_length[2]);
+    order(by_length[0], by_length[1]);
     const Real doubled_area =
         stable_norm(cross(vector(surface, by_length[0]), vector(surface, by_length[1])));
     for (Index h = first; h < first + 3; ++h) {

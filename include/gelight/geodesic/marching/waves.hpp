@@ -105,7 +105,8 @@ void keep_different(const Surface<Real>& surface, std::vector<Source<Real>>& sou
            std::tie(b.point.kind, b.point.element, b.point.weights, b.distance);
   };
   for (auto& source : sources) source.point = simplified(surface, source.point);
-  std::sort(sources.begin(), sources.end(), less);
+  std::make_heap(sources.begin(), sources.end(), less);
+  std::sort_heap(sources.begin(), sources.end(), less);  // less to compile than std::sort
   const auto same = [](const auto& a, const auto& b) { return a.point == b.point; };
   sources.erase(std::unique(sources.begin(), sources.end(), same), sources.end());
 }

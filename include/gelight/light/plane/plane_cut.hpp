@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/light/field.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -202,17 +203,39 @@ class PlaneCut {
     return -1;
   }
 
-  [[nodiscard]] static Arrival arrival_by(const Arc& arc, Index entry, const Vec3<T>& place) {
-    const Vec3<T> in = arc.places[entry];
-    const Vec3<T> across = arc.places[entry + 1] - in, to_point = place - in;
-    // The point may lie where the curve enters its face: the whole cut is the longer lever.
-    const bool lever = across.squaredNorm() > to_point.squaredNorm();
-    return {direction_of<T>(lever ? across : to_point), arc.lengths[entry] + to_point.norm(), entry,
+  [[nodiscard]] Arrival arrival_by(const Arc& arc, Index entry, const Vec3<T>& place) const {
+    const Vec3<T> to_point = place - arc.places[entry];
+    return {direction_by(arc, entry, to_point), arc.lengths[entry] + stable_norm(to_point), entry,
             &arc};
   }
 
+  /// The direction in which an arc crosses the face that it enters at `entry`.
+  [[nodiscard]] Vec3<T> direction_by(const Arc& arc, Index entry, const Vec3<T>& to_point) const {
+    const Vec3<T> across = arc.places[entry + 1] - arc.places[entry];
+    // The point may lie where the curve enters its face: the whole cut is the longer lever.
+    const Vec3<T>& lever = stable_norm(across) > stable_norm(to_point) ? across : to_point;
+    const Index in = surface_.twin(arc.crossed[entry]), out = Surface<T>::next(in);
+    const Vec3<T> side = place_of_tip(in) - place_of_origin(in);
+    const Vec3<T> next = place_of_tip(out) - place_of_origin(out);
+    const T longest = std::max(stable_norm(side), stable_norm(next));
+    if (stable_norm(lever) > short_cut * longest) return direction_of<T>(lever);
+    // Where it cuts but a corner off, rounding turns the cut; the two planes' line it does not.
+    const Vec3<T> normal = direction_of<T>(cross<T>(side, next));
+    const Vec3<T> along = direction_of<T>(cross<T>(normal, {-trace_[1], trace_[0], 0}));
+    if (along.isZero(0)) return direction_of<T>(lever);
+    return along.dot(cross<T>(normal, side)) < 0 ? Vec3<T>(-along) : along;
+  }
+
+  [[nodiscard]] const Vec3<T>& place_of_origin(Index h) const {
+    return places_[surface_.origin(h)];
+  }
+  [[nodiscard]] const Vec3<T>& place_of_tip(Index h) const { return places_[surface_.tip(h)]; }
+
   // By this share of the farthest coordinate from the origin, or of the distance from the LED.
   static constexpr T rounding = 16 * std::numeric_limits<T>::epsilon();
+  // Shorter beside its face's sides, a cut does not tell its direction.
+  static constexpr T short_cut =
+      std::max(T(next_to_vertex), 4096 * std::numeric_limits<T>::epsilon());
 
   const Surface<T>& surface_;
   Vec3<T> led_;

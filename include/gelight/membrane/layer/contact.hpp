@@ -76,6 +76,13 @@ struct Frictional {
   }
 };
 
+/// The largest of all pixels' gaps, or where it is less of the loads that they are closed with, as
+/// a length.
+struct LeftOpen {
+  double before = 0;  ///< by the loads that were there
+  double after = 0;   ///< by those that were found
+};
+
 /// Finds the loads within bounds under which a surface goes where it is wanted, or as near as the
 /// bounds let it: pressure is positive where the gap is none and no gap is negative; or traction is
 /// below friction where nothing slips, and where it slips the two are opposed.
@@ -87,12 +94,11 @@ struct Frictional {
 ///
 /// `respond(load)` gives the surface's displacement, `softness` is a pixel's by its own load,
 /// `gain` the most by which responding makes any load longer. Ends where each pixel's gap, or where
-/// it is less the load that it closes it with, is below `accuracy`, a length. Returns the largest
-/// that is left.
+/// it is less the load that it closes it with, is below `accuracy`, a length.
 template <class Bounds, class Respond>
-[[nodiscard]] double solve_bounded(Array<double>& load, const Array<double>& wanted,
-                                   const Bounds& bounds, const Respond& respond, double softness,
-                                   double gain, double accuracy, Effort& effort) {
+[[nodiscard]] LeftOpen solve_bounded(Array<double>& load, const Array<double>& wanted,
+                                     const Bounds& bounds, const Respond& respond, double softness,
+                                     double gain, double accuracy, Effort& effort) {
   constexpr int N = Bounds::components;
   const std::size_t pixels = load.size() / N;
   const auto get = [&](const Array<double>& of, std::size_t i) {
@@ -105,10 +111,12 @@ template <class Bounds, class Respond>
   };
   Array<double> gap, step(load.size()), slope(load.size());
   const auto measure = [&] {
-    gap = respond(load);
+    const bool is_loaded = std::any_of(load.begin(), load.end(), [](double q) { return q != 0; });
+    gap = is_loaded ? respond(load) : load;
     for (std::size_t k = 0; k < gap.size(); ++k) gap.data()[k] -= wanted.data()[k];
   };
   measure();
+  LeftOpen open_by;
   double last_square = 0, last_energy = std::numeric_limits<double>::infinity();
   for (int iteration = 0;; ++iteration) {
     double square = 0, change = 0, energy = 0, left = 0;
@@ -123,7 +131,9 @@ template <class Bounds, class Respond>
       set(slope, i, free);
       if (here != Load<N>::Zero()) energy += here.dot(open - get(wanted, i));
     }
-    if (left <= accuracy || iteration == effort.most_iterations) return left;
+    if (iteration == 0) open_by.before = left;
+    open_by.after = left;
+    if (left <= accuracy || iteration == effort.most_iterations) return open_by;
     ++effort.iterations;
     // A step after which the energy did not fall is followed by one after which it must.
     const bool is_careful = !(energy < last_energy);

@@ -30,14 +30,17 @@ struct Box {
 
 using Spectrum = Array<std::complex<double>>;
 
-/// Adds kernel times source times a sign, coefficient by coefficient. (By hand: the product of
-/// std::complex asks for NaN.)
+/// By hand: the product of std::complex asks for NaN.
+[[nodiscard]] inline std::complex<double> product(const std::complex<double>& a,
+                                                  const std::complex<double>& b) {
+  return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+
+/// Adds kernel times source times a sign, coefficient by coefficient.
 inline void add_product(Spectrum& sum, const Spectrum& kernel, const Spectrum& source,
                         double sign) {
   for (std::size_t i = 0; i < sum.size(); ++i) {
-    const std::complex<double> a = sign * kernel.data()[i], b = source.data()[i];
-    sum.data()[i] += std::complex<double>(a.real() * b.real() - a.imag() * b.imag(),
-                                          a.real() * b.imag() + a.imag() * b.real());
+    sum.data()[i] += product(sign * kernel.data()[i], source.data()[i]);
   }
 }
 
@@ -73,6 +76,16 @@ class Convolution {
 
   /// The coefficients of values at the source's pixels, row after row.
   [[nodiscard]] Spectrum transform(const double* source) const { return transform(*from_, source); }
+
+  /// Writes at the target's pixels what one kernel makes of values at the source's.
+  void apply(double* target, const double* source, const Spectrum& kernel) {
+    work_.resize(from_->size());
+    from_->forward(work_.data(), source);
+    for (std::size_t i = 0; i < work_.size(); ++i) {
+      work_.data()[i] = product(kernel.data()[i], work_.data()[i]);
+    }
+    restore(target, work_);
+  }
 
   /// No coefficients yet.
   [[nodiscard]] Spectrum zero() const {
@@ -112,6 +125,7 @@ class Convolution {
   Box source_, target_;
   Index period_x_ = 0, period_y_ = 0;
   std::unique_ptr<PaddedTransform> from_, to_, full_;
+  Spectrum work_;
 };
 
 }  // namespace gelight::detail

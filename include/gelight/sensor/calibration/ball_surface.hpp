@@ -46,18 +46,22 @@ inline void require_bulge(double length) {
 
 /// The gel's surface about a rigid ball that touches it in a circle: inside of it the ball, outside
 /// a membrane under tension on an elastic foundation, whose slope goes on at the rim and decays as
-/// the Bessel function K1 over a length (pixels; 0: flat). All in pixels. Throws InvalidInput for a
-/// circle that is none of the ball's, and a length that is negative or above longest_bulge.
+/// the Bessel function K1 over a length (pixels; 0: flat). All in pixels. Made for points no
+/// farther from the circle's centre than `farthest`, in time in proportion to that. Throws
+/// InvalidInput for a circle that is none of the ball's, and a length that is negative or above
+/// longest_bulge.
 class BallSurface {
  public:
-  BallSurface(double contact_radius, double ball_radius, double length)
+  BallSurface(double contact_radius, double ball_radius, double length, double farthest)
       : contact_(contact_radius), ball_(ball_radius) {
     const double rim = slope_at_rim(contact_, ball_);
     require_bulge(length);
     if (length == 0) return;
     const double at_rim = scaled_bessel_k(contact_ / length).k1;
-    // Until a slope of a thousandth is left.
-    for (int i = 0;; ++i) {
+    // Until a slope of a thousandth is left: after a steep rim and over a long bulge that is far
+    // beyond any image.
+    const double last = (farthest - contact_) * per_pixel + 2;
+    for (int i = 0; i <= last; ++i) {
       const double out = i / per_pixel, t = (contact_ + out) / length;
       const double slope = rim * scaled_bessel_k(t).k1 / at_rim * std::exp(-out / length);
       tilt_.push_back(slope / std::sqrt(1 + slope * slope));
@@ -65,7 +69,7 @@ class BallSurface {
     }
   }
 
-  /// Where the surface is flat again, from the circle's centre.
+  /// Where the surface is flat again, from the circle's centre, or farther than it is made for.
   [[nodiscard]] double reach() const {
     return contact_ + static_cast<double>(tilt_.size()) / per_pixel;
   }

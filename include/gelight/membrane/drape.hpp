@@ -1,0 +1,97 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <type_traits>
+
+#include "gelight/concepts/image.hpp"
+#include "gelight/core/error.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/image/mask.hpp"
+#include "gelight/membrane/contact.hpp"
+#include "gelight/views/image_view.hpp"
+
+namespace gelight {
+
+namespace detail {
+
+/// Raises each pixel's protrusion to that of its neighbours which were passed before, less what
+/// gel falls on the way: forwards over the image, or backwards.
+template <std::floating_point T, ImageLike R>
+void drape_pass(ImageView<T> depth, const R& rest, T fall, bool forwards) {
+  struct Step {
+    Index x, y;
+    T length;
+  };
+  const T diagonal = std::sqrt(T(2)), knight = std::sqrt(T(5));
+  const std::array<Step, 8> steps{{{-1, 0, 1},
+                                   {0, -1, 1},
+                                   {-1, -1, diagonal},
+                                   {1, -1, diagonal},
+                                   {-2, -1, knight},
+                                   {2, -1, knight},
+                                   {-1, -2, knight},
+                                   {1, -2, knight}}};
+  const Index width = depth.width(), height = depth.height(), sign = forwards ? 1 : -1;
+  const auto rest_at = [&](Index x, Index y) {
+    return static_cast<T>(ImageTraits<R>::pixel(rest, x, y));
+  };
+  for (Index j = 0; j < height; ++j) {
+    for (Index i = 0; i < width; ++i) {
+      const Index x = forwards ? i : width - 1 - i, y = forwards ? j : height - 1 - j;
+      const T own = protrusion(depth(x, y), rest_at(x, y));
+      T most = own;
+      for (const Step& step : steps) {
+        const Index u = x + sign * step.x, v = y + sign * step.y;
+        if (u < 0 || u >= width || v < 0 || v >= height) continue;
+        const T there = protrusion(depth(u, v), rest_at(u, v)) - fall * step.length;
+        if (there > most) most = there;  // false where either is not known
+      }
+      if (most > own) depth(x, y) = rest_at(x, y) - most;
+    }
+  }
+}
+
+}  // namespace detail
+
+/// Lays gel over the outlines of what is pressed in, for objects that are in it past their widest
+/// place: `out` becomes the depth map with protrusions that fall by no more than `fall` from pixel
+/// to pixel, in the unit of the depth, like a tent that hangs from the outline.
+///
+/// A ball deeper in the gel than its middle hides what is behind it: its depth jumps at the
+/// outline, and a GaussianMembrane or a BulgingMembrane with it, so that the image has a rim of
+/// dots. A fall of 4 times the width of a pixel on the membrane, 76 degrees, takes the dots away
+/// and leaves alone what is not steeper. Ways are measured in steps to
+/// a pixel's sixteen nearest neighbours (Borgefors, Distance transformations in digital images,
+/// 1986, doi:10.1016/S0734-189X(86)80047-0). Pixels that are not known stay so. `out` may be the
+/// depth map itself. Takes two passes over the image. Throws InvalidInput, before anything is
+/// written, for images of different sizes and a fall that is not positive and finite.
+template <std::floating_point T, ImageOf<T> D, ImageLike R>
+void drape_into(ImageView<T> out, const D& depth, const R& rest, std::type_identity_t<T> fall) {
+  detail::require_same_size(depth, rest, "the depth image", "the rest depth image");
+  detail::require_same_size(out, rest, "the output image", "the rest depth image");
+  detail::require(fall > 0 && std::isfinite(fall), "a fall of ", fall,
+                  " is not positive and finite");
+  for (Index y = 0; y < out.height(); ++y) {
+    for (Index x = 0; x < out.width(); ++x) {
+      out(x, y) = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
+    }
+  }
+  detail::drape_pass<T>(out, rest, fall, true);
+  detail::drape_pass<T>(out, rest, fall, false);
+}
+
+/// The same as an image of its own.
+template <ImageLike D, ImageLike R>
+requires std::floating_point<PixelOf<D>>
+[[nodiscard]] Image<PixelOf<D>> drape(const D& depth, const R& rest,
+                                      std::type_identity_t<PixelOf<D>> fall) {
+  Image<PixelOf<D>> out(static_cast<Index>(ImageTraits<D>::width(depth)),
+                        static_cast<Index>(ImageTraits<D>::height(depth)));
+  drape_into<PixelOf<D>>(out, depth, rest, fall);
+  return out;
+}
+
+}  // namespace gelight

@@ -1,0 +1,39 @@
+#!/bin/sh
+# Scripts that build say in one line, before they install or build, what is wrong: sh scripts_test.sh CHECKOUT FOLDER
+set -eu
+from=$1 there=$2
+rm -rf "$there"
+mkdir -p "$there/cmake" "$there/examples/pictures"
+cp "$from"/cmake/*.sh "$there/cmake"
+echo 'echo "it installs"' >"$there/cmake/dependencies.sh"
+: >"$there/build" # a file, in which not even root can make folders
+
+failed=0
+# A script's arguments, and a word of its one line.
+refuses() {
+  word=$1 && shift
+  script=$1 && shift
+  said=$(cd "$there" && sh "cmake/$script.sh" "$@" 2>&1) && ended=0 || ended=$?
+  case $said in
+    *"
+"*) ;;
+    *"$word"*) [ "$ended" -eq 0 ] || return 0 ;;
+  esac
+  echo "WRONG: $script.sh $* ends with $ended and says: $said"
+  failed=1
+}
+for script in demo test charts lessons python web; do
+  refuses "cannot be written to" "$script"
+done
+refuses "cannot be written to" demo mujoco
+refuses "--depth is -1" demo --depth -1
+refuses "no file nope.obj" demo --mesh nope.obj
+refuses "no option --deep" demo --deep 1
+refuses "no option -x" demo -x
+refuses "no option -3" demo mujoco out -3
+refuses "--rest has no value" demo --rest
+refuses "calibrate needs --fit" demo calibrate
+refuses "what is lights" demo lights
+refuses "no file nope.obj" charts --mesh nope.obj
+refuses "what is --fast" charts --fast
+exit "$failed"
