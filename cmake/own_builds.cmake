@@ -12,10 +12,10 @@ target_link_libraries(gelight_own INTERFACE gelight::gelight)
 target_compile_options(gelight_own INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow $<$<BOOL:${GELIGHT_NATIVE}>:-march=native>)
 
-# What programs link that are only run: with g++ the compiled library where it is built, with
-# clang++ the headers alone.
+# What programs link that are only run: the compiled library where it is built, which it is where
+# tests are, else the headers alone. (Of the tests, g++'s link it and clang++'s do not.)
 add_library(gelight_once INTERFACE)
-if(GELIGHT_BUILD_COMPILED AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+if(GELIGHT_BUILD_COMPILED)
   target_link_libraries(gelight_once INTERFACE gelight::compiled)
 endif()
 

@@ -63,11 +63,11 @@ void drape_pass(ImageView<T> depth, const R& rest, T fall, bool forwards) {
 /// A ball deeper in the gel than its middle hides what is behind it: its depth jumps at the
 /// outline, and a GaussianMembrane or a BulgingMembrane with it, so that the image has a rim of
 /// dots. A fall of 4 times the width of a pixel on the membrane, 76 degrees, takes the dots away
-/// and leaves alone what is not steeper. Ways are measured in steps to
-/// a pixel's sixteen nearest neighbours (Borgefors, Distance transformations in digital images,
-/// 1986, doi:10.1016/S0734-189X(86)80047-0). Pixels that are not known stay so. `out` may be the
-/// depth map itself. Takes two passes over the image. Throws InvalidInput, before anything is
-/// written, for images of different sizes and a fall that is not positive and finite.
+/// and leaves alone what is not steeper. Ways are measured in steps to a pixel's sixteen nearest
+/// neighbours (Borgefors, Distance transformations in digital images, 1986,
+/// doi:10.1016/S0734-189X(86)80047-0). Pixels that are not known stay so. `out` may be the depth
+/// map itself. Takes two passes over the image. Throws InvalidInput, before anything is written,
+/// for images of different sizes and a fall that is not positive and finite.
 template <std::floating_point T, ImageOf<T> D, ImageLike R>
 void drape_into(ImageView<T> out, const D& depth, const R& rest, std::type_identity_t<T> fall) {
   detail::require_same_size(depth, rest, "the depth image", "the rest depth image");
