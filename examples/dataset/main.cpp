@@ -68,14 +68,15 @@ void draw_contact_sheet(const std::string& out, const Scene& scene) {
   const hdf5::ReadFile file(out);
   const std::uint64_t count = std::min<std::uint64_t>(100, scene.samples);
   const int columns = 10, rows = static_cast<int>((count + 9) / 10), gap = 4;
-  const double scale = 160.0 / scene.width, width = 160, height = scale * scene.height;
-  Figure figure(columns * 164 + gap, static_cast<int>(rows * (height + gap)) + gap);
+  const double scale = 160.0 / std::max(scene.width, scene.height);
+  const double width = scale * scene.width, height = scale * scene.height;
+  Figure figure(static_cast<int>(columns * (width + gap)) + gap,
+                static_cast<int>(rows * (height + gap)) + gap);
   for (std::uint64_t i = 0; i < count; ++i) {
-    // One of each hundredth of the samples.
+    // One of each hundredth of the samples, whole samples, so that none is there twice.
     const double u = gelight::detail::uniforms(scene.seed, i, 0xFFFFFFFF)[0];
-    const auto from = static_cast<double>(i) / static_cast<double>(count);
-    const auto row = static_cast<std::uint64_t>((from + u / static_cast<double>(count)) *
-                                                static_cast<double>(scene.samples));
+    const std::uint64_t from = i * scene.samples / count, to = (i + 1) * scene.samples / count;
+    const auto row = from + static_cast<std::uint64_t>(u * static_cast<double>(to - from));
     const auto levels = file.row<std::uint8_t>("image", row);
     Image<gelight::Rgb8> image(scene.width, scene.height);
     for (std::size_t p = 0; p < image.pixels().size(); ++p) {
