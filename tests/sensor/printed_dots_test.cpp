@@ -264,6 +264,12 @@ TEST_CASE("bad input is named") {
   auto right = white();
   CHECK(contains(refusal([&] { dots.draw_into(right, Image<Vec2<double>>(81, 3)); }), "81 x 3"));
   CHECK(contains(refusal([&] { (void)dot_grid(-1, 2, {0, 0}, {1, 1}); }), "-1 x 2"));
+  for (const auto& [columns, rows] : std::vector<std::array<Index, 2>>{
+           {1 << 20, 1 << 20}, {4097, 4096}, {1, (1 << 24) + 1}, {(1 << 24) + 1, 1}}) {
+    const std::string words = std::to_string(columns) + " x " + std::to_string(rows);
+    CHECK(contains(refusal([&] { (void)dot_grid(columns, rows, {0, 0}, {1, 1}); }), words));
+  }
+  CHECK(dot_grid(1 << 30, 0, {0, 0}, {1, 1}).empty());
   CHECK(contains(refusal([&] {
                    (void)marker_displacement<double>(eye, flat, Image<Vec3<double>>(81, 61),
                                                      std::vector<Vec2<double>>{{-1, 0}});

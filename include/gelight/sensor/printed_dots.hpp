@@ -21,14 +21,22 @@
 
 namespace gelight {
 
+/// As many dots as an image of 4096 x 4096 has pixels, 268 MB of places: more are a mistake in one
+/// of two numbers that are multiplied.
+inline constexpr std::int64_t most_dots = std::int64_t{1} << 24;
+
 /// Pixels on a grid, row after row: where a gel's dots are. `first` is the column and row of the
-/// first, `step` how far the next is along each. Throws InvalidInput for a negative count.
+/// first, `step` how far the next is along each. Throws InvalidInput, before anything is taken from
+/// the heap, for a negative count and for more than `most_dots`.
 [[nodiscard]] inline std::vector<Vec2<double>> dot_grid(Index columns, Index rows,
                                                         const Vec2<double>& first,
                                                         const Vec2<double>& step) {
   detail::require(columns >= 0 && rows >= 0, columns, " x ", rows, " dots are a negative count");
+  const std::int64_t count = std::int64_t{columns} * rows;
+  detail::require(count <= most_dots, columns, " x ", rows, " dots are more than ", most_dots);
   std::vector<Vec2<double>> pixels;
-  for (Index y = 0; y < rows; ++y) {
+  pixels.reserve(static_cast<std::size_t>(count));
+  for (Index y = 0; y < rows && columns > 0; ++y) {
     for (Index x = 0; x < columns; ++x) {
       pixels.emplace_back(first.x() + x * step.x(), first.y() + y * step.y());
     }
