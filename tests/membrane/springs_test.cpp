@@ -83,6 +83,16 @@ TEST_CASE("a flat punch sinks in by force over stiffness and area") {
   CHECK(bed.depth(contact)(30, 20) == doctest::Approx(rest - sunk).epsilon(1e-14));
 }
 
+TEST_CASE("the depth of another bed's contact is refused by its size") {
+  const SpringBed bed(camera(61, 41, 2e-4), rest), turned(camera(41, 61, 2e-4), rest);
+  const auto punch = object(camera(41, 61, 2e-4), [](double, double) { return 1e-3; });
+  CHECK_THROWS_WITH_AS((void)bed.depth(turned.press(punch, 0.8)),
+                       doctest::Contains("the contact is 41 x 61 pixels, the camera's image 61"),
+                       InvalidInput);
+  CHECK_THROWS_WITH_AS((void)bed.depth({}), doctest::Contains("the contact is 0 x 0"),
+                       InvalidInput);
+}
+
 TEST_CASE("a paraboloid on a Winkler foundation: force pi k R d^2, radius sqrt(2 R d)") {
   // The sum over pixels tends to the integral as they get smaller.
   const double radius = 0.02, force = 0.5;

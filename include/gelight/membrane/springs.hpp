@@ -148,8 +148,10 @@ class SpringBed {
     solve_into(contact, depth, tilting_load(force, centre), cancelled);
   }
 
-  /// The depth of the gel's surface under a contact, in m: what a renderer is to be given.
+  /// The depth of the gel's surface under a contact, in m: what a renderer is to be given. Throws
+  /// InvalidInput for a contact of another size than the camera's image.
   [[nodiscard]] Image<T> depth(const SpringContact<T>& contact) const {
+    detail::require_camera_size(contact.indentation, camera_, "the contact");
     Image<T> result = contact.indentation;
     for (T& z : result.pixels()) z = rest_ - z;
     return result;
