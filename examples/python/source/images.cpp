@@ -2,6 +2,8 @@
 
 #include "images.hpp"
 
+#include <cmath>
+
 #include "gelight/image/normals.hpp"
 #include "gelight/image/raster.hpp"
 #include "gelight/sensor/noise.hpp"
@@ -111,22 +113,48 @@ void draw(const py::array& depth, const Surface& mesh, const Pose& pose, const C
   out.finish();
 }
 
-void bind_raster(py::module_& m) {
+// Rotations that went through float, a thousand times one after the other, keep lengths within half
+// of this; a body that is so much larger is so by a thirtieth of a pixel of a thousand.
+constexpr double rotation_rounding = 1e-4;
+
+Eigen::Matrix3d rotation_in(py::handle object) {
+  const auto r = rows_in<double, 3>(object, "rotation");
+  gelight::detail::require(r.size() == 9, "rotation has shape ", shape_text(r), ", not (3, 3)");
+  Eigen::Matrix3d rotation;
+  for (int i = 0; i < 9; ++i) rotation(i / 3, i % 3) = r.data()[i];
+  const Eigen::Matrix3d product = rotation.transpose() * rotation;
+  for (Index i = 0; i < 3; ++i) {
+    for (Index k = 0; k < 3; ++k) {
+      const double off = std::abs(product(i, k) - (i == k ? 1 : 0));
+      gelight::detail::require(off <= rotation_rounding,
+                               "rotation is none: the product of its columns ", i, " and ", k,
+                               " is ", product(i, k), ", not ", i == k ? 1 : 0);
+    }
+  }
+  const double volume =
+      gelight::cross<double>(rotation.col(0), rotation.col(1)).dot(rotation.col(2));
+  gelight::detail::require(volume > 0, "rotation is none but a reflection: its determinant is not positive");
+  return rotation;
+}
+
+void bind_pose(py::module_& m) {
   py::class_<Pose>(m, "Pose",
                    "Where a rigid body is: a point p of it is seen at rotation p + translation, in "
                    "the camera's frame.")
       .def(py::init([](py::handle rotation, py::handle translation) {
              Pose pose;
-             if (!rotation.is_none()) {
-               const auto r = rows_in<double, 3>(rotation, "rotation");
-               gelight::detail::require(r.size() == 9, "rotation has shape ", shape_text(r));
-               for (int i = 0; i < 9; ++i) pose.rotation(i / 3, i % 3) = r.data()[i];
-             }
+             if (!rotation.is_none()) pose.rotation = rotation_in(rotation);
              if (!translation.is_none()) pose.translation = vector_in(translation, "translation");
+             gelight::detail::require(pose.translation.allFinite(), "translation (",
+                                      pose.translation[0], ", ", pose.translation[1], ", ",
+                                      pose.translation[2], ") is not finite");
              return pose;
            }),
            "rotation"_a = py::none(), "translation"_a = py::none(),
-           "rotation: (3, 3), translation: (3,), in the unit of the mesh; by default none.")
+           "rotation: (3, 3), translation: (3,), in the unit of the mesh; by default none.\n\n"
+           "Raises ValueError for a translation that is not finite and for another matrix than a "
+           "rotation: products of its columns may be 1e-4 off, as after many rotations in float; a "
+           "body of another size or mirrored is another Surface.")
       .def_property_readonly(
           "rotation",
           [](const Pose& pose) {
@@ -138,6 +166,9 @@ void bind_raster(py::module_& m) {
       .def_property_readonly(
           "translation", [](const Pose& pose) { return array_of(pose.translation); },
           "float64 (3,).");
+}
+
+void bind_raster(py::module_& m) {
   py::class_<RasterWorkspace>(m, "RasterWorkspace",
                               "Memory that `rasterize_into` works in: with one kept from frame to "
                               "frame it is faster. Of one thread at a time.")
@@ -181,5 +212,6 @@ void bind_raster(py::module_& m) {
 
 void bind_images(py::module_& m) {
   bind_camera(m);
+  bind_pose(m);
   bind_raster(m);
 }

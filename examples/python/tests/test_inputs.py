@@ -177,3 +177,31 @@ def test_cameras_and_options_refused():
         gelight.Pose(np.eye(4)[:2, :3])
     with pytest.raises(TypeError):
         gelight.rasterize_into(depth.astype(int), gelight.box(1, 1, 1), gelight.Pose(), camera)
+
+
+TURN = np.array([[0.6, -0.8, 0], [0.8, 0.6, 0], [0, 0, 1]])
+
+
+@pytest.mark.parametrize("rotation, words", [
+    (2 * TURN, "columns 0 and 0 is 4, not 1"),
+    (1.001 * TURN, "columns 0 and 0 is 1.002"),
+    (TURN @ np.diag([1, 1, 3]), "columns 2 and 2 is 9, not 1"),
+    (TURN + [[0, 0, 0], [0, 0, 0.01], [0, 0, 0]], "columns 0 and 2 is 0.008, not 0"),
+    (np.zeros((3, 3)), "columns 0 and 0 is 0, not 1"),
+    (-np.eye(3), "reflection"),
+    (np.diag([1, -1, 1]) @ TURN, "reflection"),
+    (np.full((3, 3), np.nan), "rotation is none"),
+    (TURN[:2], "shape"),
+])
+def test_poses_are_rigid(rotation, words):
+    with pytest.raises(gelight.InvalidInput, match=words):
+        gelight.Pose(rotation)
+
+
+def test_rotations_of_float_are_poses():
+    turn = np.eye(3, dtype=np.float32)
+    for _ in range(500):
+        turn = turn @ TURN.astype(np.float32)
+    assert np.array_equal(gelight.Pose(turn).rotation, turn)
+    with pytest.raises(gelight.InvalidInput, match="translation .* is not finite"):
+        gelight.Pose(None, (0, np.inf, 1))

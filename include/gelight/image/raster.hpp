@@ -817,7 +817,9 @@ template <TriangleMesh M>
 /// Where a rigid body is: a point p of it is seen at rotation p + translation, in the camera's
 /// frame. An `Eigen::Isometry3d` or another of Eigen's transforms converts to it.
 struct Pose {
-  Eigen::Matrix3d rotation{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  ///< or any linear map
+  /// Or any other linear map, such as one with a size, which is then drawn as it is: nothing checks
+  /// that it keeps lengths.
+  Eigen::Matrix3d rotation{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   Vec3<double> translation{0, 0, 0};                          ///< in the unit of the mesh
 
   Pose() = default;
