@@ -38,7 +38,8 @@ void bind_dots(py::module_& m) {
       },
       "columns"_a, "rows"_a, "first"_a, "step"_a,
       "Pixels on a grid, row after row, float64 (columns * rows, 2): `first` is the column and row "
-      "of the first (2,), `step` how far the next is along each (2,).");
+      "of the first (2,), `step` how far the next is along each (2,). Raises ValueError for a "
+      "negative count and for more than 2^24 dots.");
   py::class_<PrintedDots>(m, "PrintedDots",
                           "The dots that are printed on a sensor's gel, drawn into its image where "
                           "the gel takes them: foreshortened, stretched and bent as its surface.")

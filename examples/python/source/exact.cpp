@@ -178,12 +178,45 @@ Field solved(const Solver& solver, py::handle sources) {
   return without_gil([&] { return solver.solve(std::span<const gelight::Source<double>>(from)); });
 }
 
+void bind_borders(py::module_& m) {
+  py::class_<BorderOn>(m, "VoronoiEdge",
+                       "A line between the cells of two sources: its points are as far from the "
+                       "one as from the other.")
+      .def_readonly("sources", &BorderOn::sources,
+                    "Their numbers in the solve, the lesser first, whose cell lies to the left, as "
+                    "seen from where the faces' vertices are counter-clockwise.")
+      .def_readonly("points", &BorderOn::points,
+                    "On it, a Path; of a closed one the first is the last.")
+      .def_readonly("is_closed", &BorderOn::is_closed, "Whether it ends where it begins.");
+  m.def(
+      "exact_voronoi_edges",
+      [](const FieldOn& field, double deviation, py::object cancelled) {
+        const gelight::VoronoiEdgeOptions<double> options{deviation, hook_of(std::move(cancelled))};
+        const auto lines =
+            without_gil([&] { return gelight::exact_voronoi_edges(field.field, options); });
+        std::vector<BorderOn> out;
+        for (const auto& line : lines) {
+          out.push_back({line.sources, {field.surface, line.points}, line.is_closed});
+        }
+        return out;
+      },
+      "field"_a, py::kw_only(), "deviation"_a = 1e-3, "cancelled"_a = py::none(),
+      "The lines between the cells of an ExactField's sources, inside of faces, a list of "
+      "VoronoiEdges: branches of hyperbolas, straight where sources start alike, whose points lie "
+      "on them to rounding (Liu, Chen, Tang 2011, doi:10.1109/TPAMI.2010.221).\n\n"
+      "deviation: how far the straight pieces between points may leave the line, about, as a share "
+      "of the longest side of their face. Raises ValueError for a field that has not kept its "
+      "windows (keep_windows=True), one of a Path, one solved up to a greatest distance or for "
+      "targets, and a deviation that is not positive.");
+}
+
 }  // namespace
 
 void bind_exact(py::module_& m) {
   bind_ways(m);
   bind_arcs(m);
   bind_field(m);
+  bind_borders(m);
   auto solver = py::class_<Solver>(
       m, "ExactSolver",
       "Exact geodesic distances on the polyhedron, by windows on its edges (Mitchell, Mount, "

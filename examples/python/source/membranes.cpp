@@ -2,6 +2,7 @@
 
 #include "any_membrane.hpp"
 #include "gelight/membrane/bulge.hpp"
+#include "gelight/membrane/drape.hpp"
 #include "gelight/membrane/gaussian.hpp"
 #include "gelight/membrane/spring_membrane.hpp"
 #include "gelight/membrane/springs.hpp"
@@ -96,13 +97,55 @@ void bind_bed(py::module_& m) {
       .def(
           "depth",
           [](const Bed& self, const Contact& contact) { return array_of(self.depth(contact)); },
-          "contact"_a, "The depth of the gel's surface under a contact, in m, float32 (h, w).");
+          "contact"_a,
+          "The depth of the gel's surface under a contact, in m, float32 (h, w). Raises ValueError "
+          "for a contact of another size than the bed's.");
 }
 
 template <class M>
 py::class_<MembraneOf<M>, AnyMembrane> bind_membrane(py::module_& m, const char* name,
                                                      const char* doc) {
   return py::class_<MembraneOf<M>, AnyMembrane>(m, name, doc);
+}
+
+void bind_drape(py::module_& m) {
+  m.def(
+      "drape",
+      [](py::handle depth, py::handle rest_depth, float fall) {
+        const DepthImage image(depth), rest(rest_depth, "the rest depth image");
+        return array_of(
+            without_gil([&] { return gelight::drape(image.view(), rest.view(), fall); }));
+      },
+      "depth"_a, "rest_depth"_a, "fall"_a,
+      "Lays gel over the outlines of what is pressed in past its widest place, where depth jumps: "
+      "the depth image, float32 (h, w), with protrusions that fall by no more than `fall` from "
+      "pixel to pixel, like a tent that hangs from the outline.\n\n"
+      "depth, rest_depth: (h, w), of what touches the gel and of the untouched gel; all in one "
+      "unit. A fall of 4 times a pixel's width on the membrane leaves alone what is not steeper "
+      "than 76 degrees. Ways are measured in steps to a pixel's sixteen nearest neighbours "
+      "(Borgefors 1986, doi:10.1016/S0734-189X(86)80047-0). Pixels that are not known stay so. "
+      "Raises ValueError for images of different sizes and a fall that is not positive and "
+      "finite.");
+  m.def(
+      "drape_into",
+      [](py::handle out, py::handle depth, py::handle rest_depth, float fall) {
+        const DepthImage image(depth), rest(rest_depth, "the rest depth image");
+        OutputImage<float> to(out, "the output image");
+        without_gil([&] {
+          // Beside it: `out` may be the rest depth image, or lie across one of the two.
+          const Image<float> draped = gelight::drape(image.view(), rest.view(), fall);
+          gelight::detail::require_same_size(to.view(), rest.view(), "the output image",
+                                             "the rest depth image");
+          for (Index y = 0; y < draped.height(); ++y) {
+            for (Index x = 0; x < draped.width(); ++x) to.view()(x, y) = draped(x, y);
+          }
+          return 0;
+        });
+        to.finish();
+      },
+      "out"_a, "depth"_a, "rest_depth"_a, "fall"_a,
+      "The same into the caller's pixels, float32 (h, w), at any strides: those of `depth` or "
+      "`rest_depth`, if you like.");
 }
 
 }  // namespace
@@ -138,4 +181,5 @@ void bind_membranes(py::module_& m) {
       .def(py::init([](double length) { return MembraneOf(Tension(length)); }), "length"_a,
            "Over what length a bulge decays, in pixels.");
   bind_layer(m);
+  bind_drape(m);
 }

@@ -2,6 +2,7 @@
 
 // Points, sources and paths on a surface, as Python names them.
 
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -11,6 +12,13 @@
 struct PathOn {
   Surface surface;
   gelight::Path<double> points;
+};
+
+/// A line between the cells of two sources.
+struct BorderOn {
+  std::array<Index, 2> sources;
+  PathOn points;
+  bool is_closed;
 };
 
 /// A vertex' number or a SurfacePoint.

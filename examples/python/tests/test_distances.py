@@ -63,6 +63,71 @@ def test_smooth_is_nearer_to_the_sphere_than_the_mesh():
     assert path.length == pytest.approx(truth[100], rel=1e-4)
 
 
+def sides_of(edge, sites, starts):
+    """How far an edge's points are from its two sources on a plane, with their start distances."""
+    p = edge.points.positions
+    return [np.linalg.norm(p - sites[k], axis=1) + starts[k] for k in edge.sources]
+
+
+def test_voronoi_edges_of_a_plane_are_bisectors():
+    vertices, faces = sheet()
+    solver = gelight.ExactSolver(gelight.Surface(vertices, faces), keep_windows=True)
+    edges = gelight.exact_voronoi_edges(solver.solve([57, 60]))
+    assert len(edges) == 1 and edges[0].sources == [0, 1] and not edges[0].is_closed
+    first, second = sides_of(edges[0], vertices[[57, 60]], [0, 0])
+    assert np.abs(first - second).max() < 1e-12
+    assert edges[0].points.length == pytest.approx(2, abs=1e-12)  # across the sheet
+    assert np.ptp(edges[0].points.positions[:, 0]) < 1e-12
+    # The cell of the first, at smaller x, is to the left of who looks at it from above.
+    assert vertices[57, 0] < vertices[60, 0]
+    assert edges[0].points.positions[0, 1] < edges[0].points.positions[-1, 1]
+
+
+def test_voronoi_edges_of_three_cells_meet():
+    vertices, faces = sheet()
+    sites = [27, 36, 83]
+    solver = gelight.ExactSolver(gelight.Surface(vertices, faces), keep_windows=True)
+    edges = gelight.exact_voronoi_edges(solver.solve(sites))
+    assert sorted(edge.sources for edge in edges) == [[0, 1], [0, 2], [1, 2]]
+    a, b, c = vertices[sites][:, :2]
+    system, right = 2 * np.array([b - a, c - a]), [b @ b - a @ a, c @ c - a @ a]
+    middle = np.append(np.linalg.solve(system, right), 0)  # of the circle through all three
+    for edge in edges:
+        first, second = sides_of(edge, vertices[sites], [0, 0, 0])
+        assert np.abs(first - second).max() < 1e-12
+        ends = edge.points.positions[[0, -1]]
+        assert np.linalg.norm(ends - middle, axis=1).min() < 1e-10
+
+
+def test_voronoi_edges_of_a_later_source_are_hyperbolas():
+    vertices, faces = sheet()
+    solver = gelight.ExactSolver(gelight.Surface(vertices, faces), keep_windows=True)
+    field = solver.solve([gelight.Source(57), gelight.Source(61, 0.3)])
+    for deviation in (1e-2, 1e-4):
+        (edge,) = gelight.exact_voronoi_edges(field, deviation=deviation)
+        first, second = sides_of(edge, vertices[[57, 61]], [0, 0.3])
+        assert np.abs(first - second).max() < 1e-12
+        # Between its points, too, the line is nearly there.
+        p = edge.points.positions
+        half = (p[1:] + p[:-1]) / 2
+        gap = np.linalg.norm(half - vertices[57], axis=1) - np.linalg.norm(half - vertices[61], axis=1)
+        assert np.abs(gap - 0.3).max() < 2 * deviation * 0.36
+    assert len(edge.points) > 30
+
+
+def test_voronoi_edges_refused():
+    surface = gelight.Surface(*sheet())
+    with pytest.raises(ValueError, match="keep_windows"):
+        gelight.exact_voronoi_edges(gelight.ExactSolver(surface).solve([0, 7]))
+    solver = gelight.ExactSolver(surface, keep_windows=True)
+    with pytest.raises(ValueError, match="deviation 0 is not positive"):
+        gelight.exact_voronoi_edges(solver.solve([0, 7]), deviation=0.0)
+    with pytest.raises(ValueError, match="segments"):
+        gelight.exact_voronoi_edges(solver.solve(gelight.Path(surface, [0, 1])))
+    with pytest.raises(gelight.Cancelled):
+        gelight.exact_voronoi_edges(solver.solve([0, 7]), cancelled=lambda done: True)
+
+
 def test_distance_into():
     solver = gelight.ExactSolver(gelight.Surface(*sheet()))
     out = np.empty(solver.surface.vertex_count)

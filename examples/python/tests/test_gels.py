@@ -74,6 +74,78 @@ def test_bad_dots_are_named():
 needs_embree = pytest.mark.skipif(not hasattr(gelight, "LightTracer"), reason="without Embree")
 
 
+def hung(depth, rest, fall):
+    """Every pixel's highest tent, of all pixels: the way of a knight's, a bishop's and a rook's
+    steps is straight along two neighbouring ones of sixteen."""
+    height, width = depth.shape
+    own = np.where(depth <= rest, rest - depth, 0)
+    y, x = np.mgrid[:height, :width]
+    most = own.copy()
+    for v in range(height):
+        for u in range(width):
+            dx, dy = np.abs(x - u), np.abs(y - v)
+            far, near = np.maximum(dx, dy), np.minimum(dx, dy)
+            flat = far - 2 * near + near * np.sqrt(5)
+            steep = (2 * near - far) * np.sqrt(2) + (far - near) * np.sqrt(5)
+            way = np.where(far >= 2 * near, flat, steep)
+            most = np.maximum(most, own[v, u] - fall * way)
+    return np.where(most > own, rest - most, depth)
+
+
+def test_drape_is_the_highest_of_all_tents():
+    random = np.random.default_rng(3)
+    rest = (2 + 0.1 * random.random((19, 24))).astype(np.float32)
+    depth = np.full(rest.shape, np.inf, np.float32)
+    depth[5:9, 7:12] = 1.2
+    depth[14, 20] = 0.9
+    depth[2, 3] = 2.5  # behind the gel
+    for fall in (0.05, 0.13, 10.0):
+        draped = gelight.drape(depth, rest, fall)
+        assert draped.dtype == np.float32
+        truth = hung(depth.astype(float), rest.astype(float), fall)
+        assert np.array_equal(np.isinf(draped), np.isinf(truth))
+        known = np.isfinite(truth)
+        assert np.abs(draped[known] - truth[known]).max() < 2e-6
+        for out in (depth.copy(), rest.copy(), np.zeros((38, 72), np.float32)[::2, ::3]):
+            given = [out if np.array_equal(out, a) else a for a in (depth, rest)]
+            gelight.drape_into(out, *given, fall)
+            assert np.array_equal(out, draped)
+    assert np.array_equal(gelight.drape(depth, rest, 10.0), depth)
+    depth[0, 0] = np.nan
+    assert np.isnan(gelight.drape(depth, rest, 0.1)[0, 0])
+
+
+def test_drape_refuses():
+    image = np.ones((6, 8), np.float32)
+    out = np.full((6, 8), 7, np.float32)
+    for fall in (0.0, -1.0, np.inf, np.nan):
+        with pytest.raises(ValueError, match="fall"):
+            gelight.drape_into(out, image, image, fall)
+    with pytest.raises(ValueError, match="8 x 5"):
+        gelight.drape_into(out, image[:5], image, 1.0)
+    with pytest.raises(ValueError, match="the output image is 8 x 5"):
+        gelight.drape_into(out[:5], image, image, 1.0)
+    with pytest.raises(TypeError):
+        gelight.drape_into(out.astype(float), image, image, 1.0)
+    assert np.all(out == 7)
+
+
+@pytest.mark.parametrize("columns, rows", [(2**20, 2**20), (4097, 4096), (1, 2**24 + 1)])
+def test_dots_beyond_count_are_refused_at_once(columns, rows):
+    with pytest.raises(gelight.InvalidInput, match=f"{columns} x {rows} dots are more than 16777216"):
+        gelight.dot_grid(columns, rows, (0, 0), (1, 1))
+
+
+def test_the_contact_of_another_bed_is_refused():
+    camera = gelight.Camera.from_vertical_fov(1.0, 16, 12)
+    turned = gelight.Camera.from_vertical_fov(1.0, 12, 16)
+    bed, other = (gelight.SpringBed(eye, 0.02) for eye in (camera, turned))
+    contact = other.press(np.full((16, 12), 0.02, np.float32), 1.0)
+    assert other.depth(contact).shape == (16, 12)
+    with pytest.raises(gelight.InvalidInput, match="the contact is 12 x 16 pixels"):
+        bed.depth(contact)
+
+
 @needs_embree
 def test_light_from_the_middle_of_a_ball_is_the_same_all_over_half_of_it():
     ball = gelight.icosphere(2, 2.0)
