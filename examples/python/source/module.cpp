@@ -45,4 +45,7 @@ PYBIND11_MODULE(_gelight, m) {
   bind_dots(m);
   bind_calibration(m);
   bind_presets(m);
+
+  bind_values();
+  guard_classes(m);
 }

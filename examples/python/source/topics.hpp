@@ -23,3 +23,7 @@ void bind_see_through(pybind11::module_& m);
 void bind_dots(pybind11::module_& m);
 void bind_calibration(pybind11::module_& m);
 void bind_presets(pybind11::module_& m);
+
+// When all classes are there.
+void bind_values();
+void guard_classes(pybind11::module_& m);
