@@ -30,8 +30,9 @@ def toy(frames=100):
     return np.array(poses)
 
 
-def rotation(w, x, y, z):
-    """Of a unit quaternion."""
+def rotation(*quaternion):
+    """Of a quaternion, which a file's few digits leave longer or shorter than 1."""
+    w, x, y, z = np.array(quaternion) / np.linalg.norm(quaternion)
     return [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]

@@ -578,7 +578,7 @@ class BorderNormals:
     none: BorderNormals
     extrapolated: BorderNormals
 
-class Pose:
+class Pose:  # rigid: other matrices than rotations, but for rounding of float, are a ValueError
     def __init__(
         self, rotation: ArrayLike | None = None, translation: ArrayLike | None = None
     ) -> None: ...
