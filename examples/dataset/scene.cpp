@@ -40,7 +40,9 @@ T value_of(const json& value, const std::string& where) {
     return text;
   } else if constexpr (std::is_integral_v<T>) {
     constexpr auto most = static_cast<std::uint64_t>(std::numeric_limits<T>::max());
-    require_that(value.is_number_unsigned() && value.get<std::uint64_t>() <= most,
+    // (JSON's -0 is a number with a sign.)
+    const bool is_zero = value.is_number_integer() && value.get<std::int64_t>() == 0;
+    require_that(is_zero || (value.is_number_unsigned() && value.get<std::uint64_t>() <= most),
                  "a whole number from 0 to ", most);
     return value.get<T>();
   } else if constexpr (std::is_floating_point_v<T>) {
@@ -225,7 +227,7 @@ ObjectRange read_object(const json& value, const std::string& where,
     const auto path = folder / entry.take<std::string>("mesh");
     object.name = path.stem().string();
     const Mesh<double> mesh = mesh_of_file(path);
-    require_single_precision(mesh, path.string());
+    require_precision<float>(mesh, path.string());
     object.mesh = as_float(mesh, entry.number("unit", 1, 1e-9, 1e6));
   }
   object.name = entry.take<std::string>("name", object.name);

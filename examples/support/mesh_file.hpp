@@ -6,9 +6,11 @@
 #include <OpenMesh/Core/System/omstream.hh>
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <filesystem>
 #include <iostream>
 #include <limits>
+#include <new>
 #include <sstream>
 #include <string>
 
@@ -40,26 +42,46 @@ class OpenMeshWords {
   std::ostringstream words_;
 };
 
-/// Throws InvalidInput where a mesh lies so far from the origin, for the length of its edges, that
-/// single precision bends it.
-inline void require_single_precision(const gelight::Mesh<double>& mesh, const std::string& name) {
-  double farthest = 0, length = 0;
+/// What is lost of a mesh where its points are rounded, in its unit.
+struct Rounding {
+  double farthest = 0;  ///< of the coordinates
+  double edge = 0;      ///< their mean length
+  double error = 0;     ///< of a coordinate, at most
+
+  /// Whether more than this share of an edge is lost.
+  [[nodiscard]] bool exceeds(double share) const { return !(error <= share * edge); }
+};
+
+/// For points that are rounded to numbers of type T.
+template <std::floating_point T>
+[[nodiscard]] Rounding rounding_of(const gelight::Mesh<double>& mesh) {
+  Rounding rounding;
   for (const auto& p : mesh.positions) {
-    for (const double c : p) farthest = std::max(farthest, std::abs(c));
+    for (const double c : p) rounding.farthest = std::max(rounding.farthest, std::abs(c));
   }
+  double length = 0;
   for (const auto& [a, b, c] : mesh.faces) {
     const auto at = [&](gelight::Index v) {
       return gelight::Vec3<double>(mesh.position(v).data());
     };
     length += (at(b) - at(a)).norm() + (at(c) - at(b)).norm() + (at(a) - at(c)).norm();
   }
-  const double edge = length / static_cast<double>(3 * mesh.faces.size());
-  const double rounding = farthest * double{std::numeric_limits<float>::epsilon()} / 2;
-  gelight::detail::require(rounding <= 1e-4 * edge, name, " lies ",
-                           gelight::detail::two_digits(farthest),
-                           " from the origin, where single precision rounds its points by ",
-                           gelight::detail::two_digits(rounding), ", too much for edges of ",
-                           gelight::detail::two_digits(edge), "; move it to the origin");
+  rounding.edge = length / static_cast<double>(3 * mesh.faces.size());
+  rounding.error = rounding.farthest * double{std::numeric_limits<T>::epsilon()} / 2;
+  return rounding;
+}
+
+/// Throws InvalidInput where a mesh lies so far from the origin, for the length of its edges, that
+/// numbers of type T bend it.
+template <std::floating_point T>
+void require_precision(const gelight::Mesh<double>& mesh, const std::string& name) {
+  using gelight::detail::two_digits;
+  const Rounding rounding = rounding_of<T>(mesh);
+  gelight::detail::require(!rounding.exceeds(1e-4), name, " lies ", two_digits(rounding.farthest),
+                           " from the origin, where ", sizeof(T) == 4 ? "single" : "double",
+                           " precision rounds its points by ", two_digits(rounding.error),
+                           ", too much for edges of ", two_digits(rounding.edge),
+                           "; move it to the origin");
 }
 
 /// Whether the points of some face do not lie on a line.
@@ -75,7 +97,7 @@ inline void require_single_precision(const gelight::Mesh<double>& mesh, const st
 /// The mesh of a file that OpenMesh reads (STL, OBJ, PLY, OFF). Throws InvalidInput if there is
 /// none in it, or one that OpenMesh would mend: points and faces that it leaves out or tears off;
 /// and where there is no area.
-/// Points of OBJ are double; others single, and so must lie near enough to the origin.
+/// Points of OBJ are double; others single: they must lie near enough to the origin for that.
 [[nodiscard]] inline gelight::Mesh<double> mesh_of_file(const std::filesystem::path& path) {
   using gelight::detail::require;
   const std::string name = path.string();
@@ -85,7 +107,12 @@ inline void require_single_precision(const gelight::Mesh<double>& mesh, const st
   OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble> file;
   file.request_vertex_status();
   const OpenMeshWords said;
-  const bool is_read = OpenMesh::IO::read_mesh(file, name);
+  bool is_read = false;
+  try {
+    is_read = OpenMesh::IO::read_mesh(file, name);
+  } catch (const std::bad_alloc&) {
+    gelight::detail::refuse({name, " tells of more than there is memory for"});
+  }
   require(!said.have("invalid") && !said.have("equal vertices"), name,
           " has a face with a vertex that is not in it, or with one twice; it would be left out");
   require(is_read && file.n_faces() > 0, "no mesh can be read from ", name);
@@ -111,6 +138,6 @@ inline void require_single_precision(const gelight::Mesh<double>& mesh, const st
   }
   for (gelight::Index f = 0; f < surface.face_count(); ++f) mesh.faces.push_back(surface.face(f));
   require(has_area(mesh), name, " has no area: the points of each face lie on a line");
-  if (points.empty()) require_single_precision(mesh, name);
+  points.empty() ? require_precision<float>(mesh, name) : require_precision<double>(mesh, name);
   return mesh;
 }

@@ -14,6 +14,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "gelight/core/error.hpp"
@@ -72,11 +73,37 @@ inline void require_finite_stl(std::string_view bytes, const std::string& name) 
   }
 }
 
+/// Throws InvalidInput, which names the line, for a face of OBJ that has a vertex twice, counted
+/// from the last one where it is negative: OpenMesh leaves it out.
+inline void require_other_corners(std::span<const std::string_view> corners, std::size_t points,
+                                  const std::string& where) {
+  std::vector<long long> vertices;
+  for (const std::string_view corner : corners) {
+    long long vertex = 0;
+    std::from_chars(corner.data(), corner.data() + corner.size(), vertex);
+    if (vertex < 0) vertex += static_cast<long long>(points) + 1;
+    gelight::detail::require(std::ranges::find(vertices, vertex) == vertices.end(), where,
+                             ": the face has vertex ", vertex, " twice");
+    vertices.push_back(vertex);
+  }
+}
+
+/// Throws InvalidInput, which names the line, for a head that tells of more things than the file
+/// has bytes: OpenMesh makes room for them.
+inline void require_room(std::span<const std::string_view> counts, std::size_t bytes,
+                         const std::string& where) {
+  for (const std::string_view count : counts) {
+    gelight::detail::require(!(number_of(count) > static_cast<double>(bytes)), where, ": ", count,
+                             " things are more than the file's ", bytes, " bytes can be");
+  }
+}
+
 }  // namespace mesh_text_detail
 
 /// The points of an OBJ file, as it has them; none of others. Throws InvalidInput, which names the
 /// line, for a coordinate that is no number, not finite or beyond single precision in what of OBJ,
-/// OFF, STL and PLY is text, and the face for one that is not finite in binary STL.
+/// OFF, STL and PLY is text, for a face of OBJ with a vertex twice and for a head of OFF or PLY
+/// that tells of more than there can be; and the face for one that is not finite in binary STL.
 [[nodiscard]] inline std::vector<std::array<double, 3>> points_of_text(
     const std::filesystem::path& path) {
   using namespace mesh_text_detail;
@@ -91,7 +118,7 @@ inline void require_finite_stl(std::string_view bytes, const std::string& name) 
     return points;
   }
   if (!is_obj && !is_stl && !is_off && kind != ".ply") return points;
-  bool is_head = !is_obj && !is_stl;
+  bool is_head = !is_obj && !is_stl, is_binary = false, are_counts_next = false;
   std::size_t number = 0;
   for (std::string_view rest(bytes); !rest.empty();) {
     const std::size_t end = std::min(rest.find('\n'), rest.size());
@@ -100,15 +127,29 @@ inline void require_finite_stl(std::string_view bytes, const std::string& name) 
     ++number;
     const auto words = words_of(line);
     if (words.empty()) continue;
+    const std::string where = path.string() + ", line " + std::to_string(number);
     if (is_head) {
-      if (line.find("binary") != line.npos || line.find("BINARY") != line.npos) return points;
+      if (is_off && line.find("BINARY") != line.npos) return points;
+      is_binary = is_binary || line.find("binary") != line.npos;
       is_head = is_off ? words[0].find("OFF") == line.npos : words[0] != "end_header";
+      if (is_off && !is_head && words.size() > 1) {
+        require_room(std::span(words).subspan(1), bytes.size(), where);
+      }
+      if (words[0] == "element" && words.size() == 3) {
+        require_room(std::span(words).subspan(2), bytes.size(), where);
+      }
+      are_counts_next = is_off && !is_head && words.size() == 1;
+      if (is_binary && !is_head) return points;
       continue;
+    }
+    if (std::exchange(are_counts_next, false)) require_room(words, bytes.size(), where);
+    if (is_obj && words[0] == "f") {
+      require_other_corners(std::span(words).subspan(1), points.size(), where);
     }
     const bool is_point = (is_obj && words[0] == "v") || (is_stl && words[0] == "vertex");
     const auto numbers = std::span(words).subspan(is_point ? 1 : 0);
     const std::size_t count = is_point ? 3 : is_obj || is_stl ? 0 : words.size();
-    gelight::detail::require(are_numbers(numbers, count), path.string(), ", line ", number, ": \"",
+    gelight::detail::require(are_numbers(numbers, count), where, ": \"",
                              line.substr(0, line.find('\r')).substr(0, 60),
                              "\": not all are finite numbers up to 3.4e38");
     if (is_obj && is_point) {
