@@ -74,7 +74,8 @@ inline void put_sample(Part& part, const std::vector<Column>& columns, std::size
 [[nodiscard]] inline std::vector<std::pair<std::string, std::string>> notes_of(const Scene& scene) {
   const auto lines = [](const auto& ranges) {
     std::string text;
-    for (const auto& range : ranges) text += (text.empty() ? "" : "\n") + range.name;
+    for (const auto& range : ranges) text += range.name + "\n";
+    text.pop_back();
     return text;
   };
   return {

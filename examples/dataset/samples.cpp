@@ -44,12 +44,37 @@ std::optional<std::pair<Vec3<double>, Vec3<double>>> membrane_at(const LitSensor
   return std::pair<Vec3<double>, Vec3<double>>(point, -normal.normalized());
 }
 
+// Where a place can come to, in pixels: one at least of each pair of neighbours that it can lie
+// between.
+std::vector<double> reach_of(const Distribution& share, Index size) {
+  const auto at = [&](double of) { return std::clamp(of * size - 0.5, 0.0, size - 1.0); };
+  std::vector<double> all;
+  for (const double choice : share.choices) all.push_back(at(choice));
+  if (!all.empty()) return all;
+  all = {at(share.least()), at(share.most())};
+  for (double pixel = std::ceil(all[0]); pixel < all[1]; ++pixel) all.push_back(pixel);
+  return all;
+}
+
+// Refuses a sensor beside whose membrane all places lie.
+void require_membrane(const Scene& scene, const LitSensor& sensor) {
+  const auto columns = reach_of(scene.column, sensor.preset.camera.width);
+  const auto rows = reach_of(scene.row, sensor.preset.camera.height);
+  const bool is_there = std::any_of(rows.begin(), rows.end(), [&](double y) {
+    return std::any_of(columns.begin(), columns.end(),
+                       [&](double x) { return membrane_at(sensor, x, y).has_value(); });
+  });
+  gelight::detail::require(is_there,
+                           "the scene's pose presses beside the membrane wherever it can");
+}
+
 }  // namespace
 
 LitSensors::LitSensors(const Scene& scene) {
   for (const SensorRange& range : scene.sensors) {
     try {
       kinds_.push_back(lit_sensor(range, scene.width, scene.height));
+      require_membrane(scene, kinds_.back());
     } catch (const gelight::InvalidInput& why) {
       gelight::detail::refuse({"the sensor \"", range.name, "\": ", why.what()});
     }
@@ -271,12 +296,13 @@ void Press::press_back(const LitSensor& sensor) {
     sample_.force[static_cast<std::size_t>(i)] = static_cast<float>(force[i]);
 }
 
-// Markers on a grid over the image, dragged by a disc as large as the contact.
+// Markers on a grid over the image where the camera sees the membrane at rest, dragged by a disc as
+// large as the contact.
 void Press::drag_markers(const LitSensor& sensor) {
   const auto& camera = sensor.preset.camera;
   const auto columns = static_cast<std::size_t>(scene_.marker_columns);
   const auto rows = static_cast<std::size_t>(scene_.marker_rows);
-  sample_.markers.assign(2 * columns * rows, 0);
+  sample_.markers.assign(2 * columns * rows, std::numeric_limits<float>::quiet_NaN());
   gelight::Vec2<double> centre(0, 0);
   double count = 0, depth = 0;
   for (Index y = 0; y < camera.height; ++y) {
@@ -287,15 +313,20 @@ void Press::drag_markers(const LitSensor& sensor) {
       ++count;
     }
   }
-  if (count == 0) return;
-  const double focal = camera.fx * count / depth;  // pixels a metre on the membrane
-  const auto dragged = gelight::DraggedMarkers::of_disc(
-      centre / count, {focal * sample_.press[1], focal * sample_.press[2]},
-      std::sqrt(count / std::numbers::pi), 0.48);
+  std::optional<gelight::DraggedMarkers> dragged;  // by what touches
+  if (count > 0) {
+    const double focal = camera.fx * count / depth;  // pixels a metre on the membrane
+    dragged = gelight::DraggedMarkers::of_disc(centre / count,
+                                               {focal * sample_.press[1], focal * sample_.press[2]},
+                                               std::sqrt(count / std::numbers::pi), 0.48);
+  }
   for (std::size_t r = 0; r < rows; ++r) {
     for (std::size_t c = 0; c < columns; ++c) {
-      const auto by = dragged({camera.width * (double(c) + 0.5) / double(columns) - 0.5,
-                               camera.height * (double(r) + 0.5) / double(rows) - 0.5});
+      const gelight::Vec2<double> at(camera.width * (double(c) + 0.5) / double(columns) - 0.5,
+                                     camera.height * (double(r) + 0.5) / double(rows) - 0.5);
+      const auto x = static_cast<Index>(at.x() + 0.5), y = static_cast<Index>(at.y() + 0.5);
+      if (!std::isfinite(sensor.rest.depth(x, y))) continue;
+      const gelight::Vec2<double> by = dragged ? (*dragged)(at) : gelight::Vec2<double>(0, 0);
       sample_.markers[2 * (r * columns + c)] = static_cast<float>(by.x());
       sample_.markers[2 * (r * columns + c) + 1] = static_cast<float>(by.y());
     }

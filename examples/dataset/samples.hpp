@@ -53,7 +53,7 @@ struct Sample {
   Image<float> depth;                   ///< of the membrane under contact, m; NaN: none
   Image<Vec3<float>> normals;           ///< of that, towards the camera; NaN: none
   std::array<float, 3> force{};         ///< of the object on the membrane, N
-  std::vector<float> markers;           ///< how far along x and y, pixels, one after the other
+  std::vector<float> markers;           ///< how far along x and y, pixels, in turns; NaN: not seen
   std::array<double, 12> pose{};        ///< 3 x 4, from the object to the camera
   std::array<std::uint64_t, 2> seed{};  ///< of the scene, and the sample's number
   std::array<double, 4> press{};        ///< depth, shift along x and y (m), the gel's modulus (Pa)

@@ -140,6 +140,7 @@ struct BuiltSensor {
   options.smoothing_radius = static_cast<Index>(std::ceil(4 * options.smoothing_sigma));
   options.ambient = drawn.ambient;
   options.rectify = lit.is_tangent;
+  options.border_normals = gelight::BorderNormals::extrapolated;  // lit up to the image's edge
   return {drawn,
           gelight::TactileRenderer<float>(preset.camera, lit.rest.depth, lights,
                                           gelight::coating_light(preset, lit.rest), options)};

@@ -12,7 +12,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -65,10 +64,16 @@ Likeness likeness(const Picture& a, const Picture& b) {
   return {.values = {gelight::ssim(a, b), gelight::psnr(a, b), sum / numbers}};
 }
 
+/// A text's lines, of which some or all may be empty.
 std::vector<std::string> lines(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> all;
-  for (std::string line; std::getline(stream, line);) all.push_back(line);
+  std::vector<std::string> all(1);
+  for (const char c : text) {
+    if (c == '\n') {
+      all.emplace_back();
+    } else {
+      all.back() += c;
+    }
+  }
   return all;
 }
 

@@ -3,8 +3,11 @@
 #include <cairo/cairo.h>
 
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <cstring>
 #include <memory>
 #include <numbers>
 #include <span>
@@ -172,11 +175,35 @@ class Figure {
     return image;
   }
 
-  void save(const std::string& path) const {
-    const cairo_status_t status = cairo_surface_write_to_png(surface_.get(), path.c_str());
+  /// The picture as a PNG file.
+  [[nodiscard]] std::string png() const {
+    std::string bytes;
+    const auto put = [](void* to, const unsigned char* from, unsigned count) {
+      static_cast<std::string*>(to)->append(reinterpret_cast<const char*>(from), count);
+      return CAIRO_STATUS_SUCCESS;
+    };
+    const cairo_status_t status =
+        cairo_surface_write_to_png_stream(surface_.get(), +put, static_cast<void*>(&bytes));
     if (status != CAIRO_STATUS_SUCCESS) {
-      throw std::runtime_error("cannot write " + path + ": " + cairo_status_to_string(status));
+      throw std::runtime_error(std::string("cannot make a PNG: ") + cairo_status_to_string(status));
     }
+    return bytes;
+  }
+
+  /// Throws std::runtime_error with the system's reason, such as a full disk.
+  void save(const std::string& path) const {
+    const std::string bytes = png();
+    errno = 0;
+    std::FILE* const file = std::fopen(path.c_str(), "wb");
+    const bool is_written =
+        file != nullptr && std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+    int why = errno;
+    if (file != nullptr && std::fclose(file) != 0 && is_written) {
+      why = errno;
+    } else if (is_written) {
+      return;
+    }
+    throw std::runtime_error("cannot write " + path + ": " + std::strerror(why));
   }
 
  private:
