@@ -46,6 +46,9 @@ for mesh in book turned; do
 done
 # A point that is no number, of which OpenMesh would give the place to the next; and one that has gone
 # into single precision far from the origin.
+# A regular octahedron.
+printf 'v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n' >octahedron.obj
+printf 'f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n' >>octahedron.obj
 refused() { # WORDS FILE
   if "$all_pairs" "$2" no.h5 >said 2>&1; then fail "$2 is not refused"; fi
   grep -q "$1" said && [ ! -e no.h5.parts ] || fail "what is said of $2"
@@ -70,6 +73,15 @@ refused "far.stl lies 1e+05 from the origin" far.stl
 refused "binary.stl, face 0 has a point that is not finite" binary.stl
 printf 'v 1 2 3\nv 1 2 3\nv 1 2 3\nf 1 2 3\n' >point.obj
 refused "point.obj has no area" point.obj
+# So far away that double precision bends it; and lengths that single precision cannot hold.
+awk 'BEGIN { CONVFMT = "%.17g" } $1 == "v" { $2 += 1e13 } { print }' octahedron.obj >farther.obj
+refused "farther.obj lies 1e+13 from the origin, where double precision" farther.obj
+for length in 3e38 1e-40; do
+  printf "v 0 0 0\\nv $length 0 0\\nv 0 $length 0\\nv $length $length 0\\nf 1 2 3\\nf 2 4 3\\n" >length.obj
+  if "$all_pairs" length.obj "single_$length.h5" >said 2>&1; then fail "lengths of $length in single precision"; fi
+  grep -q "the distance from vertex [0-3] to vertex [0-3] is .*, which float32 cannot hold" said || fail "what is said of $length"
+  "$all_pairs" length.obj "double_$length.h5" --type float64 >said 2>&1 || fail "lengths of $length"
+done
 if "$all_pairs" facet.stl nowhere/no.h5 >said 2>&1 || [ -e nowhere ]; then fail "a folder nobody asked for"; fi
 # Two parts, and a vertex of no face: from one to the other there is no way.
 printf 'v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf 2 3 4\nf 5 6 7\n' >parts.obj
@@ -80,14 +92,21 @@ for edge in 0 -1 nan 1e-7 1; do
   if "$all_pairs" geltip --edge "$edge" no.h5 >said 2>&1; then fail "an edge of $edge m"; fi
 done
 
-# A regular octahedron: next corners are an edge apart, opposite ones two heights of a face.
-printf 'v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n' >octahedron.obj
-printf 'f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n' >>octahedron.obj
+# An octahedron: next corners are an edge apart, opposite ones two heights of a face.
 "$all_pairs" octahedron.obj octahedron.h5 --type float64 >said 2>&1 || fail "an octahedron"
 
 # And a smaller one, a million of its edges away.
 awk 'BEGIN { CONVFMT = "%.17g" } $1 == "v" { $2 = 0.7 * $2 + 1e6; $3 = 0.7 * $3 - 1e6; $4 *= 0.7 } { print }' octahedron.obj >far.obj
 "$all_pairs" far.obj far.h5 --type float64 >said 2>&1 || fail "an octahedron far away"
+
+# And one so far that its points lose digits as they are read, which is told.
+awk 'BEGIN { CONVFMT = "%.17g" } $1 == "v" { $2 += 1e9 } { print }' octahedron.obj >lost.obj
+for method in exact smooth fast_marching; do
+  "$all_pairs" lost.obj "lost_$method.h5" --type float64 --method $method >said 2>&1 || fail "$method far away"
+  grep -q "lost.obj lies 1e+09 from the origin: its points are rounded by" said || fail "digits are lost without a word"
+done
+"$all_pairs" octahedron.obj near_smooth.h5 --type float64 --method smooth >said 2>&1 || fail "smooth"
+if grep -q "rounded" said; then fail "digits are lost near the origin"; fi
 
 python=$([ -x /usr/bin/python3 ] && echo /usr/bin/python3 || echo python3)
 if "$python" -c 'import h5py' 2>/dev/null; then
@@ -105,6 +124,11 @@ truth = np.where(np.arange(6)[:, None] // 2 == np.arange(6) // 2, np.sqrt(6), np
 np.fill_diagonal(truth, 0)
 assert np.allclose(corners, truth, rtol=1e-14, atol=0)
 assert np.allclose(h5py.File("far.h5")["distance"][:], 0.7 * truth, rtol=1e-9, atol=0)
+# (Whole corners are not rounded that far away.)
+near = h5py.File("near_smooth.h5")["distance"][:]
+assert np.allclose(h5py.File("lost_exact.h5")["distance"][:], truth, rtol=1e-9, atol=0)
+assert np.allclose(h5py.File("lost_smooth.h5")["distance"][:], near, rtol=1e-9, atol=1e-12)
+assert (h5py.File("lost_exact.h5")["position"][3] == (1e9, -1, 0)).all()
 part = np.array([0, 1, 1, 1, 2, 2, 2])
 for method in "exact", "smooth", "fast_marching":
     parts = h5py.File(f"parts_{method}.h5")["distance"][:]

@@ -45,11 +45,46 @@ struct Settings {
 /// Distances of all vertices from one.
 using Row = std::function<std::vector<double>(Index)>;
 
-Surface<double> read_surface(const Settings& settings) {
-  if (settings.mesh == "geltip") {
-    return Surface<double>(gelight::membrane(0.01146, 0.0455, settings.edge));
+Mesh<double> read_mesh(const Settings& settings) {
+  if (settings.mesh == "geltip") return gelight::membrane(0.01146, 0.0455, settings.edge);
+  return mesh_of_file(settings.mesh);
+}
+
+/// Tells of points that a file has so far from the origin that distances lose digits.
+void tell_rounding(const std::string& name, const Mesh<double>& mesh) {
+  const Rounding rounding = rounding_of<double>(mesh);
+  if (!rounding.exceeds(1e-9)) return;
+  std::fprintf(stderr,
+               "%s lies %.2g from the origin: its points are rounded by %.2g where edges are %.2g, "
+               "and distances are off by as much\n",
+               name.c_str(), rounding.farthest, rounding.error, rounding.edge);
+}
+
+/// The mesh about the origin: distances between points far away lose digits in every difference.
+Mesh<double> centred(Mesh<double> mesh) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [low, high] =
+        std::minmax_element(mesh.positions.begin(), mesh.positions.end(),
+                            [i](const auto& p, const auto& q) { return p[i] < q[i]; });
+    const double middle = (*low)[i] / 2 + (*high)[i] / 2;
+    for (auto& p : mesh.positions) p[i] -= middle;
   }
-  return Surface<double>(mesh_of_file(settings.mesh));
+  return mesh;
+}
+
+/// Distances in single precision. Throws std::runtime_error, which names the vertices, for one that
+/// it cannot hold: an infinite one is none, and 0 is that of the vertex itself.
+std::vector<float> rounded(const std::vector<double>& distances, Index source) {
+  std::vector<float> all(distances.begin(), distances.end());
+  for (std::size_t v = 0; v < all.size(); ++v) {
+    const bool is_held = distances[v] == 0 || !std::isfinite(distances[v]) || std::isnormal(all[v]);
+    if (!is_held) {
+      throw std::runtime_error(gelight::detail::joined(
+          "the distance from vertex ", source, " to vertex ", v, " is ", distances[v],
+          ", which float32 cannot hold; write elsewhere with --type float64"));
+    }
+  }
+  return all;
 }
 
 template <class Solver>
@@ -82,15 +117,14 @@ struct Rows {
   std::unique_ptr<gelight::Certifier<double>> certifier;  // of what is approximate
 
   void make_part(int number) const {
-    Part part(file.columns(), file.rows_of(number));
+    Part part = file.new_part(number);
     for (std::uint64_t r = 0; r < file.rows_of(number); ++r) {
       const auto source = static_cast<Index>(file.first_row(number) + r);
       const std::vector<double> distances = row(source);
       if (file.columns()[0].number == hdf5::Number::f64) {
         part.put(0, r, std::span<const double>(distances));
       } else {
-        const std::vector<float> rounded(distances.begin(), distances.end());
-        part.put(0, r, std::span<const float>(rounded));
+        part.put(0, r, std::span<const float>(rounded(distances, source)));
       }
       const gelight::Vec3<double> position = surface.position(source);
       part.put(1, r, std::span<const double>(position.data(), 3));
@@ -167,15 +201,18 @@ std::string description(const Settings& settings, const Surface<double>& surface
 }
 
 void run(const Ranks& ranks, const Settings& settings) {
-  const Surface<double> surface = read_surface(settings);
+  const Mesh<double> mesh = read_mesh(settings);
+  if (ranks.is_first()) tell_rounding(settings.mesh, mesh);
+  const Surface<double> surface(mesh);
+  const Surface<double> about_origin(centred(mesh));
   const Index vertices = surface.vertex_count();
-  PartedFile file(settings.out, columns_of(settings, vertices),
+  PartedFile file(settings.out, description(settings, surface), columns_of(settings, vertices),
                   static_cast<std::uint64_t>(vertices), settings.rows_a_part);
-  Rows rows{surface, file, row_by(settings.method, surface), nullptr};
+  Rows rows{surface, file, row_by(settings.method, about_origin), nullptr};
   if (settings.method == "fast_marching") {
-    rows.certifier = std::make_unique<gelight::Certifier<double>>(surface);
+    rows.certifier = std::make_unique<gelight::Certifier<double>>(about_origin);
   }
-  make_missing_parts(ranks, file, description(settings, surface), settings.threads, "rows",
+  make_missing_parts(ranks, file, settings.threads, "rows",
                      [&](int number, int) { rows.make_part(number); });
   (void)ranks.sum({0});  // all are done
   if (ranks.is_first()) finish(file, settings, vertices);

@@ -43,6 +43,7 @@ same_as() { # TRUTH NAME
   done
 }
 same() { same_as one "$1"; }
+part() { echo "$1.h5.parts/$2"-*.h5; } # whose name has a hash
 "$dataset" scene.json threads.h5 --threads 3 >said 2>&1 || fail "three threads"
 same threads
 for ranks in 8 2; do
@@ -107,10 +108,10 @@ stops 0
 [ ! -e amid.h5.parts/description ] || fail "a description that is half written"
 stops $(($(wc -c <whole.h5) / 512 - 1))
 grep -q "cannot write amid.h5.*File too large" said || fail "a file that is too large is not told of"
-[ -e amid.h5.parts/000019.h5 ] && [ ! -e amid.h5 ] || fail "it stopped elsewhere"
+[ -e "$(part amid 000019)" ] && [ ! -e amid.h5 ] || fail "it stopped elsewhere"
 [ ! -e amid.h5.*.tmp ] || fail "something is half written"
-rm amid.h5.parts/000007.h5
-for half in amid.h5 amid.h5.parts/000007.h5; do head -c 3000 whole.h5 >$half.elsewhere.1.tmp; done
+seventh=$(part amid 000007) && rm "$seventh"
+for half in amid.h5 "$seventh"; do head -c 3000 whole.h5 >"$half.elsewhere.1.tmp"; done
 "$dataset" tiny.json amid.h5 >said 2>&1 || fail "going on after death amid writing"
 same_as whole amid
 [ "$(find . -name 'amid.h5*.tmp' -o -path './amid.h5.parts/*.tmp')" = "" ] || fail "what was half written stays"
@@ -119,7 +120,7 @@ left_whole amid whole
 # One of two ranks dies: the run ends and says so; the next one goes on.
 run_ranks 2 scene.json dead.h5 --threads 1 >said 2>&1 &
 run=$!
-until [ -e dead.h5.parts/000002.h5 ] || ! kill -0 "$run" 2>/dev/null; do sleep 0.01; done
+until [ -e "$(part dead 000002)" ] || ! kill -0 "$run" 2>/dev/null; do sleep 0.01; done
 rank=$(one_of dead)
 if [ -n "$rank" ] && kill -9 "$rank" 2>/dev/null && ! wait "$run"; then
   grep -q "exited on signal 9\|KILLED BY SIGNAL: 9" said || fail "a dead rank is not told of"
@@ -150,7 +151,7 @@ refused "another description" "$dataset" other.json one.h5
 # Two runs at once: the second one is refused, the first goes on.
 "$dataset" scene.json twice.h5 --threads 1 >first 2>&1 &
 first=$!
-until [ -e twice.h5.parts/000001.h5 ] || ! kill -0 "$first" 2>/dev/null; do sleep 0.01; done
+until [ -e "$(part twice 000001)" ] || ! kill -0 "$first" 2>/dev/null; do sleep 0.01; done
 if kill -STOP "$first" 2>/dev/null; then
   refused "another process is writing" "$dataset" scene.json twice.h5
   kill -CONT "$first"
@@ -166,34 +167,83 @@ refused "there is no folder .*nowhere" "$dataset" tiny.json nowhere/no.h5
 [ ! -e nowhere ] || fail "a folder that nobody asked for"
 mkdir -p new && refused '"new/" names no file' "$dataset" tiny.json new/
 sed 's/"part": 2/"part": 18446744073709551615/' tiny.json >one_part.json
-"$dataset" one_part.json one_part.h5 >said 2>&1 && [ -e one_part.h5.parts/000000.h5 ] || fail "one part"
+"$dataset" one_part.json one_part.h5 >said 2>&1 && [ -e "$(part one_part 000000)" ] || fail "one part"
 # A description of which nothing was made can be changed.
 sed 's/gelsight_mini/geltip/; s/0.004/0.002/; s/"part"/"pose": {"column": 0, "row": 0}, "part"/' tiny.json >beside.json
 refused "presses beside the membrane" "$dataset" beside.json change.h5
+[ ! -e change.h5.parts ] || fail "a refused description leaves a folder"
+mkdir change.h5.parts && echo another >change.h5.parts/description
 "$dataset" tiny.json change.h5 >said 2>&1 || fail "a description of which nothing was made"
 
+cat >few.py <<'END'
+import h5py, sys
+with h5py.File("grown.h5") as few, h5py.File("whole.h5") as whole:
+    count = int(sys.argv[1])
+    assert all(few[k][:].tobytes() == whole[k][:count].tobytes() for k in whole)
+END
 # More samples of the same: what is there is kept, and the last part, which was short, made anew.
 # Fewer are refused, and so are more of something else.
 for few in 1 19; do
   rm -rf grown.h5*
   sed "s/: 40/: $few/" tiny.json >few.json
   "$dataset" few.json grown.h5 >said 2>&1 || fail "a few samples"
-  first=$(stat -c %Y.%i grown.h5.parts/000000.h5)
+  first=$(stat -c %Y.%i "$(part grown 000000)")
+  # (What is there stays readable until all is: stopped at the description and at the joined file.)
+  cp grown.h5 before.h5
+  for limit in 0 $(($(wc -c <whole.h5) / 512 - 1)); do
+    (ulimit -f "$limit" && exec "$dataset" tiny.json grown.h5) >said 2>&1 && fail "it grows with $limit"
+    cmp -s before.h5 grown.h5 || fail "a few samples are gone while there are to be more"
+    if "$python" -c 'import h5py' 2>/dev/null; then
+      "$python" few.py "$few" || fail "a few samples are others while there are to be more"
+    fi
+  done
   "$dataset" tiny.json grown.h5 >said 2>&1 || fail "more samples"
-  [ "$few" = 1 ] || [ "$(stat -c %Y.%i grown.h5.parts/000000.h5)" = "$first" ] || fail "a part is made again"
+  [ "$few" = 1 ] || [ "$(stat -c %Y.%i "$(part grown 000000)")" = "$first" ] || fail "a part is made again"
   same_as whole grown
   left_whole grown whole
 done
+rm -rf few.h5* && cp whole.h5 kept.h5  # a copy, which joins the parts of whole.h5
 refused "was begun with 40 rows, more than 19" "$dataset" few.json grown.h5
 sed 's/plane/linear/; s/: 40/: 50/' tiny.json >grown_other.json
 refused "another description" "$dataset" grown_other.json grown.h5
 same_as whole grown
+
+# Parts that a disk has damaged, cut off or mixed up: each is named and made again.
+mended() { # PART
+  "$dataset" tiny.json whole.h5 >mended 2>&1 || { cat mended && fail "going on with $1"; }
+  grep -q "$1 is made again: ." mended || fail "nothing is said of $1"
+  same_as grown whole
+}
+turn() { # FILE BYTE: one bit of it
+  byte=$(od -An -tu1 -j"$2" -N1 "$1")
+  # shellcheck disable=SC2059 # an octal escape
+  printf "\\$(printf %o $((byte ^ 1)))" | dd of="$1" bs=1 seek="$2" conv=notrunc 2>/dev/null
+}
+third=$(part whole 000003)
+size=$(wc -c <"$third")
+turn "$third" $((size * 6 / 10)) && mended "$third"
+head -c $((size / 2)) "$third" >cut && cp cut "$third" && mended "$third"
+: >"$third" && mended "$third"
+echo "no HDF5 at all" >"$third" && mended "$third"
+cp "$(part whole 000004)" "$third" && mended "$third"
+grep -q "was made as 000004" mended || fail "whose part it is, is not said"
+named=0
+for share in $(seq 0 15); do  # (In places that nothing reads, nothing need be said.)
+  turn "$third" $((size * share / 16))
+  "$dataset" tiny.json whole.h5 >said 2>&1 || fail "going on after byte $((size * share / 16))"
+  same_as grown whole
+  named=$((named + $(grep -c "$third is made again" said || true)))
+done
+[ "$named" -ge 8 ] || fail "of 16 damaged bytes $named are noticed"
 
 # Values of a wrong kind or size: each is named before anything is written.
 printf 'v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n' >large.obj
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 -1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n' >book.obj
 sed '4s/0 0 1/0 nan 1/' book.obj >nan.obj
 printf 'v 0 0 0\nv 0.01 0 0\nv 0.02 0 0\nf 1 2 3\n' >line.obj
+printf 'v 0 0 0\nv 0.01 0 0\nv 0 0.01 0\nf 1 2 3\nf -3 -2 1\n' >corner.obj
+printf 'OFF\n# nothing\n3 99999999999 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n' >counts.off
+printf 'ply\nformat ascii 1.0\nelement vertex 4000000000\nend_header\n' >counts.ply
 printf 'v 10000 0 0\nv 10000.01 0 0\nv 10000 0.01 0\nf 1 2 3\n' >far.obj
 wrong() { # WORDS FROM TO, in tiny.json
   sed "s~$2~$3~" tiny.json >wrong.json
@@ -221,6 +271,10 @@ wrong 'is not JSON' '0.004' 'NaN'
 wrong 'is not JSON' '0.004' '1e999'
 wrong 'has "part" twice' '"part": 2' '"part": 2, "part": 4'
 wrong 'unit is 0, not from' '"shape": "cube edge"' '"mesh": "large.obj", "unit": 0'
+wrong 'corner.obj, line 5: the face has vertex 1 twice' '"shape": "cube edge"' '"mesh": "corner.obj"'
+wrong 'counts.off, line 3: 99999999999 things are more than' '"shape": "cube edge"' '"mesh": "counts.off"'
+wrong 'counts.ply, line 3: 4000000000 things are more than' '"shape": "cube edge"' '"mesh": "counts.ply"'
+wrong 'seed is -1, not a whole number' '"samples"' '"seed": -1, "samples"'
 wrong 'be torn off' '"shape": "cube edge"' '"mesh": "book.obj"'
 wrong 'nan.obj, line 4: "v 0 nan 1"' '"shape": "cube edge"' '"mesh": "nan.obj"'
 wrong 'far.obj lies 1e+04 from the origin' '"shape": "cube edge"' '"mesh": "far.obj"'
@@ -229,6 +283,11 @@ wrong 'not a number or its spread' '"shape"' '"size": "large", "shape"'
 wrong '0.01, which reaches beyond 0 to 0.004, as deep as' '"part": 2' '"part": 2, "pose": {"depth": 0.01}'
 wrong 'edge is 0.3, not from 0.0001 to 0.02' '0.004' '0.3'
 wrong 'memory' '"samples": 40, "part": 2' '"samples": 1000000000000000, "part": 10000000000'
+for seed in 0 -0; do
+  sed "s/\"samples\"/\"seed\": $seed, \"samples\"/" tiny.json >zero.json
+  "$dataset" zero.json "zero$seed.h5" >said 2>&1 || fail "the seed $seed"
+done
+same_as zero0 zero-0
 # Light that is carried, in every sensor.
 for model in geltip gelsight_mini digit sts; do
   sed "s/gelsight_mini/$model/; s/plane/transport/; s/: 40/: 2/" tiny.json >light.json
@@ -239,6 +298,10 @@ done
 limited() { (ulimit -f 64 && "$dataset" "$@"); }
 sed 's/"part": 10/"part": 40/' scene.json >large.json
 refused "cannot write full.h5.parts.*File too large" limited large.json full.h5 --threads 1
+printf '{"samples": 60, "part": 2, "image": [64, 48], "store": ["image"], "sensors": [{"model": "gelsight_mini", "light": "plane", "edge": 0.004}],
+ "objects": [{"shape": "grating"}]}' >sheet.json
+refused "cannot write sheet.h5.png.*: File too large" limited sheet.json sheet.h5
+[ ! -e sheet.h5.png ] && [ -e sheet.h5 ] || fail "half a contact sheet"
 [ "$(ls full.h5.parts | tr '\n' ' ')" = "description lock " ] || fail "something is left of a full disk"
 
 # As like as can be to itself, and less so to the same poses in another light.
@@ -259,14 +322,41 @@ done
 "$similarity" kinds_1.h5 kinds_2.h5 >said 2>&1 || fail "two seeds"
 grep -q "in 4 of 4 pairs what is pressed, where or how deep differs" said || fail "other presses are not told of"
 [ "$(grep -c "no images .*no images .*no images" said)" = 1 ] || fail "a kind without images is like another"
+# Objects without a name, the first and the only one.
+for names in '{"shape": "grating", "name": ""}, {"shape": "ring", "name": "b"}' '{"shape": "grating", "name": ""}'; do
+  rm -rf nameless.h5*
+  printf '{"samples": 8, "image": [64, 48], "store": ["image"], "objects": [%s], "sensors": [{"edge": 0.004, "light": "plane"}]}' "$names" >nameless.json
+  "$dataset" nameless.json nameless.h5 >said 2>&1 || fail "a nameless object"
+  "$similarity" nameless.h5 nameless.h5 >said 2>&1 || fail "the similarity of nameless objects"
+done
+refused "cannot write /dev/full: No space left" "$similarity" nameless.h5 nameless.h5 --picture /dev/full
+# A set that was given another name, and then another set under the old one: its parts are not taken.
+"$dataset" kinds.json old_name.h5 >said 2>&1 && mv old_name.h5 new_name.h5 && rm -r old_name.h5.parts
+sed 's/"seed": 2/"seed": 5/' kinds.json >later.json
+"$dataset" later.json old_name.h5 >said 2>&1 || fail "another set"
+refused "the part .*old_name.h5.parts/.* of new_name.h5 is missing" "$similarity" new_name.h5 kinds_2.h5
+mv old_name.h5.parts new_name.h5.parts
+refused "new_name.h5.parts was begun with another description" "$dataset" kinds.json new_name.h5
+# A bit that is turned, in what the joined file joins.
+cp -r kinds_2.h5 turned.h5 && cp -r kinds_2.h5.parts turned.h5.parts
+"$dataset" kinds.json turned.h5 >said 2>&1 || fail "a copy"
+turn "$(part turned 000000)" $(($(wc -c <"$(part turned 000000)") - 5000))
+refused "image of .*turned.h5.parts/000000.* is damaged in its row" "$similarity" turned.h5 kinds_2.h5
 refused "one.h5 has 247 images of 64 x 48 pixels, kinds_1.h5 has 4 images" "$similarity" one.h5 kinds_1.h5
 refused "there is no folder .*nowhere" "$similarity" one.h5 plane.h5 --picture nowhere/alike.png
 # A part that was taken away, or that is another thing: no image in its place.
-mv plane.h5.parts/000003.h5 away.h5
-refused "the part .*plane.h5.parts/000003.h5 of plane.h5 is missing" "$similarity" one.h5 plane.h5
-echo broken >plane.h5.parts/000003.h5
-refused "the part .*plane.h5.parts/000003.h5 of plane.h5 is missing" "$similarity" plane.h5 one.h5
-rm plane.h5.parts/000003.h5
+third=$(part plane 000003)
+mv "$third" away.h5
+refused "the part .*$third of plane.h5 is missing" "$similarity" one.h5 plane.h5
+echo broken >"$third"
+refused "the part .*$third of plane.h5 is missing" "$similarity" plane.h5 one.h5
+cp "$(part plane 000004)" "$third"
+refused "the part .*$third of plane.h5 is missing.*was made as 000004" "$similarity" plane.h5 one.h5
+rm "$third"
+# Straight light alone, to the image's edge.
+printf '{"samples": 2, "image": [64, 48], "store": ["image"], "objects": [{"shape": "sphere"}], "sensors": [
+  {"light": "linear", "edge": 0.004, "ambient": 0}]}' >frame.json
+"$dataset" frame.json frame.h5 >said 2>&1 || fail "straight light alone"
 
 # Five lines of Python read it.
 python=$([ -x /usr/bin/python3 ] && echo /usr/bin/python3 || echo python3)
@@ -316,6 +406,14 @@ assert np.abs(force - [0, 0, -1]).max() < 0.02, force
 # A pose is a rotation times the size.
 turned = one["pose"][:, :, :3]
 assert np.allclose(turned @ turned.transpose(0, 2, 1), np.eye(3) * place[:, 2, None, None] ** 2, atol=1e-12)
+frame = h5py.File("work/frame.h5")["image"][0].sum(axis=-1).astype(float)
+for edge, inside in (frame[0], frame[1]), (frame[-1], frame[-2]), (frame[:, 0], frame[:, 1]), (frame[:, -1], frame[:, -2]):
+    assert inside.mean() > 5 and edge.mean() > 0.8 * inside.mean(), "the image's edge is dark"
+# Markers are told of where the camera sees the membrane, which hides behind nothing but what touches.
+markers = one["markers"][:].reshape(247, 7, 9, 2)
+at_rows, at_columns = (48 * (np.arange(7) + 0.5) / 7).astype(int), (64 * (np.arange(9) + 0.5) / 9).astype(int)
+unseen = np.isnan(one["depth"][:][:, at_rows][:, :, at_columns])
+assert (np.isnan(markers) == unseen[..., None]).all() and unseen.any() and not unseen.all(axis=(1, 2)).any()
 light = one["light"][:]
 assert np.isfinite(light[:, :3]).all() and np.isnan(light[:, 3]).all() and (light[:40, :3] == light[0, :3]).all()
 assert (light[:, :3] <= 1).all() and (light[:, 4] == 0.9).all() and (light[:, 8] == 5).all()

@@ -43,7 +43,7 @@ struct Workshop {
   void make_part(const PartedFile& file, int number, int thread) {
     Press& press = presses[static_cast<std::size_t>(thread)];
     Stopwatch& watch = watches[static_cast<std::size_t>(thread)];
-    Part part(file.columns(), file.rows_of(number));
+    Part part = file.new_part(number);
     for (std::uint64_t row = 0; row < file.rows_of(number); ++row) {
       const Sample& sample = press.sample(file.first_row(number) + row, watch);
       put_sample(part, file.columns(), row, sample);
@@ -85,7 +85,7 @@ void draw_contact_sheet(const std::string& out, const Scene& scene) {
     figure.image(image, gap + static_cast<double>(i % 10) * (width + gap),
                  gap + static_cast<double>(i / 10) * (height + gap), scale);
   }
-  figure.save(out + ".png");
+  write_durably(out + ".png", std::as_bytes(std::span<const char>(figure.png())));
 }
 
 void print_summary(const PartedFile& file, const std::vector<double>& times, double samples,
@@ -113,10 +113,10 @@ double peak_megabytes() {
 void run(const Ranks& ranks, const Settings& settings) {
   const Scene scene = read_scene(settings.description);
   Workshop workshop(scene, settings.threads);
-  PartedFile file(settings.out, columns_of(scene), scene.samples, scene.part);
+  PartedFile file(settings.out, scene.sample_text, columns_of(scene), scene.samples, scene.part);
   const auto start = std::chrono::steady_clock::now();
   const std::vector<int> made =
-      make_missing_parts(ranks, file, scene.sample_text, settings.threads, "samples",
+      make_missing_parts(ranks, file, settings.threads, "samples",
                          [&](int number, int thread) { workshop.make_part(file, number, thread); });
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
   const auto times = ranks.sum(workshop.times());

@@ -2,12 +2,14 @@
 
 #include <hdf5.h>
 
+#include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <mutex>
-#include <set>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -111,12 +113,50 @@ inline void fill_with_ones(hid_t properties, Number number) {
           H5Dclose, "make the dataset " + name};
 }
 
+/// The checksum of a chunk as HDF5's filter fletcher32 has it: of words of two bytes, the first of
+/// which weighs more.
+[[nodiscard]] inline std::uint32_t fletcher32(std::span<const std::byte> bytes) {
+  constexpr std::size_t words_at_once = 360;  // of which the sums do not overflow
+  std::uint32_t first = 0, second = 0;
+  const auto fold = [](std::uint32_t sum) { return (sum & 0xFFFF) + (sum >> 16); };
+  for (std::size_t at = 0; at < bytes.size();) {
+    const std::size_t end = std::min(bytes.size(), at + 2 * words_at_once);
+    for (; at < end; at += 2) {
+      const auto low = at + 1 < end ? std::to_integer<std::uint32_t>(bytes[at + 1]) : 0;
+      first += (std::to_integer<std::uint32_t>(bytes[at]) << 8) | low;
+      second += first;
+    }
+    first = fold(first);
+    second = fold(second);
+  }
+  return (fold(second) << 16) | fold(first);
+}
+
+/// The four bytes that HDF5's filter fletcher32 puts after a chunk, the lowest first.
+[[nodiscard]] inline std::array<std::byte, 4> checksum(std::span<const std::byte> chunk) {
+  const std::uint32_t sum = fletcher32(chunk);
+  return {std::byte(sum & 0xFF), std::byte((sum >> 8) & 0xFF), std::byte((sum >> 16) & 0xFF),
+          std::byte(sum >> 24)};
+}
+
+/// A text of a fixed length, which HDF5 keeps where checksums are; of one of another length that is
+/// damaged it dies.
+[[nodiscard]] inline Handle fixed_text(std::size_t length) {
+  Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "make a text");
+  checked(H5Tset_size(type, length), "make a text");
+  return type;
+}
+
 /// A file in memory, to be written in one piece: HDF5 itself does not tell why a disk refuses.
 class MemoryFile {
  public:
   MemoryFile()
-      : file_(H5Fcreate(new_name().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access()), H5Fclose,
-              "make a file in memory") {}
+      : file_(H5Fcreate(new_name().c_str(), H5F_ACC_TRUNC, creation(), access()), H5Fclose,
+              "make a file in memory") {
+    // Its tables shall have checksums, for which the format is to be that of 1.10. But such a file
+    // is marked as open while it is, with a checksum of that; one that begins as of 1.8 is not.
+    checked(H5Fset_libver_bounds(file_, H5F_LIBVER_V110, H5F_LIBVER_V110), "choose a format");
+  }
   operator hid_t() const { return file_; }
 
   void attribute(const std::string& name, const std::string& text) const {
@@ -128,6 +168,15 @@ class MemoryFile {
                            H5Aclose, "make the attribute " + name);
     const char* words = text.c_str();
     checked(H5Awrite(attribute, type, static_cast<const void*>(&words)), "write " + name);
+  }
+
+  /// Says which part of others this is.
+  void mark_as_part(const std::string& name) const {
+    const Handle type = fixed_text(name.size());
+    const Handle one(H5Screate(H5S_SCALAR), H5Sclose, "make a space");
+    const Handle mark(H5Acreate2(file_, "part", type, one, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                      "mark " + name);
+    checked(H5Awrite(mark, type, name.data()), "mark " + name);
   }
 
   /// All of it, until something more is put into it.
@@ -148,25 +197,76 @@ class MemoryFile {
   static Handle access() {
     Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "make properties");
     checked(H5Pset_fapl_core(access, std::size_t{1} << 20, false), "make a file in memory");
+    checked(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V110), "choose a format");
     return access;
+  }
+  static Handle creation() {
+    Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "make properties");
+    checked(H5Pset_obj_track_times(creation, false), "leave the time out");
+    return creation;
   }
 
   Handle file_;
 };
 
 /// A file that is read. Throws std::runtime_error, which names it, where one that it joins is not
-/// there: HDF5 reads fill values in its place, without a word.
+/// there or is another one: HDF5 reads fill values in its place, without a word.
 class ReadFile {
  public:
   explicit ReadFile(std::string path) : path_(std::move(path)), file_(open(path_)) {
-    for (const auto& [part, name] : joined()) {
-      // (An error of HDF5's own is left aside: what matters is which part it is.)
-      const hid_t file = H5Fopen(part.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
-      const bool is_there = file >= 0 && H5Lexists(file, name.c_str(), H5P_DEFAULT) > 0;
-      if (file >= 0) H5Fclose(file);
-      if (!is_there) {
+    for (const auto& [part, names] : joined()) {
+      try {
+        ReadFile(part).require_part(names);
+      } catch (const std::runtime_error& why) {
         throw std::runtime_error("the part " + part + " of " + path_ +
-                                 " is missing or broken; make it anew by the same run");
+                                 " is missing or broken; make it anew by the same run (" +
+                                 why.what() + ")");
+      }
+    }
+  }
+
+  /// Throws std::runtime_error where this is not the part that its name tells, or lacks a dataset.
+  void require_part(const std::vector<std::string>& datasets) const {
+    const std::string name = std::filesystem::path(path_).filename().string();
+    const Handle mark(H5Aopen(file_, "part", H5P_DEFAULT), H5Aclose, "find what part this is");
+    std::string own(name.size(), 0);
+    checked(H5Aread(mark, fixed_text(own.size()), own.data()), "read what part this is");
+    if (own != name) throw std::runtime_error(path_ + " was made as " + own);
+    for (const std::string& dataset : datasets) {
+      if (!has(dataset)) throw std::runtime_error("there is no " + dataset + " in " + path_);
+    }
+  }
+
+  /// Throws std::runtime_error, which names file and dataset, where numbers of it are not those
+  /// that were written, by their checksums; compressed ones stay compressed.
+  void require_undamaged(const std::string& name) const {
+    const Handle data = dataset(name);
+    const Handle made(H5Dget_create_plist(data), H5Pclose, "read " + path_);
+    const std::vector<hsize_t> all = shape(name);
+    std::vector<hsize_t> chunk(all.size()), at(all.size(), 0);
+    if (H5Pget_layout(made) != H5D_CHUNKED) {
+      throw std::runtime_error(name + " of " + path_ + " has no checksums");
+    }
+    checked(H5Pget_chunk(made, static_cast<int>(chunk.size()), chunk.data()), "read " + path_);
+    std::vector<std::byte> bytes;
+    for (bool is_more = true; is_more;) {
+      hsize_t size = 0;
+      checked(H5Dget_chunk_storage_size(data, at.data(), &size), "find a chunk of " + path_);
+      bytes.resize(size);
+      std::uint32_t skipped = 0;
+      const bool is_read =
+          size > 4 && H5Dread_chunk(data, H5P_DEFAULT, at.data(), &skipped, bytes.data()) >= 0 &&
+          skipped == 0;
+      const auto sum = is_read ? checksum(std::span(bytes).first(size - 4)) : checksum({});
+      if (!is_read || !std::equal(sum.begin(), sum.end(), bytes.end() - 4)) {
+        throw std::runtime_error(name + " of " + path_ + " is damaged in its row " +
+                                 std::to_string(at[0]));
+      }
+      is_more = false;  // unless some index has room for another chunk, the last one first
+      for (std::size_t i = all.size(); i-- > 0 && !is_more;) {
+        at[i] += chunk[i];
+        is_more = at[i] < all[i];
+        if (!is_more) at[i] = 0;
       }
     }
   }
@@ -201,8 +301,10 @@ class ReadFile {
     checked(H5Sselect_hyperslab(all, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr),
             "read " + path_);
     std::vector<T> values(size);
-    checked(H5Dread(data, type_of(number_of<T>()), one, all, H5P_DEFAULT, values.data()),
-            "read " + name + " of " + path_);
+    if (H5Dread(data, type_of(number_of<T>()), one, all, H5P_DEFAULT, values.data()) < 0) {
+      for (const auto& [part, names] : joined()) ReadFile(part).require_undamaged(name);
+      throw std::runtime_error("HDF5 cannot read " + name + " of " + path_);
+    }
     return values;
   }
 
@@ -212,7 +314,7 @@ class ReadFile {
     const Handle type(H5Aget_type(attribute), H5Tclose, "read " + path_);
     char* words = nullptr;
     checked(H5Aread(attribute, type, static_cast<void*>(&words)), "read " + path_);
-    std::string text(words);
+    std::string text(words == nullptr ? "" : words);  // HDF5 has none for an empty text
     H5free_memory(words);
     return text;
   }
@@ -221,9 +323,9 @@ class ReadFile {
   static Handle open(const std::string& path) {
     return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "open " + path};
   }
-  /// The files that the datasets are joined from, and a dataset in each.
-  [[nodiscard]] std::set<std::pair<std::string, std::string>> joined() const {
-    std::set<std::pair<std::string, std::string>> all;
+  /// The files that the datasets are joined from, and the datasets that each is to have.
+  [[nodiscard]] std::map<std::string, std::vector<std::string>> joined() const {
+    std::map<std::string, std::vector<std::string>> all;
     H5G_info_t group{};
     checked(H5Gget_info(file_, &group), "read " + path_);
     for (hsize_t i = 0; i < group.nlinks; ++i) {
@@ -239,7 +341,7 @@ class ReadFile {
       for (std::size_t k = 0; k < count; ++k) {
         const std::string part = text(
             [&](char* to, std::size_t size) { return H5Pget_virtual_filename(made, k, to, size); });
-        all.emplace(beside(part), name);
+        all[beside(part)].push_back(name);
       }
     }
     return all;

@@ -10,8 +10,10 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <optional>
+#include <set>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -24,19 +26,22 @@
 
 // A large HDF5 file that many processes make, part by part, and go on with after being killed:
 //
-//     out.h5.parts/description     what it is made of: a run of something else is refused
-//     out.h5.parts/lock            kept by the run that goes on: a second one is refused
-//     out.h5.parts/000000.h5 ...   rows 0 to n - 1 and so on: each is whole or not there
-//     out.h5                       at the end: one virtual dataset a column, over all parts
+//     out.h5.parts/description      what it is made of: a run of something else is refused
+//     out.h5.parts/lock             kept by the run that goes on: a second one is refused
+//     out.h5.parts/000000-*.h5 ...  rows 0 to n - 1 and so on: each is whole or not there
+//     out.h5                        at the end: one virtual dataset a column, over all parts
 //
-// Where a part is taken away, HDF5 reads NaN, or -1 and the largest number of whole ones.
+// Where a part is taken away, HDF5 reads NaN, or -1 and the largest number of whole ones. A part's
+// name has the hash of what it is made of, and how many rows it has: so a file that was renamed or
+// copied never takes the parts of another for its own, and a file that joins other parts stays
+// valid until one that joins more rows has taken its place. All numbers have checksums.
 
 /// One dataset of the file: an array for each row.
 struct Column {
   std::string name;
   hdf5::Number number;
   std::vector<hsize_t> shape = {};  ///< of a row
-  bool is_compressed = false;       ///< a chunk a row, by shuffle and deflate
+  bool is_compressed = false;       ///< a chunk a row, by shuffle and deflate; else several
   hsize_t planes = 1;               ///< of the row's last index, in a chunk each
 
   [[nodiscard]] std::size_t row_bytes() const {
@@ -55,10 +60,11 @@ struct Column {
 /// be.
 class Part {
  public:
-  Part(const std::vector<Column>& columns, hsize_t rows)
+  Part(const std::vector<Column>& columns, hsize_t rows, const std::string& name)
       : columns_(columns), plain_(columns.size()), tables_(ISAL_DEF_LVL1_DEFAULT) {
     const auto guard = hdf5::lock();
     file_.emplace();
+    file_->mark_as_part(name);
     for (std::size_t c = 0; c < columns.size(); ++c) {
       data_.push_back(new_dataset(columns[c], rows));
       if (!columns[c].is_compressed) plain_[c].resize(rows * columns[c].row_bytes());
@@ -137,7 +143,8 @@ class Part {
     for (std::size_t i = 0; i < count; ++i) to[i] = from[step * i];
   }
 
-  /// What HDF5's deflate makes of them, but by ISA-L in less than half of zlib's time.
+  /// What HDF5's deflate and fletcher32 make of them, but by ISA-L in less than half of zlib's
+  /// time.
   std::span<const std::byte> compressed(std::span<const std::byte> bytes) {
     packed_.resize(bytes.size() + bytes.size() / 16 + 1024);  // more than what cannot be compressed
     isal_zstream stream{};
@@ -153,19 +160,24 @@ class Part {
     stream.next_out = reinterpret_cast<std::uint8_t*>(packed_.data());
     stream.avail_out = static_cast<std::uint32_t>(packed_.size());
     if (isal_deflate_stateless(&stream) != COMP_OK) throw std::logic_error("ISA-L fails");
-    return std::span(packed_).first(stream.total_out);
+    const auto packed = std::span(packed_).first(stream.total_out);
+    std::ranges::copy(hdf5::checksum(packed), packed.end());
+    return std::span(packed_).first(packed.size() + 4);
   }
 
   [[nodiscard]] hdf5::Handle new_dataset(const Column& column, hsize_t rows) const {
     const auto properties = hdf5::dataset_properties();
+    const hsize_t rows_a_chunk = std::max<hsize_t>(1, (hsize_t{1} << 20) / column.row_bytes());
+    std::vector<hsize_t> chunk =
+        column.shape_of(column.is_compressed ? 1 : std::min(rows, rows_a_chunk));
+    if (column.is_compressed && column.planes > 1) chunk.back() = 1;
+    hdf5::checked(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()),
+                  "choose chunks");
     if (column.is_compressed) {
-      std::vector<hsize_t> chunk = column.shape_of(1);
-      if (column.planes > 1) chunk.back() = 1;
-      hdf5::checked(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()),
-                    "choose chunks");
       if (hdf5::bytes_of(column.number) > 1) hdf5::checked(H5Pset_shuffle(properties), "shuffle");
       hdf5::checked(H5Pset_deflate(properties, level), "deflate");
     }
+    hdf5::checked(H5Pset_fletcher32(properties), "add checksums");
     return hdf5::new_dataset(*file_, column.name, column.number, column.shape_of(rows), properties);
   }
 
@@ -180,10 +192,11 @@ class Part {
 /// The file that the parts make. Any rank may write any part; the rest is for one of them.
 class PartedFile {
  public:
-  PartedFile(std::string path, std::vector<Column> columns, std::uint64_t rows,
-             std::uint64_t rows_a_part)
+  PartedFile(std::string path, std::string description, std::vector<Column> columns,
+             std::uint64_t rows, std::uint64_t rows_a_part)
       : path_(std::move(path)),
         folder_(path_ + ".parts"),
+        description_(std::move(description)),
         columns_(std::move(columns)),
         rows_(rows),
         asked_a_part_(rows_a_part),
@@ -216,10 +229,11 @@ class PartedFile {
   }
 
   /// Makes the folder, or finds what a run before this one has left there, and returns the parts
-  /// that are missing: that run may have been of fewer rows. Throws std::runtime_error where it was
+  /// that are missing: that run may have been of fewer rows. All parts are read, and `told` gets a
+  /// line for each that is damaged and so is missing. Throws std::runtime_error where it was
   /// of another description or of more rows, or still goes on, and where there is something else in
   /// the file's place.
-  [[nodiscard]] std::vector<int> begin(const std::string& description) {
+  [[nodiscard]] std::vector<int> begin(const std::function<void(const std::string&)>& told) {
     if (part_bytes() > 8e9) {
       throw std::runtime_error("a part of " + std::to_string(rows_a_part_) + " rows can take " +
                                std::to_string(part_bytes() / 1e9) +
@@ -239,12 +253,12 @@ class PartedFile {
     }
     std::filesystem::create_directory(folder_);
     alone_.emplace(folder_ + "/lock");
-    const std::string text = description_of(description, rows_);
+    const std::string text = description_of(rows_);
     std::ifstream file(note);
     const std::string found{std::istreambuf_iterator<char>(file), {}};
     if (found != text) {
       if (has_parts()) {
-        const std::uint64_t before = rows_described(found, description);
+        const std::uint64_t before = rows_described(found);
         if (before == 0 || before > rows_) {
           throw std::runtime_error(
               folder_ + " was begun with " +
@@ -252,27 +266,39 @@ class PartedFile {
                            : std::to_string(before) + " rows, more than " + std::to_string(rows_)) +
               "; remove the folder or write elsewhere");
         }
-        // (It joins parts of which the last one can become longer.)
-        std::filesystem::remove(path_);
       }
       write_durably(note, std::as_bytes(std::span(text)));
     }
     std::vector<int> missing;
     for (int part = 0; part < part_count(); ++part) {
-      if (!is_whole(part)) missing.push_back(part);
+      const std::string damage = damage_of(part);
+      if (!damage.empty()) told(part_path(part) + " is made again: " + damage);
+      if (!damage.empty() || !std::filesystem::exists(part_path(part))) missing.push_back(part);
     }
     return missing;
   }
 
+  /// What the rows of a part are put into.
+  [[nodiscard]] Part new_part(int part) const {
+    return Part(columns_, rows_of(part), part_name(part));
+  }
   void write(int part, Part& rows) const { write_durably(part_path(part), rows.file()); }
 
   /// Joins the parts, all of which are there, to one file, with notes as attributes; removes what
-  /// killed processes have left half written.
+  /// killed processes have left half written, and then parts that no longer belong to it.
   void finish(const std::vector<std::pair<std::string, std::string>>& notes) const {
-    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
-      if (entry.path().extension() == ".tmp") std::filesystem::remove(entry.path());
-    }
+    remove_from_folder([](const auto& path) { return path.extension() == ".tmp"; });
     remove_half_written(path_);
+    join(notes);
+    std::set<std::string> names;
+    for (int part = 0; part < part_count(); ++part) names.insert(part_name(part));
+    remove_from_folder([&](const auto& path) {
+      return path.extension() == ".h5" && !names.contains(path.filename().string());
+    });
+  }
+
+ private:
+  void join(const std::vector<std::pair<std::string, std::string>>& notes) const {
     const auto guard = hdf5::lock();
     const hdf5::MemoryFile file;
     for (const auto& [name, text] : notes) file.attribute(name, text);
@@ -287,25 +313,36 @@ class PartedFile {
     write_durably(path_, file.bytes());
   }
 
- private:
-  [[nodiscard]] std::string description_of(const std::string& description,
-                                           std::uint64_t rows) const {
-    return description + "\n" + std::to_string(rows) + " rows, " + std::to_string(asked_a_part_) +
+  void remove_from_folder(const std::function<bool(const std::filesystem::path&)>& which) const {
+    std::vector<std::filesystem::path> all;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+      if (entry.is_regular_file() && which(entry.path())) all.push_back(entry.path());
+    }
+    for (const auto& path : all) std::filesystem::remove(path);
+  }
+
+  [[nodiscard]] std::string description_of(std::uint64_t rows) const {
+    return description_ + "\n" + std::to_string(rows) + " rows, " + std::to_string(asked_a_part_) +
            " a part\n";
   }
   /// For how many rows this is the note, or 0 where it is of another description.
-  [[nodiscard]] std::uint64_t rows_described(const std::string& note,
-                                             const std::string& description) const {
-    if (!note.starts_with(description + "\n")) return 0;
-    const char* const number = note.data() + description.size() + 1;
+  [[nodiscard]] std::uint64_t rows_described(const std::string& note) const {
+    if (!note.starts_with(description_ + "\n")) return 0;
+    const char* const number = note.data() + description_.size() + 1;
     std::uint64_t rows = 0;
     std::from_chars(number, note.data() + note.size(), rows);
-    return note == description_of(description, rows) ? rows : 0;
+    return note == description_of(rows) ? rows : 0;
   }
   [[nodiscard]] std::string part_path(int part) const { return folder_ + "/" + part_name(part); }
-  [[nodiscard]] static std::string part_name(int part) {
-    char name[32];
-    std::snprintf(name, sizeof name, "%06d.h5", part);
+  /// Of the description and what this part has of it, whatever the rows in all.
+  [[nodiscard]] std::string part_name(int part) const {
+    std::uint64_t hash = 14695981039346656037U;
+    for (const char c : description_of(rows_of(part))) {
+      hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211U;
+    }
+    char name[64];
+    std::snprintf(name, sizeof name, "%06d-%016llx.h5", part,
+                  static_cast<unsigned long long>(hash));
     return name;
   }
 
@@ -315,18 +352,22 @@ class PartedFile {
                        [](const auto& entry) { return entry.path().extension() == ".h5"; });
   }
 
-  /// Whether a part is there. It is whole if it is; this asks what a damaged disk has left of it.
-  [[nodiscard]] bool is_whole(int part) const {
-    if (!std::filesystem::exists(part_path(part))) return false;
+  /// What a damaged disk has left of a part; nothing where it is whole or not there.
+  [[nodiscard]] std::string damage_of(int part) const {
+    if (!std::filesystem::exists(part_path(part))) return "";
     const auto guard = hdf5::lock();
     try {
       const hdf5::ReadFile file(part_path(part));
+      file.require_part({});
       for (const Column& column : columns_) {
-        if (file.shape(column.name) != column.shape_of(rows_of(part))) return false;
+        if (file.shape(column.name) != column.shape_of(rows_of(part))) {
+          return column.name + " has another shape";
+        }
+        file.require_undamaged(column.name);
       }
-      return true;
-    } catch (const std::runtime_error&) {
-      return false;
+      return "";
+    } catch (const std::runtime_error& why) {
+      return why.what();
     }
   }
 
@@ -348,7 +389,7 @@ class PartedFile {
         "join " + column.name);
   }
 
-  std::string path_, folder_;
+  std::string path_, folder_, description_;
   std::vector<Column> columns_;
   std::uint64_t rows_, asked_a_part_, rows_a_part_;
   std::optional<OneProcess> alone_;  // since `begin`

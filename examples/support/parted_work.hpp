@@ -12,11 +12,13 @@
 /// Makes the parts of a file that a run before this one has not: each by `make(part, thread)` on
 /// some thread of some rank. Tells on rank 0 how far it is, in `things`, which are rows. Returns
 /// the parts that were made; on rank 0, all are done then.
-inline std::vector<int> make_missing_parts(const Ranks& ranks, PartedFile& file,
-                                           const std::string& description, int threads,
+inline std::vector<int> make_missing_parts(const Ranks& ranks, PartedFile& file, int threads,
                                            const std::string& things, const Team::Work& make) {
   std::vector<int> missing;
-  if (ranks.is_first()) missing = file.begin(description);
+  if (ranks.is_first()) {
+    missing =
+        file.begin([](const std::string& words) { std::fprintf(stderr, "%s\n", words.c_str()); });
+  }
   ranks.broadcast(missing);
   double rows = 0;
   for (const int part : missing) rows += static_cast<double>(file.rows_of(part));
