@@ -15,6 +15,7 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/exact/chains.hpp"
 #include "gelight/geodesic/exact/flat_face.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
@@ -378,29 +379,15 @@ class ArcTracer {
   // --- from arcs to lines ------------------------------------------------------------------------
 
   [[nodiscard]] std::vector<ExactIsoline<T>> linked() {
-    first_piece_.assign(static_cast<std::size_t>(surface_.face_count()) + 1, 0);
-    for (const Piece& piece : pieces_) ++first_piece_[piece.face + 1];
-    for (Index f = 0; f < surface_.face_count(); ++f) first_piece_[f + 1] += first_piece_[f];
-    const auto count = static_cast<Index>(pieces_.size());
-    Array<Index> next(pieces_.size(), -1);
-    Array<char> has_before(pieces_.size(), 0), is_done(pieces_.size(), 0);
-    for (Index i = 0; i < count; ++i) {
-      next[i] = after(i, has_before);
-      if (next[i] >= 0) has_before[next[i]] = 1;
-    }
+    first_piece_ = first_pieces(pieces_, surface_.face_count());
+    const auto follower = [&](Index i, const Array<char>& is_taken) { return after(i, is_taken); };
     std::vector<ExactIsoline<T>> out;
-    // Those with ends first, from where they begin; what is left goes round.
-    for (const bool is_closed : {false, true}) {
-      for (Index i = 0; i < count; ++i) {
-        if (is_done[i] || (!is_closed && has_before[i])) continue;
-        ExactIsoline<T> line;
-        line.is_closed = is_closed;
-        for (Index k = i; k >= 0 && !is_done[k]; k = next[k]) {
-          is_done[k] = 1;
-          line.arcs.push_back(arc_of(pieces_[static_cast<std::size_t>(k)]));
-        }
-        out.push_back(std::move(line));
+    for (const Chain& chain : chains_of(static_cast<Index>(pieces_.size()), follower)) {
+      ExactIsoline<T> line{{}, chain.is_closed};
+      for (const Index k : chain.pieces) {
+        line.arcs.push_back(arc_of(pieces_[static_cast<std::size_t>(k)]));
       }
+      out.push_back(std::move(line));
     }
     return out;
   }

@@ -15,6 +15,7 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/exact/chains.hpp"
 #include "gelight/geodesic/exact/flat_face.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
@@ -490,31 +491,20 @@ class BorderTracer {
   // --- from pieces to lines ----------------------------------------------------------------------
 
   [[nodiscard]] std::vector<VoronoiEdge<T>> linked() {
-    first_piece_.assign(static_cast<std::size_t>(surface_.face_count()) + 1, 0);
-    for (const Piece& piece : pieces_) ++first_piece_[piece.face + 1];
-    for (Index f = 0; f < surface_.face_count(); ++f) first_piece_[f + 1] += first_piece_[f];
-    const auto count = static_cast<Index>(pieces_.size());
-    Array<Index> next(pieces_.size(), -1);
-    Array<char> has_before(pieces_.size(), 0), is_done(pieces_.size(), 0);
-    for (Index i = 0; i < count; ++i) {
-      next[i] = after(i, has_before);
-      if (next[i] >= 0) has_before[next[i]] = 1;
-    }
+    first_piece_ = first_pieces(pieces_, surface_.face_count());
+    const auto follower = [&](Index i, const Array<char>& is_taken) { return after(i, is_taken); };
     std::vector<VoronoiEdge<T>> out;
-    // Those with ends first, from where they begin; what is left goes round.
-    for (const bool is_closed : {false, true}) {
-      for (Index i = 0; i < count; ++i) {
-        if (is_done[i] || (!is_closed && has_before[i])) continue;
-        line_.clear();
-        Index last = -1;
-        for (Index k = i; k >= 0 && !is_done[k]; k = next[k]) {
-          is_done[k] = 1;
-          add_to_line(last, k);
-          last = k;
-        }
-        if (is_closed) close_line(last, i);
-        out.push_back(line_between(pieces_[static_cast<std::size_t>(i)].sources, is_closed));
+    for (const Chain& chain : chains_of(static_cast<Index>(pieces_.size()), follower)) {
+      const Index first = chain.pieces.front();
+      line_.clear();
+      Index last = -1;
+      for (const Index k : chain.pieces) {
+        add_to_line(last, k);
+        last = k;
       }
+      if (chain.is_closed) close_line(last, first);
+      out.push_back(
+          line_between(pieces_[static_cast<std::size_t>(first)].sources, chain.is_closed));
     }
     return out;
   }
