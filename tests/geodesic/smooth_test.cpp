@@ -46,6 +46,46 @@ double great_circle(const Vec3<double>& a, const Vec3<double>& b) {
   return std::atan2(cross(a, b).norm(), a.dot(b));
 }
 
+template <class T>
+Mesh<T> moved(const Mesh<double>& mesh, double by) {
+  Mesh<T> out;
+  out.faces = mesh.faces;
+  for (const auto& [x, y, z] : mesh.positions) {
+    out.positions.push_back({T(x + by), T(y + by), T(z + by)});
+  }
+  return out;
+}
+
+// Of coordinates that are multiples of a power of two, so that nothing is rounded by the move.
+template <class T>
+void check_that_a_move_changes_nothing(const Mesh<double>& smooth, double by) {
+  const double unit = 4 * (std::nextafter(T(by), std::numeric_limits<T>::infinity()) - T(by));
+  Mesh<double> mesh = smooth;
+  for (auto& p : mesh.positions) {
+    for (double& x : p) x = std::round(x * 4096) * unit;
+  }
+  const auto here = SmoothDistanceSolver(moved<T>(mesh, 0)).solve(3);
+  const auto there = SmoothDistanceSolver(moved<T>(mesh, double(T(by)))).solve(3);
+  CHECK(there.distance == here.distance);
+  CHECK(there.trust == here.trust);
+}
+
+// However far coordinates are rounded: no path is shorter than the straight line through space.
+template <class T>
+void check_straight_lines(const Mesh<T>& mesh) {
+  const auto distance = SmoothDistanceSolver(mesh).distance(0);
+  Index shorter = 0;
+  for (std::size_t v = 0; v < distance.size(); ++v) {
+    double square = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double way = double(mesh.positions[v][k]) - double(mesh.positions[0][k]);
+      square += way * way;
+    }
+    shorter += !(distance[v] >= std::sqrt(square) * (1 - 4 * std::numeric_limits<T>::epsilon()));
+  }
+  CHECK(shorter == 0);
+}
+
 }  // namespace
 
 TEST_CASE("spheroids from a pole: hundreds of times nearer than the mesh, of higher order") {
@@ -348,6 +388,22 @@ TEST_CASE("scale, float, parts, cancelling and the mesh's orientation") {
   CHECK(out == std::vector<double>(once.size(), -1));
   stop = false;
   CHECK(solver.distance(0) == SmoothDistanceSolver(c.mesh).distance(0));
+}
+
+TEST_CASE("far from the origin nothing is lost but what rounding of the coordinates loses") {
+  Random random(9);
+  const Mesh<double> meshes[] = {test::spheroid(3, 0.5, 0.2, random).mesh,
+                                 test::jittered_torus(60, 30, 0.2, random).mesh,
+                                 test::jittered_grid(12, 0.3, random)};
+  for (const Mesh<double>& mesh : meshes) {
+    for (const double offset : {1e3, 1e5, 1e7, 1e9, 1e11, 1e13, 1e14, 1e15}) {
+      CAPTURE(offset);
+      check_that_a_move_changes_nothing<double>(mesh, offset);
+      check_that_a_move_changes_nothing<float>(mesh, offset);
+      check_straight_lines(moved<double>(mesh, offset));
+      check_straight_lines(moved<float>(mesh, offset));
+    }
+  }
 }
 
 TEST_CASE(

@@ -121,11 +121,13 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     surface().require_point(point);
     const auto p = detail::simplified(surface(), point.template cast<Real>());
     using Kind = typename SurfacePoint<Real>::Kind;
-    if (p.kind == Kind::face) return faces_->in_face(p.element[0], p.weights).template cast<T>();
+    const Vec3<Real> origin(0, 0, 0);
+    if (p.kind == Kind::face)
+      return faces_->in_face(p.element[0], p.weights, origin).template cast<T>();
     if (p.kind == Kind::vertex) return surface().position(p.element[0]).template cast<T>();
     Index h = surface().find_halfedge(p.element[0], p.element[1]);
     const Real t = p.weights[surface().origin(h) == p.element[0] ? 1 : 0];
-    return faces_->on_edge(h, t).place.template cast<T>();
+    return faces_->on_edge(h, t, origin).place.template cast<T>();
   }
 
   /// The unit normals at a vertex: one, and more where creases meet.

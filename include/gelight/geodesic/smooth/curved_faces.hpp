@@ -46,14 +46,15 @@ class CurvedFaces {
     Vec3<Real> place, derivative;
   };
 
-  /// At a share of the way along half-edge h, from its origin.
-  [[nodiscard]] CurvePoint on_edge(Index h, Real t) const {
+  /// At a share of the way along half-edge h, from its origin. Places are as seen from `from`: of
+  /// differences between vertices near it nothing is lost where the mesh is far from the origin.
+  [[nodiscard]] CurvePoint on_edge(Index h, Real t, const Vec3<Real>& from) const {
     const Curve& curve = curves_[curve_of_[h]];
     const Mesh& surface = fans_.surface();
     const bool is_along = surface.origin(h) == curve.from;
     const Real s = is_along ? t : 1 - t, r = 1 - s;
-    const Vec3<Real>& begin = surface.position(curve.from);
-    const Vec3<Real> way = surface.position(curve.to) - begin;
+    const Vec3<Real> begin = surface.position(curve.from) - from;
+    const Vec3<Real> way = surface.position(curve.to) - surface.position(curve.from);
     const Vec3<Real> derivative =
         6 * s * r * way + r * (r - 2 * s) * curve.leaving + s * (s - 2 * r) * curve.arriving;
     return {begin + s * s * (3 - 2 * s) * way + s * r * (r * curve.leaving - s * curve.arriving),
@@ -68,15 +69,16 @@ class CurvedFaces {
     return stable_unit(Vec3<Real>(mean - mean.dot(derivative) / square * derivative));
   }
 
-  /// A point over a face: the cubic triangle with these curves for sides.
-  [[nodiscard]] Vec3<Real> in_face(Index f, const std::array<Real, 3>& w) const {
+  /// A point over a face, as seen from `from`: the cubic triangle with these curves for sides.
+  [[nodiscard]] Vec3<Real> in_face(Index f, const std::array<Real, 3>& w,
+                                   const Vec3<Real>& from) const {
     const Mesh& surface = fans_.surface();
     Vec3<Real> place(0, 0, 0), sides(0, 0, 0), corners(0, 0, 0);
     for (std::size_t k = 0; k < 3; ++k) {
       const Index h = 3 * f + static_cast<Index>(k);
       const Real a = w[k], b = w[(k + 1) % 3];
-      const Vec3<Real> p = surface.position(surface.origin(h)),
-                       q = surface.position(surface.tip(h));
+      const Vec3<Real> p = surface.position(surface.origin(h)) - from,
+                       q = surface.position(surface.tip(h)) - from;
       const Curve& curve = curves_[curve_of_[h]];
       const bool is_along = surface.origin(h) == curve.from;
       const Vec3<Real> near_p =

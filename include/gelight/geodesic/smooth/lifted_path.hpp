@@ -80,7 +80,7 @@ class LiftedPath {
     }
     std::vector<Vec3<Real>> out;
     for (const Block& block : blocks) {
-      out.insert(out.end(), static_cast<std::size_t>(block.count), block.middle());
+      out.insert(out.end(), static_cast<std::size_t>(block.count), start_ + block.middle());
     }
     return out;
   }
@@ -96,7 +96,7 @@ class LiftedPath {
   }
 
   struct Node {
-    Vec3<Real> flat, place;            // on the mesh and on the surface
+    Vec3<Real> flat, place;            // on the mesh and on the surface, as seen from the start
     Vec3<Real> derivative{0, 0, 0};    // where to it may move
     Vec3<Real> normal_in, normal_out;  // as the faces before and after have it
     Index halfedge = -1;               // of an edge that is crossed: in the face before
@@ -110,8 +110,8 @@ class LiftedPath {
   [[nodiscard]] Vec3<Real> moved(const Node& node) const {
     constexpr Real beyond = 0.25;
     if (node.halfedge < 0) return node.place;
-    return faces_.on_edge(node.halfedge, std::clamp(node.share + node.step, -beyond, 1 + beyond))
-        .place;
+    const Real share = std::clamp(node.share + node.step, -beyond, 1 + beyond);
+    return faces_.on_edge(node.halfedge, share, start_).place;
   }
 
   // --- onto the smooth surface -------------------------------------------------------------------
@@ -120,6 +120,9 @@ class LiftedPath {
   bool place(std::span<const Point> path) {
     nodes_.assign(path.size(), {});
     on_mesh_ = 0;
+    const Index first_element = path[0].element[0];
+    start_ = mesh_.position(path[0].kind == Kind::face ? mesh_.origin(3 * first_element)
+                                                       : first_element);
     Index before = -1;
     for (std::ptrdiff_t i = 0; i + 1 < std::ssize(nodes_); ++i) {
       const Index f = common_face(path[static_cast<std::size_t>(i)],
@@ -146,25 +149,28 @@ class LiftedPath {
     return true;
   }
 
+  // Where a vertex is, as seen from the start: exact where they are near, as sums of coordinates
+  // are not on a mesh that is far from the origin.
+  [[nodiscard]] Vec3<Real> at(Index vertex) const { return mesh_.position(vertex) - start_; }
+
   // A node at a point, seen from a face.
   void put(Node& node, const Point& p, Index f) {
     if (p.kind == Kind::vertex) {
-      node.place = node.flat = mesh_.position(p.element[0]);
+      node.place = node.flat = at(p.element[0]);
       node.normal_in = faces_.normal(corner(f, p.element[0]));
     } else if (p.kind == Kind::edge) {
       node.halfedge = edge(f, p);
       node.share = p.weights[mesh_.origin(node.halfedge) == p.element[0] ? 1 : 0];
-      const auto [place, derivative] = faces_.on_edge(node.halfedge, node.share);
+      const auto [place, derivative] = faces_.on_edge(node.halfedge, node.share, start_);
       node.place = place;
-      node.flat = (1 - node.share) * mesh_.position(mesh_.origin(node.halfedge)) +
-                  node.share * mesh_.position(mesh_.tip(node.halfedge));
+      node.flat = (1 - node.share) * at(mesh_.origin(node.halfedge)) +
+                  node.share * at(mesh_.tip(node.halfedge));
       node.derivative = derivative;
       node.normal_in = faces_.normal_on_edge(node.halfedge, node.share, derivative);
     } else {
-      node.place = faces_.in_face(f, p.weights);
-      node.flat = p.weights[0] * mesh_.position(mesh_.origin(3 * f)) +
-                  p.weights[1] * mesh_.position(mesh_.tip(3 * f)) +
-                  p.weights[2] * mesh_.position(mesh_.apex(3 * f));
+      node.place = faces_.in_face(f, p.weights, start_);
+      node.flat = p.weights[0] * at(mesh_.origin(3 * f)) + p.weights[1] * at(mesh_.tip(3 * f)) +
+                  p.weights[2] * at(mesh_.apex(3 * f));
       node.normal_in = faces_.normal_in_face(f, p.weights);
     }
   }
@@ -280,6 +286,9 @@ class LiftedPath {
     }
     found.is_least &= found.gain <= most_gain * found.length;
     if (!found.is_least) return;
+    // No path is shorter than the straight line through space.
+    const Vec3<Real> straight = nodes_[last].place - nodes_[0].place;
+    found.gain = std::min(found.gain, found.length - straight.norm());
     for (std::ptrdiff_t i = last - 1; i > 0; --i) {
       Node& node = nodes_[i];
       if (node.derivative.isZero(0)) continue;
@@ -290,6 +299,7 @@ class LiftedPath {
   const CurvedFaces<Real>& faces_;
   const Mesh& mesh_;
   Array<Node> nodes_;
+  Vec3<Real> start_{0, 0, 0};  // a vertex by the path's source
   Real on_mesh_ = 0;
 };
 
