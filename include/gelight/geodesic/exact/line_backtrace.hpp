@@ -164,14 +164,19 @@ class LineBacktrace {
   Index step(Index h, Vec2<Real>& at, Vec2<Real>& image) const {
     const Vec2<Real> apex = faces_.apex(h), tip(surface_.length(h), 0);
     const Vec2<Real> from_tip = faces_.apex_from_tip(surface_, h);
-    const Side left = side(Mesh::previous(h), apex, -apex, at, image);
-    const Side right = side(Mesh::next(h), tip, {-from_tip.x(), from_tip.y()}, at, image);
     const Vec2<Real> to_image = image - at, to_apex = apex - at;
     const bool is_right = to_image.x() * to_apex.y() - to_image.y() * to_apex.x() > 0;
-    // Where the image lies on a side, or the line runs along one, its direction is rounding.
-    const Side &aimed = is_right ? right : left, &other = is_right ? left : right;
-    const bool misses = other.way + rounding * (other.way + surface_.length(h)) < aimed.way;
-    const Side& out = misses ? other : aimed;
+    const auto by = [&](bool right) {
+      return right ? side(Mesh::next(h), tip, {-from_tip.x(), from_tip.y()}, at, image)
+                   : side(Mesh::previous(h), apex, -apex, at, image);
+    };
+    Side out = by(is_right);
+    if (!out.is_straight) {
+      // Where the image lies on a side, or the line runs along one, its direction is rounding.
+      const Side other = by(!is_right);
+      const bool misses = other.way + rounding * (other.way + surface_.length(h)) < out.way;
+      if (misses) out = other;
+    }
     at = out.at;
     image = out.image;
     return out.halfedge;
@@ -181,20 +186,22 @@ class LineBacktrace {
     Index halfedge;
     Vec2<Real> at, image;  // in its frame
     Real way;              // from one to the other through it
+    bool is_straight;      // the line crosses it between its ends: no way is shorter
   };
 
   [[nodiscard]] Side side(Index h, const Vec2<Real>& from, const Vec2<Real>& way,
                           const Vec2<Real>& at, const Vec2<Real>& image) const {
     const Real length = surface_.length(h);
-    if (length == 0) return {h, at, image, unreachable<Real>};
+    if (length == 0) return {h, at, image, unreachable<Real>, false};
     const Vec2<Real> along = stable_unit(way);
     const auto turned = [&](const Vec2<Real>& p) -> Vec2<Real> {
       const Vec2<Real> d = p - from;
       return {along.dot(d), along.x() * d.y() - along.y() * d.x()};
     };
-    Side out{h, turned(at), turned(image), 0};
+    Side out{h, turned(at), turned(image), 0, false};
     const Vec2<Real> bend(crossing(out.at, out.image, length), 0);
     out.way = (out.at - bend).norm() + (bend - out.image).norm();
+    out.is_straight = out.at.y() > 0 && out.image.y() < 0 && bend.x() > 0 && bend.x() < length;
     return out;
   }
 

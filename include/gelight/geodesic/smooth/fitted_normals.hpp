@@ -41,6 +41,7 @@ class FittedNormals {
   using Mesh = Surface<Real>;
   static constexpr int most_terms = 14, rings = 3;
   using Sums = Eigen::Matrix<Real, most_terms + 1, most_terms + 1>;
+  using Row = Eigen::Matrix<Real, most_terms + 1, 1>;
   // Of the points in the first rings so many a term are taken at least.
   static constexpr int points_per_term = 2;
   // A pivot of less than this share of its column's square is one that the points do not tell.
@@ -84,30 +85,27 @@ class FittedNormals {
     for (std::ptrdiff_t i = 1; i < count; ++i)
       size = std::max(size, stable_norm(offset(i, centre)));
     Sums sums = Sums::Zero();
-    Eigen::Matrix<Real, most_terms + 1, 1> row;
+    Row row = Row::Zero(), weighted;
     for (std::ptrdiff_t i = 1; i < count; ++i) {
       const Vec3<Real> p = offset(i, centre) / size;
       const Real u = p.dot(x), v = p.dot(y);
-      int k = 0;
-      for (int d = 1; d <= degree; ++d) {
-        for (int j = 0; j <= d; ++j) row[k++] = monomial(u, v, d - j, j);
+      row[0] = u;
+      row[1] = v;
+      for (int k = 2, d = 2; d <= degree; ++d) {
+        // Those of the degree before, times u or v.
+        row[k] = row[k - d] * u;
+        for (const int end = k++ + d; k <= end; ++k) row[k] = row[k - d - 1] * v;
       }
       row[terms] = p.dot(mean);
-      const Real weight = 1 / (Real(0.02) + p.squaredNorm());
-      for (int a = 0; a <= terms; ++a) {
-        for (int b = 0; b <= a; ++b) sums(a, b) += weight * row[a] * row[b];
+      weighted = (1 / (Real(0.02) + p.squaredNorm())) * row;
+      for (int b = 0; b <= terms; ++b) {
+        const int below = terms + 1 - b;
+        sums.col(b).segment(b, below) += weighted.segment(b, below) * row[b];
       }
     }
     const auto slope = solve(sums, terms);
     if (!slope) return {};
     return stable_unit(Vec3<Real>(mean - (*slope)[0] * x - (*slope)[1] * y));
-  }
-
-  static Real monomial(Real u, Real v, int i, int j) {
-    Real product = 1;
-    for (int k = 0; k < i; ++k) product *= u;
-    for (int k = 0; k < j; ++k) product *= v;
-    return product;
   }
 
   // Cholesky in place, of the lower triangle whose last row is the right side.
