@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <span>
 #include <stdexcept>
@@ -15,10 +16,12 @@
 #include <vector>
 
 #include "../examples/support/plain_words.hpp"
+#include "gelight/geodesic/backtrace.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
+#include "gelight/geodesic/smooth.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/transport/log_map.hpp"
@@ -26,10 +29,12 @@
 #include "gelight/transport/vector_heat.hpp"
 #include "support/plan_requests.hpp"
 #include "support/scan_meshes.hpp"
+#include "support/smooth_surfaces.hpp"
 
 // claims             prints how far every method is off, as benchmarks/results/claims.md
 // claims --quick     the same on scan-like meshes of a quarter of the vertices, of fewer requests
 // claims --fans      of that the fans alone
+// claims --smooth    of that the smooth surface alone
 // claims --planner   of that the planner alone
 //
 // What docstrings say of errors is what this prints.
@@ -375,6 +380,130 @@ void print_fans() {
   }
 }
 
+// --- the smooth surface --------------------------------------------------------------------------
+
+/// The mesh of a smooth solver with each face split in four, new vertices on the smooth surface.
+Mesh<double> split(const Mesh<double>& mesh, const SmoothDistanceSolver<double>& smooth) {
+  Mesh<double> out{mesh.positions, {}};
+  std::map<std::pair<Index, Index>, Index> middles;
+  const auto middle = [&](Index a, Index b) {
+    const auto [at, is_new] =
+        middles.try_emplace(std::minmax(a, b), static_cast<Index>(out.positions.size()));
+    if (is_new) {
+      const Vec3<double> p = smooth.position(edge_point(a, b, 0.5));
+      out.positions.push_back({p[0], p[1], p[2]});
+    }
+    return at->second;
+  };
+  for (const auto& [a, b, c] : mesh.faces) {
+    const Index ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+    out.faces.insert(out.faces.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+  }
+  return out;
+}
+
+std::string error_on_smooth(const std::vector<double>& distance, const std::vector<double>& truth) {
+  std::array<char, 16> words{};
+  std::snprintf(words.data(), words.size(), "%.1e", test::mean_error(distance, truth));
+  return words.data();
+}
+
+/// Approximate distances from vertex 0 with the lengths, on the smooth surface, of the paths to
+/// which they lead; where those are rough, as they are.
+std::vector<double> lifted(const Mesh<double>& mesh, std::vector<double> distance) {
+  const Surface<double> surface(mesh);
+  const SmoothOptions<double> options;
+  const detail::Fans<double> fans(surface, options.crease_angle, {});
+  detail::FittedNormals<double> fitted(fans);
+  detail::Array<Vec3<double>> normals;
+  for (Index fan = 0; fan < fans.count(); ++fan) normals.push_back(fitted.normal(fan));
+  const detail::CurvedFaces<double> faces(fans, normals);
+  detail::LiftedPath<double> lift(faces);
+  const auto source = vertex_point<double>(0);
+  detail::Backtrace<double> back(surface, {{source, 0}}, distance, true);
+  for (Index v = 1; v < surface.vertex_count(); ++v) {
+    if (!back.walk(v).has_arrived) continue;
+    Path<double> path = back.path();
+    if (path.back() != source) path.push_back(source);
+    std::reverse(path.begin(), path.end());
+    const auto found = lift.measure(path);
+    if (!(found.roughness <= options.most_roughness)) continue;
+    distance[static_cast<std::size_t>(v)] = found.shortest();
+  }
+  return distance;
+}
+
+struct OnSmooth {
+  std::string name;
+  Mesh<double> mesh;
+  std::vector<double> truth;
+};
+
+std::vector<OnSmooth> smooth_subjects() {
+  test::Random random(5);
+  std::vector<OnSmooth> all;
+  for (const auto& [name, height] : {std::pair{"sphere", 1.0}, std::pair{"spheroid 1 : 0.5", 0.5},
+                                     std::pair{"spheroid 1 : 3", 3.0}}) {
+    for (const int level : {4, 5}) {
+      auto c = test::spheroid(level, height, 0.2, random);
+      all.push_back({name, std::move(c.mesh), std::move(c.truth)});
+    }
+  }
+  const auto torus = test::jittered_torus(144, 72, 0.25, random);
+  all.push_back(
+      {"torus", torus.mesh, test::torus_distances(torus, ExactSolver(torus.mesh).solve(0), 23)});
+  for (const auto& [name, noise] :
+       {std::pair{"sphere, noise 0.01", 0.01}, std::pair{"sphere, noise 0.1", 0.1}}) {
+    auto c = test::spheroid(5, 1, 0.2, random);
+    all.push_back({name, test::scans::noisy(c.mesh, noise, random), std::move(c.truth)});
+  }
+  return all;
+}
+
+/// Mean errors on the mesh, on the split one, and extrapolated from both.
+template <template <class> class Solver>
+void add_bases(std::vector<std::string>& row, const OnSmooth& on, const Mesh<double>& fine) {
+  const auto coarse = Solver<double>(on.mesh).distance(0);
+  const auto finer = Solver<double>(fine).distance(0);
+  auto extrapolated = coarse;
+  for (std::size_t v = 0; v < coarse.size(); ++v) {
+    extrapolated[v] = (4 * finer[v] - coarse[v]) / 3;
+  }
+  for (const auto& distance : {coarse, finer, extrapolated}) {
+    row.push_back(error_on_smooth(distance, on.truth));
+  }
+}
+
+void print_smooth() {
+  std::printf(
+      "\n## The smooth surface, from other distances than exact ones\n\n"
+      "Mean relative errors from one vertex against the smooth surface's distances, on meshes "
+      "whose vertices are\nmoved on it by up to a fifth of an edge (torus: a quarter of a cell). "
+      "Split: on the mesh with each face split\nonce in four, new vertices on the surface of the "
+      "fitted normals. Extrapolated: (4 split - mesh) / 3. Lifted:\nlengths of the paths to which "
+      "the distances lead, as SmoothDistanceSolver has those of its exact paths.\n\n");
+  std::vector<std::string> head{"mesh", "vertices"};
+  for (const std::string base : {"exact", "fast marching", "virtual source"}) {
+    head.insert(head.end(), {base, base + ", split", base + ", extrapolated", base + ", lifted"});
+  }
+  print_row(head);
+  print_row(std::vector<std::string>(head.size(), "---"));
+  for (const OnSmooth& on : smooth_subjects()) {
+    const SmoothDistanceSolver<double> smooth(on.mesh);
+    const Mesh<double> fine = split(on.mesh, smooth);
+    std::vector<std::string> row{on.name, std::to_string(on.mesh.positions.size())};
+    add_bases<ExactSolver>(row, on, fine);
+    row.push_back(error_on_smooth(smooth.distance(0), on.truth));
+    add_bases<FastMarchingSolver>(row, on, fine);
+    row.push_back(error_on_smooth(lifted(on.mesh, FastMarchingSolver<double>(on.mesh).distance(0)),
+                                  on.truth));
+    add_bases<VirtualSourceSolver>(row, on, fine);
+    row.push_back(error_on_smooth(lifted(on.mesh, VirtualSourceSolver<double>(on.mesh).distance(0)),
+                                  on.truth));
+    print_row(row);
+  }
+}
+
 // --- the planner ---------------------------------------------------------------------------------
 
 /// Of the answers that say of themselves that they satisfy a request.
@@ -426,9 +555,10 @@ int main(int argc, char** argv) try {
   const bool is_quick = only == "--quick";
   const int requests = is_quick ? 300 : 3000;
   if (only == "--fans") return print_fans(), 0;
+  if (only == "--smooth") return print_smooth(), 0;
   if (only == "--planner") return print_planner(requests), 0;
   if (argc > 2 || (argc == 2 && !is_quick)) {
-    throw std::runtime_error("usage: claims [--quick | --fans | --planner]");
+    throw std::runtime_error("usage: claims [--quick | --fans | --smooth | --planner]");
   }
   Subjects on;
   for (const int level : {4, 5}) on.singles.push_back(against_great_circles(level));
@@ -450,6 +580,7 @@ int main(int argc, char** argv) try {
   print_distances(on);
   print_refinements(on);
   print_fans();
+  print_smooth();
   print_planner(requests);
   std::printf(
       "\n## Vectors by the heat method\n\n"

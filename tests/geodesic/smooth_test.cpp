@@ -17,6 +17,7 @@
 #include "support/smooth_surfaces.hpp"
 
 using namespace gelight;
+using test::mean_error;
 using test::Random;
 
 namespace {
@@ -25,17 +26,6 @@ static_assert(DistanceSolver<SmoothDistanceSolver<double>, double>);
 static_assert(DistanceSolver<SmoothDistanceSolver<float>, float>);
 
 using Normals = std::span<const std::array<double, 3>>;
-
-double mean_error(const std::vector<double>& distance, const std::vector<double>& truth) {
-  double sum = 0;
-  int count = 0;
-  for (std::size_t v = 0; v < truth.size(); ++v) {
-    if (!(truth[v] > 0)) continue;
-    sum += std::abs(distance[v] / truth[v] - 1);
-    ++count;
-  }
-  return sum / count;
-}
 
 Vec3<double> place(const Mesh<double>& mesh, std::size_t v) {
   const auto& [x, y, z] = mesh.positions[v];
@@ -118,21 +108,8 @@ TEST_CASE("a torus, against geodesics integrated on it") {
   Random random(6);
   const auto c = test::jittered_torus(72, 36, 0.25, random);
   const ExactField<double> field = ExactSolver(c.mesh).solve(0);
-  std::vector<double> truth(c.places.size(), -1);
-  int known = 0;
-  for (std::size_t v = 5; v < truth.size(); v += 23) {
-    // The geodesic beside the mesh's shortest path, where that is well before its cut locus.
-    const double length = field.distance(static_cast<Index>(v));
-    if (length > 1.5) continue;
-    const Vec3<double> leaves = field.departure(static_cast<Index>(v)).direction;
-    auto [x, y] = c.places[v];
-    x = std::remainder(x, 2 * std::numbers::pi);
-    y = std::remainder(y, 2 * std::numbers::pi);
-    if (std::abs(y) > 2) continue;
-    truth[v] = test::torus_geodesic(1, 0.4, x, y, std::atan2(leaves[1], leaves[2]), length);
-    known += truth[v] > 0;
-  }
-  REQUIRE(known > 20);
+  const std::vector<double> truth = test::torus_distances(c, field, 23);
+  REQUIRE(std::ranges::count_if(truth, [](double d) { return d > 0; }) > 20);
   const double mesh = mean_error(field.distances(), truth);
   CHECK(mean_error(SmoothDistanceSolver(c.mesh, Normals(c.normals)).distance(0), truth) <
         mesh / 200);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/hard_meshes.hpp"
 
@@ -20,6 +21,18 @@ struct SmoothCase {
   std::vector<std::array<double, 3>> normals;
   std::vector<double> truth;  // from vertex 0, or -1 where it is not known
 };
+
+/// Mean relative error of distances where the truth is known and not zero.
+inline double mean_error(const std::vector<double>& distance, const std::vector<double>& truth) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t v = 0; v < truth.size(); ++v) {
+    if (!(truth[v] > 0)) continue;
+    sum += std::abs(distance[v] / truth[v] - 1);
+    ++count;
+  }
+  return sum / count;
+}
 
 /// Integral of f from 0 to `end` by Gauss' rule of five points on pieces.
 template <class F>
@@ -131,6 +144,24 @@ inline TorusCase jittered_torus(Index around, Index across, double jitter, Rando
     }
   }
   return out;
+}
+
+/// Distances on a torus from vertex 0 to one vertex in so many, where a geodesic beside the mesh's
+/// shortest path was found well before its cut locus; -1 elsewhere.
+inline std::vector<double> torus_distances(const TorusCase& c, const ExactField<double>& field,
+                                           std::size_t one_in) {
+  std::vector<double> truth(c.places.size(), -1);
+  for (std::size_t v = 5; v < truth.size(); v += one_in) {
+    const double length = field.distance(static_cast<Index>(v));
+    if (length > 1.5) continue;
+    const Vec3<double> leaves = field.departure(static_cast<Index>(v)).direction;
+    auto [x, y] = c.places[v];
+    x = std::remainder(x, 2 * std::numbers::pi);
+    y = std::remainder(y, 2 * std::numbers::pi);
+    if (std::abs(y) > 2) continue;
+    truth[v] = torus_geodesic(1, 0.4, x, y, std::atan2(leaves[1], leaves[2]), length);
+  }
+  return truth;
 }
 
 }  // namespace gelight::test
