@@ -133,7 +133,8 @@ Eigen::Matrix3d rotation_in(py::handle object) {
   }
   const double volume =
       gelight::cross<double>(rotation.col(0), rotation.col(1)).dot(rotation.col(2));
-  gelight::detail::require(volume > 0, "rotation is none but a reflection: its determinant is not positive");
+  gelight::detail::require(volume > 0,
+                           "rotation is none but a reflection: its determinant is not positive");
   return rotation;
 }
 

@@ -820,7 +820,7 @@ struct Pose {
   /// Or any other linear map, such as one with a size, which is then drawn as it is: nothing checks
   /// that it keeps lengths.
   Eigen::Matrix3d rotation{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  Vec3<double> translation{0, 0, 0};                          ///< in the unit of the mesh
+  Vec3<double> translation{0, 0, 0};  ///< in the unit of the mesh
 
   Pose() = default;
   /// Of the two.
