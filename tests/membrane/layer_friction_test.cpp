@@ -44,3 +44,89 @@ TEST_CASE("an object held by friction is as near to the surface as the residual 
     }
   }
 }
+
+namespace {
+
+constexpr double wide = 0.02;  // m, from the camera to the gel
+
+Camera<double> watching(Index size, double pixel) {
+  const double f = wide / pixel, middle = (size - 1) / 2.0;
+  return {f, f, middle, middle, size, size};
+}
+
+// A ball of 4 mm, 0.3 mm deep: it touches some 1 mm around.
+Image<double> ball_in(Index size, double pixel) {
+  Image<double> depth(size, size);
+  for (Index y = 0; y < size; ++y) {
+    for (Index x = 0; x < size; ++x) {
+      const double u = (x - (size - 1) / 2.0) * pixel, v = (y - (size - 1) / 2.0) * pixel;
+      depth(x, y) = wide - 3e-4 + (u * u + v * v) / 8e-3;
+    }
+  }
+  return depth;
+}
+
+// Coulomb's law: traction is nowhere longer than friction times pressure, but for rounding.
+void check_bound(const LayerContact<double>& contact, double friction) {
+  double most = 0, over = 0;
+  for (std::size_t i = 0; i < contact.traction.pixels().size(); ++i) {
+    const double p = contact.pressure.pixels()[i], q = contact.traction.pixels()[i].norm();
+    most = std::max(most, friction * p);
+    over = std::max(over, p > 0 ? q - friction * p : q / 1e-12);
+  }
+  CHECK(over <= 1e-12 * most);
+}
+
+}  // namespace
+
+TEST_CASE("an object that is dragged far slips, with all of friction and no more") {
+  for (const Index size : {33, 65}) {
+    const double pixel = 3.2e-3 / (size - 1);
+    const auto depth = ball_in(size, pixel);
+    for (const double nu : {0.0, 0.48}) {
+      for (const double friction : {0.01, 0.1, 1.0}) {
+        const ElasticLayer layer(watching(size, pixel), wide, {1e5, nu, 2e-3, friction},
+                                 {.sideways = false});
+        for (const double far : {1.0, 10.0, 1000.0}) {  // in contacts' radii
+          CAPTURE(size);
+          CAPTURE(nu);
+          CAPTURE(friction);
+          CAPTURE(far);
+          const auto contact = layer.press(depth, {.shift = {0.8e-3 * far, -0.6e-3 * far}});
+          CHECK(contact.converged);
+          check_bound(contact, friction);
+          const double all = -friction * contact.force.z();
+          CHECK(0.8 * contact.force.x() - 0.6 * contact.force.y() ==
+                doctest::Approx(all).epsilon(0.005));
+        }
+        // About an axis so far away that it is the same as a shift along y.
+        Camera<double> aside = watching(size, pixel);
+        aside.cx -= 100 * size;
+        const auto turned =
+            ElasticLayer(aside, wide, {1e5, nu, 2e-3, friction}, {.sideways = false})
+                .press(depth, {.twist = 0.01});
+        check_bound(turned, friction);
+        CHECK(turned.force.y() == doctest::Approx(-friction * turned.force.z()).epsilon(0.005));
+      }
+    }
+  }
+}
+
+TEST_CASE("friction's bound holds at every tolerance") {
+  const auto depth = ball_in(33, 1e-4);
+  for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4}) {
+    for (const double nu : {0.0, 0.3, 0.5}) {
+      for (const double friction : {0.2, 1.0}) {
+        const ElasticLayer layer(watching(33, 1e-4), wide, {1e5, nu, 2e-3, friction},
+                                 {.tolerance = tolerance, .sideways = false});
+        for (const double shift : {1e-5, 1e-4, 1e-3}) {
+          CAPTURE(tolerance);
+          CAPTURE(nu);
+          CAPTURE(friction);
+          CAPTURE(shift);
+          check_bound(layer.press(depth, {.shift = {shift, 0}}), friction);
+        }
+      }
+    }
+  }
+}

@@ -750,6 +750,9 @@ TEST_CASE("bad input is refused by name") {
   auto deep = depth;
   deep(3, 7) = rest - 11 * pitch;
   CHECK(contains(press(deep, {}), "(3, 7)"));
+  auto infinite = layer.press(depth);
+  infinite.pressure(3, 3) = inf;
+  CHECK(contains(refusal([&] { (void)layer.press(depth, {}, &infinite); }), "is infinite"));
   const LayerContact<double> none;
   CHECK(contains(refusal([&] { (void)layer.press(depth, {}, &none); }), "previous contact"));
 }

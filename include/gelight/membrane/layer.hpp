@@ -77,7 +77,9 @@ struct LayerContact {
   bool is_bent_too_far = false;  ///< whether that is beyond ElasticLayer's `most_bend`
   bool converged = true;         ///< whether the rest is as exact as the options ask for
   /// The farthest that the surface is from the object where they touch, in the object elsewhere,
-  /// or from where friction would bring it, as a share of the deepest press.
+  /// as a share of the deepest press; or from where friction would bring it, as a share of how far
+  /// the object has moved sideways, or where it is less of how far it moves the gel where all
+  /// slips.
   double residual = 0;
   int iterations = 0;    ///< of conjugate gradients
   int convolutions = 0;  ///< products with a Green's function, the dearest part
@@ -164,10 +166,10 @@ class ElasticLayer {
     detail::require_camera_size(depth, camera_, "the depth image");
     detail::require(!load.force || (*load.force >= 0 && std::isfinite(*load.force)), "force ",
                     load.force.value_or(0), " is negative or not finite");
-    detail::require(!load.centre || (load.force && load.centre->allFinite()),
-                    "the force's centre (", load.centre.value_or(Vec2<double>::Zero()).x(), ", ",
-                    load.centre.value_or(Vec2<double>::Zero()).y(),
-                    ") is not finite, or there is no force");
+    detail::require(!load.centre || load.force, "a force's centre is given, but there is no force");
+    detail::require(!load.centre || load.centre->allFinite(), "the force's centre (",
+                    load.centre.value_or(Vec2<double>::Zero()).x(), ", ",
+                    load.centre.value_or(Vec2<double>::Zero()).y(), ") is not finite");
     detail::require(load.shift.allFinite() && std::isfinite(load.twist), "the sideways motion (",
                     load.shift.x(), ", ", load.shift.y(), ") turning by ", load.twist,
                     " is not finite");
@@ -276,6 +278,7 @@ class ElasticLayer {
     state.box = {0, 0, camera_.width, camera_.height};
     state.travel = contact->travel / pixel().x();
     for (const T p : contact->pressure.pixels()) {
+      detail::require(!std::isinf(p), "the previous contact's pressure is infinite at a pixel");
       state.pressure.push_back(p > 0 ? double{p} / gel_.shear_modulus() : 0);
     }
     if (contact->traction.pixels().size() != contact->pressure.pixels().size()) return state;

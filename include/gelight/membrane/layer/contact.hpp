@@ -76,6 +76,9 @@ struct Frictional {
   }
 };
 
+/// The larger of two, NaN where either is.
+[[nodiscard]] inline double larger(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
+
 /// The largest of all pixels' gaps, or where it is less of the loads that they are closed with, as
 /// a length.
 struct LeftOpen {
@@ -88,9 +91,10 @@ struct LeftOpen {
 /// below friction where nothing slips, and where it slips the two are opposed.
 ///
 /// By conjugate gradients (Polak and Ribiere's) on what of the loads the bounds leave free, also
-/// along a bound that is bent; after each step loads are put back to their bounds. (After Polonsky
-/// and Keer, A numerical method for solving rough contact problems based on the multi-level
-/// multi-summation and conjugate gradient techniques, 1999, doi:10.1016/S0043-1648(99)00113-1.)
+/// along a bound that is bent; at the start and after each step loads are put back to their bounds.
+/// (After Polonsky and Keer, A numerical method for solving rough contact problems based on the
+/// multi-level multi-summation and conjugate gradient techniques, 1999,
+/// doi:10.1016/S0043-1648(99)00113-1.)
 ///
 /// `respond(load)` gives the surface's displacement, `softness` is a pixel's by its own load,
 /// `gain` the most by which responding makes any load longer. Ends where each pixel's gap, or where
@@ -115,6 +119,7 @@ template <class Bounds, class Respond>
     gap = is_loaded ? respond(load) : load;
     for (std::size_t k = 0; k < gap.size(); ++k) gap.data()[k] -= wanted.data()[k];
   };
+  for (std::size_t i = 0; i < pixels; ++i) set(load, i, bounds.nearest(i, get(load, i)));
   measure();
   LeftOpen open_by;
   double last_square = 0, last_energy = std::numeric_limits<double>::infinity();
@@ -123,7 +128,7 @@ template <class Bounds, class Respond>
     for (std::size_t i = 0; i < pixels; ++i) {
       const Load<N> here = get(load, i), open = get(gap, i);
       const Load<N> better = bounds.nearest(i, here - open / softness);
-      left = std::max(left, softness * (here - better).norm());
+      left = larger(left, softness * (here - better).norm());
       const Load<N> free = bounds.free_part(i, here, open, open);
       const double stiff = 1 / (softness + bounds.bend(i, here, open));
       square += stiff * free.squaredNorm();
@@ -133,7 +138,8 @@ template <class Bounds, class Respond>
     }
     if (iteration == 0) open_by.before = left;
     open_by.after = left;
-    if (left <= accuracy || iteration == effort.most_iterations) return open_by;
+    if (left <= accuracy || std::isnan(left)) return open_by;
+    if (iteration == effort.most_iterations) return open_by;
     ++effort.iterations;
     // A step after which the energy did not fall is followed by one after which it must.
     const bool is_careful = !(energy < last_energy);

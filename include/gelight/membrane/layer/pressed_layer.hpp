@@ -442,9 +442,6 @@ class PressedLayer {
     const std::size_t pixels = state.box.area();
     state.traction.resize(2 * pixels);
     const Array<double> dragged = motion(object, state.box), before = state.pressure;
-    double farthest = 0;
-    for (const double u : dragged) farthest = std::max(farthest, std::abs(u));
-    if (farthest == 0) return;  // one pixel that turns
     const double softness = std::max(sideways().xx(0, 0), sideways().yy(0, 0));
     const double gain =
         std::max(k.convolution.gain(k.xx), k.convolution.gain(k.yy)) + k.convolution.gain(k.xy);
@@ -456,6 +453,12 @@ class PressedLayer {
       sum_up(result.data() + pixels, k.convolution, {{k.xy, qx}, {k.yy, qy}}, task.effort);
       return result;
     };
+    // An object that goes on slipping moves the surface no farther than all of friction does.
+    double farthest = longest(dragged);
+    if (std::isfinite(friction_)) {
+      farthest = std::min(farthest, longest(respond(slipping(state.pressure, dragged))));
+    }
+    if (farthest == 0) return;  // one pixel that turns, or nothing touches
     Array<double> wanted = dragged, most(pixels);
     for (int round = 0; round < most_rounds; ++round) {
       Array<double> change(pixels);
@@ -464,7 +467,7 @@ class PressedLayer {
         const double p = state.pressure.data()[i];
         most.data()[i] = p > 0 ? friction_ * p : 0;
         change.data()[i] = p - before.data()[i];
-        largest = std::max(largest, std::abs(change.data()[i]));
+        largest = larger(largest, std::abs(change.data()[i]));
       }
       if (largest > 0) {
         const Spectrum p = k.convolution.transform(change.data());
@@ -489,9 +492,30 @@ class PressedLayer {
       if (gap > task.effort.tolerance && round + 1 < most_rounds) continue;
       // The pressure that bounds the traction, so that the two keep to friction's law.
       state.pressure = std::move(last);
-      state.residual = std::max(slack, gap);
+      state.residual = larger(slack, gap);
       return;
     }
+  }
+
+  [[nodiscard]] static double longest(const Array<double>& values) {
+    double result = 0;
+    for (const double value : values) result = std::max(result, std::abs(value));
+    return result;
+  }
+
+  // The traction of an object that slips everywhere the way that it is dragged.
+  [[nodiscard]] Array<double> slipping(const Array<double>& pressure,
+                                       const Array<double>& dragged) const {
+    const std::size_t pixels = pressure.size();
+    Array<double> result(2 * pixels);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const Vec2<double> way(dragged.data()[i], dragged.data()[pixels + i]);
+      if (!(pressure.data()[i] > 0) || way == Vec2<double>::Zero()) continue;
+      const Vec2<double> q = friction_ * pressure.data()[i] * way.normalized();
+      result.data()[i] = q.x();
+      result.data()[pixels + i] = q.y();
+    }
+    return result;
   }
 
   // How far the object has moved each pixel of a box sideways: all along x, then all along y.
