@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "gelight/membrane/bulge.hpp"
+#include "gelight/membrane/contact.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 
 using namespace gelight;
@@ -139,4 +140,25 @@ TEST_CASE("a renderer's Gaussian for a gel that it is told") {
   for (const double tiny : {1e-9, 1e-13, 1e-300}) {
     CHECK_THROWS_AS((void)TactileOptions::for_gel(gel, 2e-3, tiny), InvalidInput);
   }
+}
+
+TEST_CASE("a renderer of another rest depth is told so") {
+  const ElasticLayer layer(camera(), rest, {1e5, 0.3, inf}, {.sideways = false});
+  const LayerMembrane<double> membrane(layer);
+  const auto depth = ball(49.5, 39.5);
+  for (const double other : {0.9 * rest, rest + 0.02 * pitch, 2 * rest}) {
+    CHECK_THROWS_AS((void)surface_depth(membrane, depth, Image<double>(100, 80, other)),
+                    InvalidInput);
+  }
+  CHECK(surface_depth(membrane, depth, Image<double>(100, 80, rest + 0.005 * pitch))(50, 40) <
+        rest);
+}
+
+TEST_CASE("no force brings the surface behind the camera") {
+  const ElasticLayer layer(camera(), rest, {1e5, 0.3, inf}, {.sideways = false});
+  const Image<double> plate(100, 80, rest);
+  for (const double force : {100.0, 1000.0}) {
+    CHECK_THROWS_AS((void)layer.press(plate, {.force = force}), InvalidInput);
+  }
+  CHECK(layer.press(plate, {.force = 0.1}).converged);
 }

@@ -42,17 +42,20 @@ struct LayerOptions {
 
 /// How an object is pressed into a layer.
 struct LayerLoad {
-  /// In N, towards the camera, what the object is to be pressed with; without it the object stays
-  /// where the depth image shows it.
+  /// In N, positive, towards the camera, what the object is to be pressed with; without it the
+  /// object stays where the depth image shows it.
   std::optional<double> force = {};
   /// With a force: where the line along which it acts, parallel to the camera's axis, meets the
   /// gel, x and y in m. The object then tilts until the gel's moment about that line is none;
   /// without it it does not tilt.
   std::optional<Vec2<double>> centre = {};
-  /// How far the object has moved sideways since it was pressed in, in m. Without friction that
-  /// makes no difference, nor does `twist`.
+  /// How far the object has moved sideways since it was pressed in, in m; the depth image shows it
+  /// where it is then. Without friction (`Gel`'s default) that makes no difference, nor does
+  /// `twist`.
   Vec2<double> shift = Vec2<double>::Zero();
-  double twist = 0;  ///< how far it has turned about the camera's axis, in radians from x to y
+  /// How far it has turned about the camera's axis, in radians from x to y; small: it is taken as
+  /// one step along straight lines.
+  double twist = 0;
 };
 
 /// A rigid object in an elastic layer. Images are of the camera's size; x, y and z are the
@@ -68,7 +71,7 @@ struct LayerContact {
   double travel = 0;
   /// How much more with every metre along x and y from the camera's axis.
   Vec2<double> tilt = Vec2<double>::Zero();
-  Vec3<double> force = Vec3<double>::Zero();  ///< of the object on the gel, N
+  Vec3<double> force = Vec3<double>::Zero();  ///< of the object on the gel, N; z is negative
   /// The same forces' moments about the point of the gel on the camera's axis, N m.
   Vec3<double> moment = Vec3<double>::Zero();
   /// The largest angle, in radians, between the gel at rest where it is touched and its mean there:
@@ -155,11 +158,12 @@ class ElasticLayer {
   ///
   /// With a force the object moves along z until the layer bears it, by a secant search, and tilts
   /// where the load says so, which takes some ten contacts more. Starts
-  /// from the contact `previous`, if there is one, which saves what the two have in common. Throws
-  /// InvalidInput for a depth image of another size than the camera's, a force that is negative,
-  /// not finite or more than the object can bring (there is none, or it would come through the
-  /// layer), a sideways motion that is not finite, and an object that comes further into the gel
-  /// than that is thick; Cancelled where the options' hook says so.
+  /// from the contact `previous`, if there is one, which saves what the two have in common, but
+  /// next to nothing with friction. Throws InvalidInput for a depth image of another size than the
+  /// camera's, a force that is negative, not finite or more than the object can bring (there is
+  /// none, or it would come through the layer or behind the camera), a sideways motion that is not
+  /// finite, and an object that comes further into the gel than that is thick; Cancelled where the
+  /// options' hook says so.
   template <ImageOf<T> D>
   [[nodiscard]] LayerContact<T> press(const D& depth, const LayerLoad& load = {},
                                       const LayerContact<T>* previous = nullptr) const {
@@ -182,6 +186,10 @@ class ElasticLayer {
     const detail::LayerState state = load.force ? balance(object, load, start, effort)
                                                 : layer_->settle(object, 0, start, effort);
     LayerContact<T> contact = report(state, unknown_pixels, effort);
+    for (const T z : contact.depth.pixels()) {
+      detail::require(!(z <= 0), "a force of ", load.force.value_or(0),
+                      " N would bring the gel's surface behind the camera");
+    }
     if (unknown_pixels > 0) clear_unknown(contact, depth);
     return contact;
   }

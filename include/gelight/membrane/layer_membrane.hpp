@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <concepts>
 #include <limits>
 #include <optional>
@@ -21,10 +22,10 @@ namespace gelight {
 /// it is pressed in by a force. Some 20 convolutions and memory from the heap for every frame; for
 /// the surface alone BulgingMembrane is far cheaper.
 ///
-/// The layer's rest depth is to be that of the renderer. Where the object's depth is not known,
-/// nothing touches. A frame throws InvalidInput as ElasticLayer::press does, and for a contact that
-/// is off by more than `most_residual` of the deepest press. A model of the concept MembraneModel,
-/// but for what `warm` says.
+/// The layer's rest depth is to be that of the renderer, to a hundredth of a pixel's width. Where
+/// the object's depth is not known, nothing touches. A frame throws InvalidInput as
+/// ElasticLayer::press does, and for a contact that is off by more than `most_residual` of the
+/// deepest press. A model of the concept MembraneModel, but for what `warm` says.
 template <std::floating_point T>
 class LayerMembrane {
  public:
@@ -59,6 +60,7 @@ class LayerMembrane {
         work.depth(x, y) = detail::is_known(z) ? z : std::numeric_limits<T>::infinity();
       }
     }
+    require_same_rest(press);
     const bool has_last = is_warm_ && work.contact.has_value();
     work.contact = layer_.press(work.depth, load_, has_last ? &*work.contact : nullptr);
     if (!work.contact->converged && !(work.contact->residual <= most_residual)) {
@@ -76,6 +78,18 @@ class LayerMembrane {
   ///@}
 
  private:
+  // To a hundredth of a pixel's width: it may have been found in another way.
+  void require_same_rest(const Press<T>& press) const {
+    const double most = 0.01 * layer_.pixel().minCoeff();
+    for (Index y = press.window.top; y < press.window.bottom; ++y) {
+      for (Index x = press.window.left; x < press.window.right; ++x) {
+        const T seen = press.rest(x, y), own = layer_.rest_depth()(x, y);
+        detail::require(!(std::abs(double{seen} - double{own}) > most), "at pixel (", x, ", ", y,
+                        ") the renderer's rest depth is ", seen, " m, the layer's ", own, " m");
+      }
+    }
+  }
+
   ElasticLayer<T> layer_;
   LayerLoad load_;
   bool is_warm_;
