@@ -68,7 +68,7 @@ TEST_CASE_TEMPLATE("gel hangs from every pixel by the way to it", T, float, doub
       }
       // In place it is the same.
       Image<T> same = depth;
-      drape_into<T>(same, same, rest, static_cast<T>(fall));
+      drape_into(same, same, rest, static_cast<T>(fall));
       CHECK(same == draped);
     }
   }
@@ -112,8 +112,8 @@ TEST_CASE("what is not known stays so, and bad input is refused before anything 
   Image<float> out(9, 9, 7.0f);
   for (const float fall : {0.0f, -1.0f, std::numeric_limits<float>::infinity(),
                            std::numeric_limits<float>::quiet_NaN()}) {
-    CHECK(test::refusal([&] { drape_into<float>(out, depth, rest, fall); }).find("a fall of") == 0);
+    CHECK(test::refusal([&] { drape_into(out, depth, rest, fall); }).find("a fall of") == 0);
   }
-  CHECK_THROWS_AS(drape_into<float>(out, depth, Image<float>(9, 8), 0.1f), InvalidInput);
+  CHECK_THROWS_AS(drape_into(out, depth, Image<float>(9, 8), 0.1f), InvalidInput);
   CHECK(out == Image<float>(9, 9, 7.0f));
 }

@@ -259,6 +259,32 @@ TEST_CASE("every preset shows a lit and coloured membrane, and where something t
   }
 }
 
+TEST_CASE("light through the gel has no hard edge and no frame") {
+  auto tip = geltip<float>(160, 120, 0.002f);
+  auto pad = digit<float>(72, 96, 0.001f);
+  const auto largest_step = [](const Image<Rgb8>& image) {
+    int most = 0;
+    for (Index y = 0; y < image.height(); ++y) {
+      for (Index x = 1; x < image.width(); ++x) {
+        for (std::size_t c = 0; c < 3; ++c) {
+          most = std::max(most, std::abs(int{image(x, y)[c]} - int{image(x - 1, y)[c]}));
+        }
+      }
+    }
+    return most;
+  };
+  const auto rest = [](const SensorPreset<float>& sensor) {
+    const GelLight<float> light(sensor.membrane, {.thickness = 0.004f, .full_within = 0.02f});
+    return tactile_renderer(sensor, light).rest_image();
+  };
+  // A point's shadow begins within a pixel, with more than half of the light that is scattered
+  // there (80 levels); what steps at the tip, 28 levels of so few pixels, is its own curvature.
+  CHECK(largest_step(rest(tip)) < 40);
+  CHECK(largest_step(rest(pad)) < 25);
+  tip.led_width = 0;
+  CHECK(largest_step(rest(tip)) > 60);
+}
+
 TEST_CASE("a GelSight Mini's camera sees its pad everywhere, whatever the image's shape") {
   for (const auto& [width, height] :
        std::vector<std::array<Index, 2>>{{640, 480}, {160, 120}, {320, 180}, {96, 96}, {60, 80}}) {

@@ -1191,7 +1191,7 @@ class SensorPreset:
     shininess: float
     options: TactileOptions
     gel: Gel
-    led_width: float
+    led_width: float | None
     led_parts: int
     def __init__(
         self, membrane: Surface, camera: Camera, leds: _Sources, colours: Sequence[_Triple]

@@ -78,7 +78,7 @@ void bind_preset(py::module_& m) {
       .def_readwrite("options", &Preset::options, "But for `rectify`, which follows the light.")
       .def_readwrite("gel", &Preset::gel, "What the membrane is made of.")
       .def_readwrite("led_width", &Preset::led_width,
-                     "Of each LED, m along the border; 0: a point.")
+                     "Of each LED, m along the border; 0: a point; None: what suits the light.")
       .def_readwrite("led_parts", &Preset::led_parts, "Points that stand for a wide LED.");
 }
 

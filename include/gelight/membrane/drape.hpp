@@ -68,8 +68,11 @@ void drape_pass(ImageView<T> depth, const R& rest, T fall, bool forwards) {
 /// doi:10.1016/S0734-189X(86)80047-0). Pixels that are not known stay so. `out` may be the depth
 /// map itself. Takes two passes over the image. Throws InvalidInput, before anything is written,
 /// for images of different sizes and a fall that is not positive and finite.
-template <std::floating_point T, ImageOf<T> D, ImageLike R>
-void drape_into(ImageView<T> out, const D& depth, const R& rest, std::type_identity_t<T> fall) {
+template <ImageLike D, ImageLike R>
+requires std::floating_point<PixelOf<D>>
+void drape_into(std::type_identity_t<ImageView<PixelOf<D>>> out, const D& depth, const R& rest,
+                std::type_identity_t<PixelOf<D>> fall) {
+  using T = PixelOf<D>;
   detail::require_same_size(depth, rest, "the depth image", "the rest depth image");
   detail::require_same_size(out, rest, "the output image", "the rest depth image");
   detail::require(fall > 0 && std::isfinite(fall), "a fall of ", fall,
@@ -90,7 +93,7 @@ requires std::floating_point<PixelOf<D>>
                                       std::type_identity_t<PixelOf<D>> fall) {
   Image<PixelOf<D>> out(static_cast<Index>(ImageTraits<D>::width(depth)),
                         static_cast<Index>(ImageTraits<D>::height(depth)));
-  drape_into<PixelOf<D>>(out, depth, rest, fall);
+  drape_into(out, depth, rest, fall);
   return out;
 }
 

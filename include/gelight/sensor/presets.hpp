@@ -45,10 +45,13 @@ struct SensorPreset {
   T diffuse = T(0.5);       ///< Phong's k_d
   T specular = T(0.1);      ///< Phong's k_s
   T shininess = 100;        ///< Phong's exponent
-  TactileOptions options = {.ambient =
-                                0.9};  ///< but for `rectify`, which follows from the light model
-  Gel gel = {};                        ///< what the membrane is made of
-  T led_width = 0;      ///< of each LED, m along the border, its place in the middle; 0: a point
+  /// But for `rectify`, which follows from the light model.
+  TactileOptions options = {.ambient = 0.9, .border_normals = BorderNormals::extrapolated};
+  Gel gel = {};  ///< what the membrane is made of
+  /// Of each LED, m along the border, its place in the middle; 0: a point. Unset: a point for light
+  /// that runs in the membrane, as the GelTip's authors have it; for light that leaves an LED one
+  /// way (`GelLight`), whose shadows are as hard as the LED is small, 3 mm in 24 parts.
+  std::optional<T> led_width = {};
   Index led_parts = 3;  ///< points that stand for an LED with a width, their light averaged
 };
 
@@ -159,6 +162,23 @@ template <std::floating_point T>
   return edges;
 }
 
+/// A half-edge of the border on which a simplified point lies; -1 where it is on none.
+template <std::floating_point T>
+[[nodiscard]] Index border_at(const Surface<T>& surface, const SurfacePoint<T>& at) {
+  using Kind = typename SurfacePoint<T>::Kind;
+  Index first = -1;
+  if (at.kind == Kind::edge) {
+    const Index h = surface.find_halfedge(at.element[0], at.element[1]);
+    if (surface.is_border(h)) first = h;
+  } else if (at.kind == Kind::vertex) {
+    for (const Index h : surface.corners(at.element[0])) {
+      if (surface.is_border(h)) first = h;
+      if (first < 0 && surface.is_border(surface.previous(h))) first = surface.previous(h);
+    }
+  }
+  return first;
+}
+
 }  // namespace detail
 
 /// Points of an LED that lies along a membrane's border, the middles of `count` parts as long as
@@ -170,20 +190,10 @@ template <std::floating_point T>
                                                                const SurfacePoint<T>& middle,
                                                                std::type_identity_t<T> width,
                                                                Index count) {
-  using Kind = typename SurfacePoint<T>::Kind;
   detail::require(count > 0, count, " parts of an LED");
   surface.require_point(middle);
   const SurfacePoint<T> at_middle = detail::simplified(surface, middle);
-  Index first = -1;
-  if (at_middle.kind == Kind::edge) {
-    const Index h = surface.find_halfedge(at_middle.element[0], at_middle.element[1]);
-    if (surface.is_border(h)) first = h;
-  } else if (at_middle.kind == Kind::vertex) {
-    for (const Index h : surface.corners(at_middle.element[0])) {
-      if (surface.is_border(h)) first = h;
-      if (first < 0 && surface.is_border(surface.previous(h))) first = surface.previous(h);
-    }
-  }
+  const Index first = detail::border_at(surface, at_middle);
   detail::require(first >= 0, "the LED's middle is not on the border of the membrane");
   const auto edges = detail::border_round(surface, first);
   T length = 0;
@@ -432,6 +442,20 @@ template <std::floating_point T>
   return direction_of<T>(sum - sum.dot(normal) * normal);
 }
 
+/// The points that stand for an LED whose width is not set, for light that leaves it one way: 3 mm
+/// of the border, as wide as LEDs commonly are, or half of a border that is shorter than twice
+/// that. As each part's shadow has an edge, so many that no edge is seen. Off the border: a point.
+template <std::floating_point T>
+[[nodiscard]] std::vector<SurfacePoint<T>> usual_led(const Surface<T>& surface,
+                                                     const SurfacePoint<T>& led) {
+  surface.require_point(led);
+  const Index first = border_at(surface, simplified(surface, led));
+  if (first < 0) return {led};
+  T length = 0;
+  for (const auto& edge : border_round(surface, first)) length += edge.length;
+  return points_along_border(surface, led, std::min(T(0.003), length / 2), 24);
+}
+
 }  // namespace detail
 
 /// The light of a sensor's LED at some points of its membrane, by any light model: of each of the
@@ -444,10 +468,13 @@ template <std::floating_point T, LightModel<T> Model>
                                       std::type_identity_t<std::span<const SurfacePoint<T>>> points,
                                       const CancelHook& cancelled = {}) {
   detail::require(led < sensor.leds.size(), "LED ", led, " of a sensor with ", sensor.leds.size());
-  detail::require(sensor.led_width >= 0, "an LED ", sensor.led_width, " wide");
+  const T width = sensor.led_width.value_or(0);
+  detail::require(width >= 0, "an LED ", width, " wide");
   std::vector<SurfacePoint<T>> parts{sensor.leds[led]};
-  if (sensor.led_width > 0) {
-    parts = points_along_border(membrane, sensor.leds[led], sensor.led_width, sensor.led_parts);
+  if (width > 0) {
+    parts = points_along_border(membrane, sensor.leds[led], width, sensor.led_parts);
+  } else if constexpr (requires { Model::needs_emission; }) {
+    if (!sensor.led_width.has_value()) parts = detail::usual_led(membrane, sensor.leds[led]);
   }
   if constexpr (requires { Model::leaves_vertices; }) {
     for (auto& part : parts)
@@ -490,7 +517,7 @@ template <std::floating_point T, LightModel<T> Model>
   }
   TactileOptions options = sensor.options;
   if constexpr (requires { Model::is_tangent; }) options.rectify = Model::is_tangent;
-  options.keep_strength = sensor.led_width > 0;
+  options.keep_strength = sensor.led_width.value_or(0) > 0;
   return {sensor.camera, rest.depth, lights, background, options};
 }
 template <std::floating_point T>

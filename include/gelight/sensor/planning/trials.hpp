@@ -208,7 +208,7 @@ template <std::floating_point T>
   if (choice.radius == 0) options.smoothing_sigma = 0;
   options.smoothing_radius = choice.radius;
   options.rectify = is_tangent(choice.light);
-  options.keep_strength = sensor.led_width > 0;
+  options.keep_strength = sensor.led_width.value_or(0) > 0;
   return {seen.camera.template cast<T>(), rest, lights, Background<T>(coating), options};
 }
 
