@@ -162,6 +162,13 @@ def fault_of(row):
             return f"{name}: {key} is {value!r}, not a number"
         if key in ("real_time", "median_s", "ratio") and value <= 0:
             return f"{name}: {key} is {value!r}, not positive"
+        if key in ("mean", "smooth_mean") and value < 0:
+            return f"{name}: {key} is {value!r}, an error below 0"
+    if name.startswith("distance/"):
+        if not {"mean", "smooth_mean"} & row.keys():
+            return f"{name}: no error, neither mean nor smooth_mean"
+        if not {"real_time", "median_s"} & row.keys():
+            return f"{name}: no time, neither real_time nor median_s"
     return None
 
 
@@ -878,15 +885,16 @@ def share_left(row, model):
 
 
 def claim_of_traced(rows, names, models):
-    """Which field leaves least of the error, and whether it does so on every sensor."""
-    left = {m: [mean(share_left(r, m) for r in rows if r["path"][1] == name) for name in names] for m in models
-            if all("levels_" + m in r for r in rows)}
+    """Which field leaves least of the error, and whether every mark of every panel says so."""
+    marks = list(dict.fromkeys((r["path"][1], r["path"][2]) for r in rows))
+    left = {m: [mean(share_left(r, m) for r in rows if tuple(r["path"][1:3]) == mark) for mark in marks]
+            for m in models if all("levels_" + m in r for r in rows)}
     if not left:
         return "Light fields beside traced light"
     nearest = min(left, key=lambda m: mean(left[m]))
-    is_everywhere = all(left[nearest][i] == min(of[i] for of in left.values()) for i in range(len(names)))
+    is_everywhere = all(left[nearest][i] == min(of[i] for of in left.values()) for i in range(len(marks)))
     all_left = {m: percent(mean(share_left(r, m) for r in rows)) for m in left}
-    return (("On every sensor " if is_everywhere and len(names) > 1 else "In the mean ") +
+    return (("On every sensor, in every gel " if is_everywhere and len(names) > 1 else "In the mean ") +
             f"\u201c{nearest}\u201d leaves the least error: {all_left[nearest]}" + "".join(
                 f", \u201c{m}\u201d {all_left[m]}" for m in ("geodesic",) if m in left and m != nearest))
 

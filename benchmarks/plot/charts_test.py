@@ -105,8 +105,8 @@ def check_claims():
     def stability(most):
         return {"name": "stability/aspect/exact/10", "real_time": 1.0, "degree": 10, "mean": most / 2, "most": most}
 
-    def traced(sensor, gel, near):
-        return {"name": f"traced/{sensor}/1 mm/albedo 0.5", "levels_none": 10, "levels_gel": gel, "levels_near": near}
+    def traced(sensor, gel, near, thick=1):
+        return {"name": f"traced/{sensor}/{thick} mm/albedo 0.5", "levels_none": 10, "levels_gel": gel, "levels_near": near}
 
     rows = [{"name": f"distance/tiny.obj/toy method/{k}", "real_time": 1.0, "time_unit": "ms", "mean": 10.0 ** -k} for k in range(1, 8)]
     context = {"commit": "unknown", "cpu": "toy cpu", "executable": "stability_benchmark"}
@@ -120,6 +120,9 @@ def check_claims():
         _, _, charts = draw({"traced_toy.json": {
             "context": context, "benchmarks": [traced("pad", 2, 6), traced("dome", 2, near)]}})
         check(("On every sensor" in charts["traced"]) == is_everywhere, f"{near} beside 2 is misjudged")
+        _, _, charts = draw({"traced_toy.json": {"context": context, "benchmarks": [
+            traced("pad", 2, 6), traced("pad", 2, near, 5), traced("dome", 2, 6)]}})
+        check(("On every sensor" in charts["traced"]) == is_everywhere, f"{near} beside 2 in one gel is misjudged")
 
 
 def main():
@@ -158,6 +161,13 @@ def main():
     for name in ("pareto_a.json", "pareto_b.json", "distance/tiny.obj", "levels_mean"):
         check(name in words, f"{name} is not told of: {words}")
     check("Traceback" not in words, words)
+
+    for wrong, says in (({"real_time": 3.0}, "no error"), ({"mean": 0.1}, "no time"),
+                        ({"real_time": 3.0, "mean": -0.1}, "below 0")):
+        code, words, charts = draw({"pareto_a.json": {
+            "context": {}, "benchmarks": [dict(wrong, name="distance/tiny.obj/toy/1")]}})
+        check(code == 1 and says in words and "tiny.obj/toy" in words, f"{wrong} ends with {code}: {words}")
+        check("distance_query" not in charts and "Warning" not in words, f"{wrong} is drawn: {words}")
 
 
 if __name__ == "__main__":

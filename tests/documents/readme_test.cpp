@@ -119,6 +119,21 @@ TEST_CASE("the simulator's loop, compiled and run as its page says") {
   const auto folder = std::filesystem::temp_directory_path() / "gelight_simulator";
   const std::string said = run("examples/simulator.md", folder, "simulator.cpp");
   CHECK(said.find("finger 1: ") != std::string::npos);
+
+  // The call that its text tells to put before the rendering.
+  const std::string text = text_of(top / "examples/simulator.md");
+  const std::size_t at = text.find("`drape_into(") + 1;
+  REQUIRE(at > 1);
+  std::string program = block(text, "cpp", "int main()");
+  program.insert(program.find("    sensor.render_next_into("),
+                 "    auto& depth = finger.depth;\n"
+                 "    const auto rest = rasterize(tip.membrane, tip.camera).depth;\n"
+                 "    const float pixel = 1e-4f;\n    " +
+                     text.substr(at, text.find('`', at) - at) + ";\n");
+  std::ofstream(folder / "draped.cpp") << program;
+  std::string line = block(text, "sh", "g++ ");
+  line = line.substr(0, line.find(" simulator.cpp")) + " -fsyntax-only draped.cpp";
+  CHECK(std::system(("cd '" + folder.string() + "' && " + line).c_str()) == 0);
   std::filesystem::remove_all(folder);
 }
 
