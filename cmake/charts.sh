@@ -20,6 +20,7 @@ while [ $# -gt 0 ]; do
       to=$(cd "$here" && readlink -m "$2") && shift
       ;;
     --mesh)
+      [ -n "${2:-}" ] || { echo "charts.sh: --mesh wants a file" >&2 && exit 2; }
       file=$(cd "$here" && readlink -f "${2:-}" || true)
       [ -f "$file" ] || { echo "charts.sh: there is no file ${2:-}" >&2 && exit 2; }
       mesh=--mesh=$file && shift

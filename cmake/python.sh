@@ -3,6 +3,9 @@
 # Options go to CMake: `sh cmake/python.sh -DGELIGHT_NATIVE=ON` builds it for this processor.
 # PYTHON names another interpreter than the system's; it needs NumPy and pytest.
 set -eu
+case ${1:-} in
+  -h | --help) sed -n '2,4s/^# //p' "$0" && exit 0 ;;
+esac
 cd "$(dirname "$0")/.."
 sh cmake/writable.sh build/python
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev pybind11-dev python3-dev python3-numpy \

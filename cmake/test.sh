@@ -2,6 +2,9 @@
 # Installs what is missing, builds every test and runs it.
 # Options go to CTest: `sh cmake/test.sh -R exact` runs the tests of the exact solver alone.
 set -eu
+case ${1:-} in
+  -h | --help) sed -n '2,3s/^# //p' "$0" && exit 0 ;;
+esac
 cd "$(dirname "$0")/.."
 sh cmake/writable.sh build/test
 jobs=$(getconf _NPROCESSORS_ONLN)

@@ -120,6 +120,11 @@ double largest_depth(const Image<double>& depth) {
   return largest;
 }
 
+std::string wanted_size(const Settings& settings) {
+  return "not --width x --height, which is " + std::to_string(settings.width) + " x " +
+         std::to_string(settings.height);
+}
+
 std::string lower_case(std::string words) {
   for (char& c : words) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return words;
@@ -134,7 +139,8 @@ Image<double> read_depth(const std::string& path, const Settings& settings) {
       is_png ? gelight::read_depth_png(path, *settings.scale) : gelight::read_npy<double>(path);
   if (depth.width() != settings.width || depth.height() != settings.height) {
     throw gelight::InvalidInput(path + " has " + std::to_string(depth.width()) + " x " +
-                                std::to_string(depth.height()) + " pixels, not --width x --height");
+                                std::to_string(depth.height()) + " pixels, " +
+                                wanted_size(settings));
   }
   const double largest = largest_depth(depth);
   if (largest == 0)
@@ -235,7 +241,7 @@ struct Given {
       if (background->width() != settings.width || background->height() != settings.height) {
         throw gelight::InvalidInput(
             settings.background + " has " + std::to_string(background->width()) + " x " +
-            std::to_string(background->height()) + " pixels, not --width x --height");
+            std::to_string(background->height()) + " pixels, " + wanted_size(settings));
       }
     }
     if (!settings.rest.empty()) rest = read_depth(settings.rest, settings);
@@ -351,7 +357,14 @@ std::vector<NamedField> light_fields(const Sensor& sensor) {
                 }),
           field("transport", true, [&](Index led) {
             const Vec3<double> inwards = middle - surface.position(led);
-            return gelight::transport_field<double>(heat, led, inwards, points);
+            try {
+              return gelight::transport_field<double>(heat, led, inwards, points);
+            } catch (const gelight::InvalidInput& wrong) {
+              throw gelight::InvalidInput(
+                  "the LED at vertex " + std::to_string(led) +
+                  " does not shine along the membrane (" + wrong.what() +
+                  "): LEDs are wanted in an open rim, and a closed mesh has none");
+            }
           })};
 }
 
@@ -365,6 +378,34 @@ std::vector<Contact> pressed_objects(const Settings& settings, const Sensor& sen
     result.push_back({presses[i].name, gelight::rasterize(object, sensor.camera).depth});
   }
   return result;
+}
+
+/// Of how many pixels of the membrane in the lens a depth map is in front.
+std::size_t touched(const Sensor& sensor, const Image<double>& depth) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
+    const double z = depth.pixels()[i];
+    if (sensor.raster.face.pixels()[i] >= 0 && z > 0 && z < sensor.rest.pixels()[i]) ++count;
+  }
+  return count;
+}
+
+/// Notes what touches nothing. Throws InvalidInput where that is all that files give.
+void tell_untouched(const Settings& settings, const Sensor& sensor,
+                    const std::vector<Contact>& contacts) {
+  std::size_t all = 0;
+  for (const Contact& contact : contacts) {
+    const std::size_t count = touched(sensor, contact.depth);
+    all += count;
+    if (count > 0) continue;
+    std::fprintf(stderr, "Note: %s touches no pixel of the membrane that the camera shows\n",
+                 contact.name.c_str());
+  }
+  if (all == 0 && !settings.contacts.empty()) {
+    throw gelight::InvalidInput(
+        "no --contact is nearer to the camera than the membrane at rest, at any pixel; are --rest "
+        "and --contact the wrong way round?");
+  }
 }
 
 gelight::TactileRenderer<double> renderer(const Sensor& sensor, const NamedField& field) {
@@ -490,6 +531,7 @@ int run(const Settings& settings) {
   const auto touches = timed("contacts", [&] {
     return given.contacts.empty() ? pressed_objects(settings, sensor) : given.contacts;
   });
+  tell_untouched(settings, sensor, touches);
   std::vector<std::string> pictures;
   pictures.push_back(timed(std::to_string(fields.size() * touches.size()) + " tactile images",
                            [&] { return draw_panel(file("panel"), sensor, fields, touches); }));

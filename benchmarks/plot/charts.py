@@ -1324,6 +1324,9 @@ def chart_scaling(_, folder):
 
 
 def main():
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        print(__doc__)
+        return 0
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.join(os.path.dirname(__file__),
                                                                 "..", "results")
     matplotlib.rcParams.update({"font.size": 9, "axes.spines.top": False,

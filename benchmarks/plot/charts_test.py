@@ -150,6 +150,9 @@ def main():
         check("toy light" in charts.get(chart, ""), f"the toy light is not in {chart}")
     check("tiny.obj" in charts.get("planner", ""), "the mesh is not in planner")
 
+    done = subprocess.run([sys.executable, CHARTS, "--help"], capture_output=True, text=True)
+    check(done.returncode == 0 and "RESULTS" in done.stdout, f"--help ends with {done.returncode}: {done.stderr}")
+
     code, words, charts = draw({})
     check(code != 0 and "no results" in words and "Traceback" not in words, f"an empty folder ends with {code}: {words}")
 

@@ -36,4 +36,13 @@ refuses "calibrate needs --fit" demo calibrate
 refuses "what is lights" demo lights
 refuses "no file nope.obj" charts --mesh nope.obj
 refuses "what is --fast" charts --fast
+refuses "--mesh wants a file" charts --mesh
+for script in demo test charts lessons python; do
+  for word in -h --help; do
+    said=$(cd "$there" && sh "cmake/$script.sh" $word 2>&1) && ended=0 || ended=$?
+    case $ended$said in
+      *"it installs"* | *"cannot be written"* | [!0]* | 0) echo "WRONG: $script.sh $word: $said" && failed=1 ;;
+    esac
+  done
+done
 exit "$failed"
