@@ -394,6 +394,7 @@ std::size_t touched(const Sensor& sensor, const Image<double>& depth) {
 void tell_untouched(const Settings& settings, const Sensor& sensor,
                     const std::vector<Contact>& contacts) {
   std::size_t all = 0;
+  std::fflush(stdout);  // for the notes to stand beneath what was printed
   for (const Contact& contact : contacts) {
     const std::size_t count = touched(sensor, contact.depth);
     all += count;

@@ -64,8 +64,8 @@ void drape_pass(ImageView<T> depth, const R& rest, T fall, bool forwards) {
 /// outline, and a GaussianMembrane or a BulgingMembrane with it, so that the image has a rim of
 /// dots. A fall of 4 times the width of a pixel on the membrane, 76 degrees, takes the dots away
 /// and leaves alone what is not steeper. Along upright walls across the pixels dots are left: the
-/// stairs of the outline, of which a smaller fall makes streaks. Ways are measured in steps to a pixel's sixteen nearest
-/// neighbours (Borgefors, Distance transformations in digital images, 1986,
+/// stairs of the outline, of which a smaller fall makes streaks. Ways are measured in steps to a
+/// pixel's sixteen nearest neighbours (Borgefors, Distance transformations in digital images, 1986,
 /// doi:10.1016/S0734-189X(86)80047-0). Pixels that are not known stay so. `out` may be the depth
 /// map itself. Takes two passes over the image. Throws InvalidInput, before anything is written,
 /// for images of different sizes and a fall that is not positive and finite.
