@@ -56,6 +56,14 @@ refuse() { echo "demo.sh: $1" >&2 && exit 2; }
 # An option's value; the program says the rest of what is wrong with it.
 check_value() {
   [ -n "$2" ] || refuse "$1 has no value"
+  case $1=$2 in
+    --radius=*[eE+-] | --length=*[eE+-] | --edge=*[eE+-] | --fov=*[eE+-] | --scale=*[eE+-] | --depth=*[eE+-])
+      refuse "$1 is $2, which is not a number"
+      ;;
+    --fov=18[0-9]* | --fov=19[0-9]* | --fov=[2-9][0-9][0-9]*)
+      refuse "$1 is $2 degrees, which is not between 0 and 180"
+      ;;
+  esac
   case $1 in
     --radius | --length | --edge | --fov | --width | --height | --scale | --seconds)
       case $2 in

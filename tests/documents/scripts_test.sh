@@ -27,6 +27,10 @@ for script in demo test charts lessons python web; do
 done
 refuses "cannot be written to" demo mujoco
 refuses "--depth is -1" demo --depth -1
+refuses "--depth is 1e" demo --depth 1e
+refuses "--fov is 200" demo --fov 200
+refuses "--fov is 180" demo --fov=180
+refuses "cannot be written to" demo --fov 20.5 --depth 1e-3
 refuses "no file nope.obj" demo --mesh nope.obj
 refuses "no option --deep" demo --deep 1
 refuses "no option -x" demo -x
