@@ -752,7 +752,16 @@ TEST_CASE("bad input is refused by name") {
   CHECK(contains(press(deep, {}), "(3, 7)"));
   auto infinite = layer.press(depth);
   infinite.pressure(3, 3) = inf;
-  CHECK(contains(refusal([&] { (void)layer.press(depth, {}, &infinite); }), "is infinite"));
+  CHECK(
+      contains(refusal([&] { (void)layer.press(depth, {}, &infinite); }), "pressure is infinite"));
+  const ElasticLayer rough(eye, rest, {1e5, 0.4, 10 * pitch, 0.5});
+  infinite = rough.press(depth, {.shift = {pitch, 0}});
+  infinite.traction(3, 3).y() = -inf;
+  CHECK(
+      contains(refusal([&] { (void)rough.press(depth, {}, &infinite); }), "traction is infinite"));
+  for (const double bad : {-5.0, inf, unknown}) {
+    CHECK(contains(refusal([&] { (void)ElasticLayer(eye, rest, {.tension = bad}); }), "tension"));
+  }
   const LayerContact<double> none;
   CHECK(contains(refusal([&] { (void)layer.press(depth, {}, &none); }), "previous contact"));
 }

@@ -250,7 +250,7 @@ TEST_CASE("bad input is named") {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK(says(flat, centres, 1e-3, 0.5) == "accepted");
   CHECK(contains(says(Image<double>(81, 60, rest), centres, 1e-3, 0), "81 x 60"));
-  CHECK(contains(says(flat, {{3, 4}, {81, 2}}, 1e-3, 0), "marker 1 at (81, 2)"));
+  CHECK(contains(says(flat, {{3, 4}, {81, 2}}, 1e-3, 0), "dot 1 at (81, 2)"));
   for (const double bad : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()}) {
     CHECK(contains(says(flat, centres, bad, 0), "radius"));
   }

@@ -133,12 +133,12 @@ template <std::floating_point T, class Value>
 }
 
 template <std::floating_point T>
-void require_inside(std::span<const Vec2<T>> pixels, Index width, Index height) {
+void require_inside(const char* what, std::span<const Vec2<T>> pixels, Index width, Index height) {
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const Vec2<T>& pixel = pixels[i];
     require(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= static_cast<T>(width - 1) &&
                 pixel.y() <= static_cast<T>(height - 1),
-            "marker ", i, " at (", pixel.x(), ", ", pixel.y(), ") is outside of the image");
+            what, " ", i, " at (", pixel.x(), ", ", pixel.y(), ") is outside of the image");
   }
 }
 
@@ -175,7 +175,7 @@ template <std::floating_point T, ImageOf<T> R, ImageLike D>
   camera.require_valid();
   detail::require_camera_size(rest_depth, camera, "the rest depth");
   detail::require_camera_size(displacement, camera, "the displacement");
-  detail::require_inside<T>(pixels, camera.width, camera.height);
+  detail::require_inside<T>("marker", pixels, camera.width, camera.height);
   std::vector<Vec2<T>> moved;
   moved.reserve(pixels.size());
   for (const Vec2<T>& pixel : pixels) {
@@ -194,7 +194,7 @@ template <std::floating_point T, ImageOf<T> R, ImageLike D>
 template <std::floating_point T>
 [[nodiscard]] std::vector<Vec2<T>> sample_markers(const Image<Vec2<T>>& displacement,
                                                   std::span<const Vec2<T>> pixels) {
-  detail::require_inside<T>(pixels, displacement.width(), displacement.height());
+  detail::require_inside<T>("marker", pixels, displacement.width(), displacement.height());
   std::vector<Vec2<T>> moved;
   moved.reserve(pixels.size());
   for (const Vec2<T>& pixel : pixels) {

@@ -66,7 +66,7 @@ class PrintedDots {
         ink_(ink) {
     camera.require_valid();
     detail::require_camera_size(rest_depth, camera, "the rest depth");
-    detail::require_inside<double>(centres, camera.width, camera.height);
+    detail::require_inside<double>("dot", centres, camera.width, camera.height);
     detail::require(radius > 0 && std::isfinite(radius), "the dots' radius ", radius,
                     " is not positive and finite");
     for (const double left : ink) {
