@@ -72,7 +72,7 @@ int main(int count, char** arguments) try {
   draw(marching, violet, "");
   draw(exact, black, "");
   draw(smooth, blue, "on the smooth surface");
-  plot.label({0.55, 9}, violet, "fast marching");
+  plot.label({0.55, 4.5}, violet, "fast marching");
   plot.label({0.55, 1}, black, "exact on the mesh");
   figure.save(lesson.picture());
   return lesson.result();

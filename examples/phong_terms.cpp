@@ -27,14 +27,15 @@ int main(int count, char** arguments) try {
   const double rest = 0.030, radius = 0.006;
   const Vec3<double> centre(0, 0, rest - 0.004 + radius);
   const Image<double> gel(240, 240, rest);
-  Image<double> depth = gel;
+  Image<double> depth = gel, ball = gel;
   for (Index v = 0; v < 240; ++v) {
     for (Index u = 0; u < 240; ++u) {
       // Where the pixel's ray meets the ball: |depth ray - centre| = radius.
       const Vec3<double> ray = camera.ray(u, v);
       const double a = ray.squaredNorm(), b = ray.dot(centre);
       const double root = b * b - a * (centre.squaredNorm() - radius * radius);
-      if (root > 0) depth(u, v) = std::min(rest, (b - std::sqrt(root)) / a);
+      ball(u, v) = (b - std::sqrt(std::max(0.0, root))) / a;
+      if (root > 0) depth(u, v) = std::min(rest, ball(u, v));
     }
   }
 
@@ -50,13 +51,31 @@ int main(int count, char** arguments) try {
                                           .ambient = ambient,
                                           .border_normals = gelight::BorderNormals::extrapolated};
     const gelight::TactileRenderer<double> renderer(camera, gel, {light}, background, options);
-    return renderer.render(depth);
+    // Normals are differences of depth, and one across the ball's outline is neither surface's:
+    // ball and gel are rendered each by itself, and a pixel shows the nearer.
+    Image<Rgb8> nearer = renderer.render(gel);
+    const Image<Rgb8> of_ball = renderer.render(ball);
+    for (Index v = 0; v < 240; ++v) {
+      for (Index u = 0; u < 240; ++u) {
+        if (depth(u, v) < rest) nearer(u, v) = of_ball(u, v);
+      }
+    }
+    return nearer;
   };
   const std::array<std::pair<const char*, Image<Rgb8>>, 4> panels{
       {{"ambient", rendered(0.5, 0, 0)},
        {"+ diffuse", rendered(0, 0.6, 0)},
        {"+ specular", rendered(0, 0, 0.5)},
        {"= Phong", rendered(0.5, 0.6, 0.5)}}};
+
+  double at_outline = 0;  // the highlight's light on the pixels about the ball's outline
+  for (Index v = 1; v < 239; ++v) {
+    for (Index u = 1; u < 239; ++u) {
+      const bool is_rim = depth(u, v) < rest && depth(u, v) > rest - 0.001;
+      if (is_rim) at_outline = std::max<double>(at_outline, panels[2].second(u, v)[0]);
+    }
+  }
+  lesson.expect(at_outline < 3, "no highlight on the ball's outline, far from the bright spot");
 
   // Each term loses less than one step of 255 when it is rounded down.
   int unlike_sum = 0;

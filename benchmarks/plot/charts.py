@@ -138,7 +138,19 @@ def load(folder):
                 failed.append("{}: {}".format(row["name"], row.get("error_message", "it failed")))
             else:
                 rows.append(row)
-    return rows, failed
+    return one_row_a_case(rows), failed
+
+
+def one_row_a_case(rows):
+    """The rows, those of one case of traced light from several files as one: what the first lacks is the others'."""
+    first, out = {}, []
+    for row in rows:
+        if row["path"][0] == "traced" and row["name"] in first:
+            first[row["name"]].update({k: v for k, v in row.items() if k not in first[row["name"]]})
+            continue
+        first[row["name"]] = row
+        out.append(row)
+    return out
 
 
 METHODS = tuple(STYLE)
@@ -367,8 +379,8 @@ def claim_of_distances(rows, time_of):
     pairs = [(t, found[mesh, "CGAL exact"]) for (mesh, method), t in found.items()
              if method == "exact" and (mesh, "CGAL exact") in found]
     if not pairs:
-        return "left is faster, down is more accurate"
-    return (f"exact distances take {span_of([1e3 * ours for ours, _ in pairs], '{:.0f}'.format)} ms, "
+        return ": time against error"
+    return (f": exact distances take {span_of([1e3 * ours for ours, _ in pairs], '{:.0f}'.format)} ms, "
             f"CGAL's {span_of([peer / ours for ours, peer in pairs], times)} times as long")
 
 
@@ -380,9 +392,10 @@ def chart_distances(rows, folder):
     kinds = [("query", "one more source", lambda r: r["median_s"]),
              ("first", "mesh to first answer", lambda r: r.get("setup_s", 0) + r.get("first_s", r["median_s"]))]
     for kind, words, time_of in kinds:
-        height = (len(meshes) + 2) // 3
-        figure, axes = plt.subplots(height, 3, figsize=(12.5, 3.7 * height + 0.6), squeeze=False,
-                                    sharey=True)
+        width = min(3, len(meshes))
+        height = (len(meshes) + width - 1) // width
+        figure, axes = plt.subplots(height, width, figsize=(max(8.5, 12.5 * width / 3), 3.7 * height + 0.6),
+                                    squeeze=False, sharey=True)
         drawn = []
         for place, mesh in zip(axes.flat, meshes):
             here = [r for r in rows if r["path"][1] == mesh]
@@ -397,11 +410,11 @@ def chart_distances(rows, folder):
             place.set_xlabel(f"milliseconds, {words}")
         for place in axes[:, 0]:
             place.set_ylabel("mean error against the exact distance")
-        figure.suptitle(words[0].upper() + words[1:] + ": " + claim_of_distances(rows, time_of), fontsize=14,
+        figure.suptitle(words[0].upper() + words[1:] + claim_of_distances(rows, time_of), fontsize=14,
                         fontweight="bold")
         figure.text(0.5, 1 - 0.55 / figure.get_figheight(), "Left is faster, down is more accurate. Marks of one "
                     "method: its settings. Wide grey line: nothing of ours is both faster and more accurate.",
-                    fontsize=9, ha="center", color="0.25")
+                    fontsize=9 if width == 3 else 7.5, ha="center", color="0.25")
         figure.tight_layout(rect=(0, 0.015, 1, 1 - 0.35 / figure.get_figheight()))
         for place, groups in drawn:
             label_beside(place, [(method, style(method)[0], *sorted(points)[0])
@@ -553,6 +566,11 @@ def chart_planner(rows, folder):
         return
     tolerances = sorted({r["tolerance"] for r in rows}, reverse=True)
     known = list(MESHES) + UNSEEN
+    meshes = {r["path"][1] for r in rows}
+    last_of = {}  # a mesh of the reader's own is named once a panel, at its tightest tolerance
+    for row in rows:
+        at = row["path"][2], row["path"][1]
+        last_of[at] = max(last_of.get(at, 0), tolerances.index(row["tolerance"]))
     figure, panels = plt.subplots(1, 3, figsize=(11.5, 4.6), sharey=True)
     figure.subplots_adjust(left=0.065, right=0.93, bottom=0.16, top=0.76, wspace=0.12)
     for axes, (kind, title) in zip(panels, PROMISES.items()):
@@ -564,8 +582,9 @@ def chart_planner(rows, folder):
             mesh, x = row["path"][1], tolerances.index(row["tolerance"])
             if mesh not in known:
                 axes.plot(x, row["ratio"], "D", color="#D55E00", zorder=4)
-                axes.annotate(mesh, (x, row["ratio"]), textcoords="offset points", xytext=(7, 0),
-                              fontsize=8, color=ink("#D55E00"), va="center")
+                if x == last_of[kind, mesh]:
+                    axes.annotate(mesh, (x, row["ratio"]), textcoords="offset points", xytext=(0, 8),
+                                  fontsize=8, color=ink("#D55E00"), ha="center")
                 continue
             axes.plot(x + 0.03 * (known.index(mesh) - 4.5), row["ratio"], "o", markersize=5,
                       color="#0072B2", alpha=0.75, zorder=3, markeredgewidth=1,
@@ -574,15 +593,16 @@ def chart_planner(rows, folder):
         for name, colour, pick in (("dearest", "#D55E00", max), ("median", "#000000", median)):
             points = [(tolerances.index(t), pick([r["ratio"] for r in here if r["tolerance"] == t]))
                       for t in tolerances if any(r["tolerance"] == t for r in here)]
-            if points:
+            if points and len(meshes) > 1:  # of a single mesh both are its own line
                 axes.plot(*zip(*points), color=colour, linewidth=1.6, zorder=2)
                 ends.append((name, colour, *points[-1]))
         axes.set_xticks(range(len(tolerances)))
         axes.set_xticklabels([percent(t) for t in tolerances])
         axes.set_xlim(-0.4, len(tolerances) - 0.6)
         axes.set_ylim(min(0.2, min(r["ratio"] for r in rows) / 1.2), max(2, 1.2 * max(r["ratio"] for r in rows)))
-        axes.set_yticks([0.25, 0.5, 1, 1.5, 2])
-        axes.set_yticklabels(["0.25", "0.5", "1", "1.5", "2"])
+        ticks = [t for t in (0.25, 0.5, 1, 1.5, 2, 5, 10, 20, 50, 100, 200, 500, 1000) if t <= axes.get_ylim()[1]]
+        axes.set_yticks(ticks)
+        axes.set_yticklabels([f"{t:g}" for t in ticks])
         axes.yaxis.set_minor_formatter(NullFormatter())
         axes.grid(True, axis="y", color="0.9", linewidth=0.6)
         if ends and axes is panels[2]:
@@ -910,6 +930,8 @@ def chart_traced(rows, folder):
             if key.startswith("levels_") and key[7:] not in list(models) + list(NOT_IN_TRACED) + ["none"]:
                 models[key[7:]] = SPARE[len(models) % len(SPARE)]
     names = list(dict.fromkeys(r["path"][1] for r in rows))
+    last_of = {m: r["path"][1] for m in models for r in sorted(rows, key=lambda r: names.index(r["path"][1]))
+               if "levels_" + m in r}
     figure, axes = plt.subplots(1, len(names), figsize=(max(8.5, 1.6 + 2.0 * len(names)), 4.3), sharey=True,
                                 squeeze=False)
     figure.subplots_adjust(left=0.85 / figure.get_figwidth(), right=1 - 0.95 / figure.get_figwidth(), bottom=0.17,
@@ -917,6 +939,7 @@ def chart_traced(rows, folder):
     figure.suptitle(claim_of_traced(rows, names, models), fontsize=13, fontweight="bold")
     figure.text(0.5, 0.865, "Lower is nearer to light that is traced ray by ray. Marks: mean over the coatings, bars: "
                 "from the least to the most.", fontsize=9, ha="center", color="0.25")
+    drawn = []  # panels that are the last to show a field
     for place, name in zip(axes[0], names):
         here = [r for r in rows if r["path"][1] == name]
         gels = list(dict.fromkeys(r["path"][2] for r in here))
@@ -929,9 +952,10 @@ def chart_traced(rows, folder):
                     points.append((x + 0.06 * (k - 1.5), mean(shares)))
                     place.plot([points[-1][0]] * 2, [min(shares), max(shares)], color=colour, linewidth=1.2, alpha=0.5)
             if points:
-                place.plot(*zip(*points), marker=shape, color=colour, linewidth=1.4, markersize=7,
-                           markeredgecolor="white")
-                ends.append((model, colour, *points[-1]))
+                place.plot(*zip(*points), marker=shape, color=colour, linewidth=1.4,
+                           markersize=13 if shape == "*" else 7, markeredgecolor="white")
+                if last_of[model] == name:
+                    ends.append((model, colour, *points[-1]))
         place.set_xticks(range(len(gels)))
         place.set_xticklabels([gel.removesuffix(" mm") for gel in gels])
         place.set_xlim(-0.4, len(gels) - 0.6)
@@ -941,6 +965,10 @@ def chart_traced(rows, folder):
         place.grid(True, axis="y", color="0.9", linewidth=0.6)
         if name == names[-1] and ends:
             label_ends(place, ends)
+        elif ends:
+            drawn.append((place, ends))
+    for place, ends in drawn:
+        label_beside(place, ends)
     axes[0, 0].set_ylabel("grey levels off, % of those\nwithout any light")
     save(figure, folder, "traced", rows)
 
@@ -976,9 +1004,11 @@ def chart_light_fields(rows, folder):
         quarter = len(cases) // 4
         axes.plot([angles[quarter], angles[-1 - quarter]], [y, y], color=colour, linewidth=1.6, alpha=0.45)
         axes.plot([x, x], [levels[quarter], levels[-1 - quarter]], color=colour, linewidth=1.6, alpha=0.45)
-        axes.plot(x, y, "o", color=colour, markersize=9, markeredgecolor="white", zorder=4)
+        is_whole = len(cases) == len(none)
+        axes.plot(x, y, "o", color=colour if is_whole else "white", markersize=9,
+                  markeredgecolor="white" if is_whole else colour, zorder=4)
         to_left = name not in ("plane", "near")  # where no other's bars are
-        axes.annotate(name, (x, y), textcoords="offset points", xytext=(-8 if to_left else 8, 7), fontsize=11,
+        axes.annotate(name if is_whole else f"{name}, in {len(cases)} of {len(none)} cases", (x, y), textcoords="offset points", xytext=(-8 if to_left else 8, 7), fontsize=11,
                       color=ink(colour), zorder=5, ha="right" if to_left else "left")
     axes.axhline(mean(none), color="0.35", linestyle=(0, (4, 2)), linewidth=1)
     axes.text(0.99, mean(none) * 1.012, "no light at all", ha="right", va="bottom", fontsize=9, color="0.25",
@@ -988,8 +1018,10 @@ def chart_light_fields(rows, folder):
     axes.set_xlabel("degrees between the field and traced light (weighted by irradiance)")
     axes.set_ylabel("grey levels off where the membrane tilts by 20 degrees")
     axes.grid(True, color="0.9", linewidth=0.6)
-    nearest = min(fields, key=lambda name: mean(c[1] for c in fields[name]))
-    angle, levels = (mean(c[k] for c in fields[nearest]) for k in (0, 1))
+    # (Means over other cases are not to be compared.)
+    whole = {name: cases for name, cases in fields.items() if len(cases) == len(none)} or fields
+    nearest = min(whole, key=lambda name: mean(c[1] for c in whole[name]))
+    angle, levels = (mean(c[k] for c in whole[nearest]) for k in (0, 1))
     axes.set_title(f"Nearest to traced light comes \u201c{nearest}\u201d: {angle:.0f} degrees and "
                    f"{levels:.1f} grey levels off\n(no light at all: {mean(none):.1f})", fontsize=12, fontweight="bold")
     axes.text(0.985, 0.03, f"marks: mean of {len(none)} cases of\nsensor, gel and coating\n"
@@ -1003,6 +1035,7 @@ def words_light_fields(rows, folder):
     fields, none = light_fields_of(rows)
     if not fields or not none:
         return
+    fields = {name: cases for name, cases in fields.items() if len(cases) == len(none)}
     lines = ["| mean of {} cases | {} |".format(len(none), " | ".join(fields)), "|---" * (1 + len(fields)) + "|",
              "| degrees off | " + " | ".join(f"{mean(c[0] for c in x):.0f}" for x in fields.values()) + " |",
              "| grey levels off (no light at all: {:.1f}) | ".format(mean(none)) +

@@ -125,6 +125,23 @@ def check_claims():
         check(("On every sensor" in charts["traced"]) == is_everywhere, f"{near} beside 2 in one gel is misjudged")
 
 
+def check_part_of_the_cases():
+    """A light field that was traced beside few cases is not the nearest of all, and no case counts twice."""
+    def case(sensor, **fields):
+        return {"name": f"traced/{sensor}/1 mm/albedo 0.5", "levels_none": 10, **fields}
+
+    ours = {"context": {"program": "traced_embree"}, "benchmarks": [
+        case("pad", angle_gel=10, levels_gel=3), case("dome", angle_gel=12, levels_gel=5)]}
+    toy = {"context": {"program": "traced_embree"}, "benchmarks": [
+        case("pad", angle_gel=9, levels_gel=2, angle_toy=1, levels_toy=1)]}
+    _, _, charts = draw({"traced_embree.json": ours, "traced_toy.json": toy})
+    chart = charts["field_errors"]
+    check("mean of 2 cases" in chart, "a case in two files counts twice")
+    check("toy, in 1 of 2 cases" in chart, "nothing says that the toy has one case of two")
+    check("4.0 grey levels" in chart, "the field of one case is taken for the nearest, or a mean is of both files")
+    check("toy" in charts["traced"], "the toy has no name where it is drawn")
+
+
 def main():
     if importlib.util.find_spec("matplotlib") is None:
         print("skipped: no matplotlib")
@@ -132,6 +149,7 @@ def main():
     check_words()
     check_foreign()
     check_claims()
+    check_part_of_the_cases()
     row = {"real_time": 3.0, "time_unit": "ms", "mean": 0.002}
     rows = [dict(row, name="distance/tiny.obj/toy method/strong"),
             dict(row, name="distance/tiny.obj/foreign library/1.0", mean=0.01),

@@ -264,8 +264,9 @@ TEST_CASE("bad input is named") {
   auto right = white();
   CHECK(contains(refusal([&] { dots.draw_into(right, Image<Vec2<double>>(81, 3)); }), "81 x 3"));
   CHECK(contains(refusal([&] { (void)dot_grid(-1, 2, {0, 0}, {1, 1}); }), "-1 x 2"));
-  for (const auto& [columns, rows] : std::vector<std::array<Index, 2>>{
+  for (const auto& [across, down] : std::vector<std::array<Index, 2>>{
            {1 << 20, 1 << 20}, {4097, 4096}, {1, (1 << 24) + 1}, {(1 << 24) + 1, 1}}) {
+    const Index columns = across, rows = down;  // clang++ 14 takes no binding into a lambda
     const std::string words = std::to_string(columns) + " x " + std::to_string(rows);
     CHECK(contains(refusal([&] { (void)dot_grid(columns, rows, {0, 0}, {1, 1}); }), words));
   }
