@@ -3,6 +3,9 @@
 # One with a question mark behind its name is left out where apt does not know it.
 # Where there is no apt it says what to install, and goes on: CMake then finds it or names it.
 set -eu
+case ${1-} in
+  -h | --help) sed -n '2,4s/^# //p' "$0" && exit 0 ;;
+esac
 
 # What apt's names stand for, for those who install it another way.
 describe() {

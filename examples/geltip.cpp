@@ -390,6 +390,34 @@ std::size_t touched(const Sensor& sensor, const Image<double>& depth) {
   return count;
 }
 
+/// Notes where a --rest that is given is not the depth of the membrane that the light runs on.
+void tell_other_rest(const Settings& settings, const Sensor& sensor) {
+  if (settings.rest.empty()) return;
+  std::size_t seen = 0, known = 0;
+  double off = 0;  // as shares of the membrane's depth
+  for (std::size_t i = 0; i < sensor.rest.pixels().size(); ++i) {
+    if (sensor.raster.face.pixels()[i] < 0) continue;
+    ++seen;
+    const double z = sensor.rest.pixels()[i], membrane = sensor.raster.depth.pixels()[i];
+    if (!(z > 0 && std::isfinite(z))) continue;
+    ++known;
+    off += std::abs(z - membrane) / membrane;
+  }
+  std::fflush(stdout);
+  if (known < seen) {
+    std::fprintf(stderr,
+                 "Note: --rest has no depth at %zu of the %zu pixels that show the membrane; are "
+                 "--rest and --contact the wrong way round?\n",
+                 seen - known, seen);
+  }
+  if (known > 0 && off > 0.1 * static_cast<double>(known)) {
+    std::fprintf(stderr,
+                 "Note: --rest is %.0f %% off the depth of the membrane that light runs along, in "
+                 "the mean; --mesh gives another\n",
+                 100 * off / static_cast<double>(known));
+  }
+}
+
 /// Notes what touches nothing. Throws InvalidInput where that is all that files give.
 void tell_untouched(const Settings& settings, const Sensor& sensor,
                     const std::vector<Contact>& contacts) {
@@ -532,6 +560,7 @@ int run(const Settings& settings) {
   const auto touches = timed("contacts", [&] {
     return given.contacts.empty() ? pressed_objects(settings, sensor) : given.contacts;
   });
+  tell_other_rest(settings, sensor);
   tell_untouched(settings, sensor, touches);
   std::vector<std::string> pictures;
   pictures.push_back(timed(std::to_string(fields.size() * touches.size()) + " tactile images",

@@ -49,4 +49,10 @@ for script in demo test charts lessons python; do
     esac
   done
 done
+for word in -h --help; do
+  case $(sh "$from/cmake/dependencies.sh" $word 2>&1) in
+    "Installs what is missing"*) ;;
+    *) echo "WRONG: dependencies.sh takes $word for a package" && failed=1 ;;
+  esac
+done
 exit "$failed"
