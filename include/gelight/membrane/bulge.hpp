@@ -64,8 +64,8 @@ void lay_row(T* __restrict surface, const T* depth, const T* rest, const T* down
 ///
 /// The cells stay where they are on the image. A block with upright sides that moves by a pixel
 /// changes its own surface by up to half of the press beside an edge, 3 to 4 % of it in the root
-/// mean square; a ball by 2 %, 0.1 % in the root mean square; a move by whole cells changes nothing.
-/// Where such edges move from frame to frame, LayerMembrane does not flicker.
+/// mean square; a ball by 2 %, 0.1 % in the root mean square; a move by whole cells changes
+/// nothing. Where such edges move from frame to frame, LayerMembrane does not flicker.
 ///
 /// A frame of 320 x 240 takes 1.2 to 2 times what a Gaussian of sigma 5 takes for the whole
 /// image; nothing depends on what was pressed before. A model of the concept MembraneModel. Unlike
