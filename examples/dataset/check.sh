@@ -146,6 +146,21 @@ refused "there is no mesh .*not_there.obj" "$dataset" no_mesh.json no.h5
 refused "not_there.obj" run_ranks 2 no_mesh.json no.h5
 sed 's/"depth": {/"deph": {/' scene.json >misspelt.json
 refused 'has "deph", which means nothing' "$dataset" misspelt.json no.h5
+awk 'BEGIN { for (i = 0; i < 1000000; ++i) printf "["; for (i = 0; i < 1000000; ++i) printf "]" }' >deep.json
+refused "it nests lists and objects 32 deep" "$dataset" deep.json no.h5
+# A normal distribution wider than its ends is nearly even between them.
+cat >wide.json <<'WIDE'
+{"samples": 2000, "image": [8, 8], "store": ["mask"], "objects": [{"shape": "sphere"}],
+ "sensors": [{"model": "gelsight_mini", "light": "linear"}],
+ "pose": {"depth": {"normal": [0.0015, 0.5], "within": [0.0005, 0.0025]}}}
+WIDE
+"$dataset" wide.json wide.h5 >said 2>&1 || fail "a wide distribution"
+if "$python" -c 'import h5py' 2>/dev/null; then
+  "$python" -c 'import h5py
+depth = h5py.File("wide.h5")["press"][:, 0]
+assert abs(depth.std() / (0.002 / 12**0.5) - 1) < 0.05, depth.std()
+assert len(set(depth)) == len(depth)' || fail "depths of a wide distribution"
+fi
 sed 's/"seed": 3/"seed": 4/' scene.json >other.json
 refused "another description" "$dataset" other.json one.h5
 # Two runs at once: the second one is refused, the first goes on.

@@ -353,10 +353,12 @@ Scene scene_of(const json& description, const std::filesystem::path& folder) {
   return scene;
 }
 
-/// Refuses an object that names a key twice, of which JSON's readers keep the last.
+/// Refuses an object that names a key twice, of which JSON's readers keep the last, and lists in
+/// lists so deep that writing them out, which recurses, would end the program.
 json parsed(std::istream& file) {
   std::vector<std::set<std::string>> keys;
-  const auto look = [&](int, json::parse_event_t event, json& value) {
+  const auto look = [&](int depth, json::parse_event_t event, json& value) {
+    require(depth < 32, "it nests lists and objects 32 deep");
     if (event == json::parse_event_t::object_start) keys.emplace_back();
     if (event == json::parse_event_t::object_end) keys.pop_back();
     if (event == json::parse_event_t::key) {
