@@ -44,11 +44,11 @@ for mesh in book turned; do
   if "$all_pairs" $mesh.obj torn.h5 >said 2>&1; then fail "$mesh is torn without a word"; fi
   grep -q "be torn off" said && [ ! -e torn.h5.parts ] || fail "what is said of $mesh"
 done
-# A point that is no number, of which OpenMesh would give the place to the next; and one that has gone
-# into single precision far from the origin.
 # A regular octahedron.
 printf 'v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n' >octahedron.obj
 printf 'f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n' >>octahedron.obj
+# A point that is no number, of which OpenMesh would give the place to the next; and one that has gone
+# into single precision far from the origin.
 refused() { # WORDS FILE
   if "$all_pairs" "$2" no.h5 >said 2>&1; then fail "$2 is not refused"; fi
   grep -q "$1" said && [ ! -e no.h5.parts ] || fail "what is said of $2"

@@ -13,8 +13,10 @@
 #include <utility>
 #include <vector>
 
+#include "gelight/membrane/contact.hpp"
 #include "gelight/membrane/elastic.hpp"
 #include "gelight/membrane/layer.hpp"
+#include "gelight/membrane/layer_membrane.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -275,6 +277,53 @@ TEST_CASE("the same bits whatever the window, and whatever was pressed before") 
             x >= window.left && x < window.right && y >= window.top && y < window.bottom;
         CHECK(part(x, y) == (is_in ? whole(x, y) : -1.0F));
       }
+    }
+  }
+}
+
+// How far a surface is from that of the same object some pixels further left, as a share of the
+// press.
+double moved_off(const Image<double>& here, const Image<double>& there, Index by, double press) {
+  double most = 0;
+  for (Index y = 0; y < here.height(); ++y) {
+    for (Index x = 0; x + by < here.width(); ++x) {
+      most = std::max(most, std::abs(there(x + by, y) - here(x, y)) / press);
+    }
+  }
+  return most;
+}
+
+TEST_CASE("a move by whole cells moves the surface, by a pixel it changes no more than is told") {
+  constexpr double pitch = 1e-4, press = 2;
+  const auto eye = camera(120, 90, pitch);
+  const Image<double> gel(120, 90, rest);
+  const auto block = [](double by) -> Overlap {
+    return [=](double x, double y) {
+      return x - by > -12 && x - by < 5 && y > -9 && y < 22 ? press : -inf;
+    };
+  };
+  const auto round = [](double by) { return ball(20, press, by); };
+  for (const double thickness : {5.0, 10.0, 20.0, 40.0}) {
+    for (const double nu : {0.3, 0.48, 0.5}) {
+      CAPTURE(thickness);
+      CAPTURE(nu);
+      const Gel told{1e5, nu, thickness * pitch};
+      const auto surface = [&](const auto& membrane, const Overlap& overlap) {
+        return surface_depth(membrane, object(eye, overlap), gel);
+      };
+      const BulgingMembrane<double> bulging(eye, rest, told);
+      const auto off = [&](const auto& what, Index by) {
+        return moved_off(surface(bulging, what(0)), surface(bulging, what(by)), by, press * pitch);
+      };
+      // Cells are two pixels wide under the object, wider ones stand still.
+      CHECK(off(block, 2) < 0.002);
+      CHECK(off(round, 2) < 0.002);
+      CHECK(off(block, 1) < (thickness < 10 ? 0.9 : 0.6));
+      CHECK(off(round, 1) < 0.035);
+      // The layer itself is of no cells.
+      const LayerMembrane<double> whole(ElasticLayer(eye, rest, told, {.sideways = false}));
+      CHECK(moved_off(surface(whole, block(0)), surface(whole, block(1)), 1, press * pitch) <
+            0.002);
     }
   }
 }

@@ -95,15 +95,15 @@ struct SmoothPath {
 /// over it, which `position` tells.
 ///
 /// Construction is linear in the mesh. A solve takes an exact one and a step for each face that
-/// each vertex's path crosses: on a sphere of 10,242 vertices ten times the exact one's
-/// instructions. Queries are const and safe from several threads.
+/// each vertex's path crosses: 13 to 20 times the exact one's time on 10,000 vertices, as
+/// benchmarks/pareto_benchmark.cpp prints. Queries are const and safe from several threads.
 ///
-/// Distances that are not exact are no shorter way to the same. On smooth meshes of 2,562 to 10,368
-/// vertices, paths to which those of fast marching or virtual sources lead took nine tenths of the
-/// instructions and were off by 2 to 2,500 times as much; (4 d1 - d0) / 3, d1 on the mesh with each
+/// Distances that are not exact are no shorter way to the same: it is the paths that take the time.
+/// On smooth meshes of 2,562 to 10,368 vertices, paths to which those of fast marching or virtual
+/// sources lead were off by 2 to 2,500 times as much; (4 d1 - d0) / 3, d1 on the mesh with each
 /// face split in four, was off by 0.03 to 0.12 % from fast marching, 0.002 to 0.01 % from virtual
-/// sources. Where the half of what the mesh itself is off is enough, VirtualSourceSolver takes a
-/// fiftieth. benchmarks/claims.cpp prints these errors.
+/// sources. VirtualSourceSolver by itself takes a hundredth of the time, and is off by half to five
+/// sixths of what exact distances on the mesh are. benchmarks/claims.cpp prints these errors.
 template <std::floating_point T>
 class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver<T>, T> {
  public:

@@ -67,8 +67,9 @@ void drape_pass(ImageView<T> depth, const R& rest, T fall, bool forwards) {
 /// stairs of the outline, of which a smaller fall makes streaks. Ways are measured in steps to a
 /// pixel's sixteen nearest neighbours (Borgefors, Distance transformations in digital images, 1986,
 /// doi:10.1016/S0734-189X(86)80047-0). Pixels that are not known stay so. `out` may be the depth
-/// map itself. Takes two passes over the image. Throws InvalidInput, before anything is written,
-/// for images of different sizes and a fall that is not positive and finite.
+/// map itself, but not the rest depth, which is read while it is written. Takes two passes over the
+/// image. Throws InvalidInput, before anything is written, for images of different sizes and a fall
+/// that is not positive and finite.
 template <ImageLike D, ImageLike R>
 requires std::floating_point<PixelOf<D>>
 void drape_into(std::type_identity_t<ImageView<PixelOf<D>>> out, const D& depth, const R& rest,

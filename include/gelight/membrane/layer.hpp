@@ -104,14 +104,15 @@ struct LayerContact {
 /// and the force 6 to 34 % too large, for contacts of 1.3 to 5 mm in radius on gels 2 and 4 mm
 /// thick; least for small contacts and thin gels. A contact whose rest is bent farther says so.
 ///
-/// Against Hertz, at a contact radius of 40 pixels and the default tolerance: radius 1.1 %, largest
-/// pressure 0.25 %, force 0.03 % off, for some 20 convolutions, each two Fourier transforms of
-/// twice the object's box; at a tolerance of 1e-5, 0.3 %, 0.005 % and 0.004 % for some 50, which is
-/// what the pixels leave: of first, second and second order in their size. With friction some 20 to
-/// 500 convolutions, more where the layer couples pressure and traction. Where infinite friction
-/// meets a layer that couples pressure and traction, pixels at the rim may come and go: then
-/// `converged` says no. A copy shares the layer's Green's functions, which are made when first
-/// used. May be used by several threads at once, if the options' hook may.
+/// Against Hertz, at a contact radius of 40 pixels and the default tolerance: radius 1 %, largest
+/// pressure 0.1 %, force 0.05 % off, for 19 convolutions, each two Fourier transforms of twice the
+/// object's box; at a tolerance of 1e-5, 0.3 %, 0.003 % and 0.004 % for 57, which is what the
+/// pixels leave: of first, second and second order in their size. With friction 54 to 225, the
+/// more of them the more sticks and the more the layer couples pressure and traction
+/// (benchmarks/layer_benchmark.cpp prints them). Where infinite friction meets a layer that couples
+/// the two, pixels at the rim may come and go: then `converged` says no. A copy shares the layer's
+/// Green's functions, which are made when first used. May be used by several threads at once, if
+/// the options' hook may.
 template <std::floating_point T>
 class ElasticLayer {
  public:
