@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <concepts>
 #include <memory>
-#include <vector>
+#include <utility>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
@@ -61,16 +61,16 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
 
   void set_up(const DijkstraOptions& options);
 
-  [[nodiscard]] detail::Array<Real> solve_vertices(std::vector<Source<Real>> sources) const;
+  void solve_vertices(detail::DistanceQuery<Real>& query) const;
 
   struct Edge {
     Real length;
     Index tip;
   };
 
-  [[nodiscard]] detail::Array<Real> along_edges(const std::vector<Source<Real>>& sources) const {
-    detail::Array<Real> distance(static_cast<std::size_t>(surface_.vertex_count()),
-                                 unreachable<Real>);
+  void solve_along_edges(detail::DistanceQuery<Real>& query) const {
+    detail::Array<Real>& distance = query.distance;
+    distance.assign(static_cast<std::size_t>(surface_.vertex_count()), unreachable<Real>);
     const typename detail::Pool<Queue>::Borrowed borrowed(*queues_);
     Queue& queue = *borrowed;
     queue.reset(step_);
@@ -79,7 +79,7 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
       distance[v] = d;
       queue.push(v, d);
     };
-    for (const auto& source : sources) {
+    for (const auto& source : query.sources) {
       const auto point = detail::simplified(surface_, source.point);
       detail::for_each_vertex_near(surface_, point,
                                    [&](Index v, Real d) { relax(v, source.distance + d); });
@@ -94,7 +94,6 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
         relax(edges_[e].tip, d + edges_[e].length);
       }
     }
-    return distance;
   }
 
   // Each edge once at either end, whatever number of faces it has.
@@ -137,12 +136,14 @@ void DijkstraSolver<T>::set_up(const DijkstraOptions& options) {
 }
 
 template <std::floating_point T>
-auto DijkstraSolver<T>::solve_vertices(std::vector<Source<Real>> sources) const
-    -> detail::Array<Real> {
-  const auto starts = detail::move_to_zero(surface_, sources);
-  auto distance = graph_ ? graph_->distance(sources, cancelled_) : along_edges(sources);
-  for (Index v = 0; v < surface_.vertex_count(); ++v) distance[v] += starts.at(v);
-  return distance;
+void DijkstraSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query) const {
+  query.starts.move_to_zero(surface_, query.sources);
+  if (graph_) {
+    query.distance = graph_->distance(query.sources, cancelled_, std::move(query.distance));
+  } else {
+    solve_along_edges(query);
+  }
+  for (Index v = 0; v < surface_.vertex_count(); ++v) query.distance[v] += query.starts.at(v);
 }
 
 template <TriangleMesh M>

@@ -5,12 +5,14 @@
 #include <concepts>
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/pool.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
@@ -47,31 +49,30 @@ struct WorkingPrecision {
 using Sources = std::vector<Source<double>>;
 
 template <std::floating_point Real, std::floating_point T>
-[[nodiscard]] std::vector<Source<Real>> checked_sources(const Surface<Real>& surface,
-                                                        std::span<const Source<T>> sources) {
-  require(!sources.empty(), "there is no source");
-  std::vector<Source<Real>> checked;
-  checked.reserve(sources.size());
-  for (const auto& source : sources) {
-    surface.require_point(source.point);
-    require(std::isfinite(source.distance), "source ", checked.size(), " starts with distance ",
-            source.distance, ", which is not finite");
-    checked.push_back({source.point.template cast<Real>(), Real{source.distance}});
-  }
-  return checked;
+[[nodiscard]] Source<Real> checked_source(const Surface<Real>& surface, const Source<T>& source,
+                                          std::size_t number) {
+  surface.require_point(source.point);
+  require(std::isfinite(source.distance), "source ", number, " starts with distance ",
+          source.distance, ", which is not finite");
+  return {source.point.template cast<Real>(), Real{source.distance}};
+}
+template <std::floating_point Real>
+[[nodiscard]] Source<Real> checked_source(const Surface<Real>& surface, Index vertex, std::size_t) {
+  surface.require_vertex(vertex);
+  return {vertex_point<Real>(vertex), 0};
 }
 
-template <std::floating_point Real>
+/// Sources in the precision that is worked in. They take the place of `old` ones, whose memory
+/// serves again.
+template <std::floating_point Real, class Place>
 [[nodiscard]] std::vector<Source<Real>> checked_sources(const Surface<Real>& surface,
-                                                        std::span<const Index> vertices) {
-  require(!vertices.empty(), "there is no source");
-  std::vector<Source<Real>> checked;
-  checked.reserve(vertices.size());
-  for (const Index vertex : vertices) {
-    surface.require_vertex(vertex);
-    checked.push_back({vertex_point<Real>(vertex), 0});
-  }
-  return checked;
+                                                        std::span<const Place> sources,
+                                                        std::vector<Source<Real>> old = {}) {
+  require(!sources.empty(), "there is no source");
+  old.clear();
+  old.reserve(sources.size());
+  for (const Place& source : sources) old.push_back(checked_source(surface, source, old.size()));
+  return old;
 }
 
 /// What the distances of a query count from while it lasts: the start distance of the earliest
@@ -83,6 +84,10 @@ struct Starts {
   Array<Index> left;      // the sources that are left, by number, where some were dropped
 
   [[nodiscard]] Real at(Index v) const { return of_vertex.empty() ? common : of_vertex[v]; }
+
+  /// Moves the start distances so that the earliest of each connected part is 0, and keeps what
+  /// those were. Sources that others have overtaken before they start are dropped.
+  void move_to_zero(const Surface<Real>& surface, std::vector<Source<Real>>& sources);
 };
 
 /// A number no less than the length of any shortest path.
@@ -101,21 +106,22 @@ template <std::floating_point Real>
   return surface.components()[is_face ? surface.face(element)[0] : element];
 }
 
-/// Moves the start distances so that the earliest of each connected part is 0, and returns what
-/// those were. Sources that others have overtaken before they start are dropped.
 template <std::floating_point Real>
-[[nodiscard]] Starts<Real> move_to_zero(const Surface<Real>& surface,
-                                        std::vector<Source<Real>>& sources) {
+void Starts<Real>::move_to_zero(const Surface<Real>& surface, std::vector<Source<Real>>& sources) {
+  of_vertex.clear();
+  left.clear();
   const auto is_earlier = [](const auto& a, const auto& b) { return a.distance < b.distance; };
   const auto [first, last] = std::minmax_element(sources.begin(), sources.end(), is_earlier);
   const Real earliest = first->distance;
+  common = earliest;
   if (earliest == last->distance) {
     for (auto& source : sources) source.distance = 0;
-    return {earliest, {}, {}};
+    return;
   }
   // The earliest of each part, where its number is.
   const Array<Index>& components = surface.components();
-  Array<Real> starts(components.size(), unreachable<Real>);
+  Array<Real>& starts = of_vertex;
+  starts.assign(components.size(), unreachable<Real>);
   for (const auto& source : sources) {
     Real& start = starts[part_of(surface, source.point)];
     start = std::min(start, source.distance);
@@ -127,20 +133,35 @@ template <std::floating_point Real>
     source.distance -= start;
   }
   const Real overtaken = longest_way(surface);
-  Array<Index> left;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     if (!(sources[i].distance > overtaken)) left.push_back(static_cast<Index>(i));
   }
   if (left.size() == sources.size()) left.clear();
   std::erase_if(sources, [&](const auto& source) { return source.distance > overtaken; });
 
-  if (!parts_differ) return {earliest, {}, std::move(left)};
+  if (!parts_differ) return starts.clear();
+  common = 0;
   for (Index v = 0; v < surface.vertex_count(); ++v) {
     const Real start = starts[components[v]];  // a part's least vertex comes first
     starts[v] = start < unreachable<Real> ? start : 0;
   }
-  return {0, std::move(starts), std::move(left)};
 }
+
+template <std::floating_point Real>
+[[nodiscard]] Starts<Real> move_to_zero(const Surface<Real>& surface,
+                                        std::vector<Source<Real>>& sources) {
+  Starts<Real> starts;
+  starts.move_to_zero(surface, sources);
+  return starts;
+}
+
+/// What a query asks and finds, in memory that serves the next one again.
+template <std::floating_point Real>
+struct DistanceQuery {
+  std::vector<Source<Real>> sources;
+  Starts<Real> starts;
+  Array<Real> distance;  // of each vertex
+};
 
 /// Whether T holds a distance: +infinity means unreachable and 0 no way at all, so that a number
 /// must not become one of them by being too large or too small, nor lose its digits.
@@ -165,7 +186,7 @@ template <std::floating_point T>
 }
 
 /// The overloads of DistanceSolver over one function of Solver,
-/// `vector-like solve_vertices(const Sources&) const`: a distance per vertex.
+/// `void solve_vertices(DistanceQuery<double>&) const`, which fills in the distances.
 template <class Solver, std::floating_point T>
 class DistanceQueries {
  public:
@@ -178,8 +199,9 @@ class DistanceQueries {
   /// Distance of every vertex from the nearest of several points, each with a start distance.
   [[nodiscard]] std::vector<T> distance(std::span<const Source<T>> sources) const;
 
-  /// The same, copied into the caller's memory: `out` has an element per vertex. What the solver
-  /// works with is allocated as for `distance`; only the result is not.
+  /// The same in the caller's memory: `out` has an element per vertex, and is as it was where the
+  /// query throws. Dijkstra's method, fast marching, virtual sources and the exact solver without
+  /// targets allocate nothing once a query like it has been answered; the other solvers do.
   void distance_into(std::span<T> out, Index vertex) const {
     distance_into(out, std::span<const Index>(&vertex, 1));
   }
@@ -194,42 +216,60 @@ class DistanceQueries {
     require(out.size() == static_cast<std::size_t>(surface().vertex_count()), "the output has ",
             out.size(), " elements, the mesh ", surface().vertex_count(), " vertices");
   }
-  static void copy(const auto& distances, std::span<T> out) {
+  static void copy(const Array<double>& distances, std::span<T> out) {
     Index v = 0;
     for (const double d : distances) (void)distance_as<T>(d, "vertex ", v++);
     std::size_t i = 0;
     for (const double d : distances) out[i++] = static_cast<T>(d);
   }
-  static std::vector<T> to_vector(const auto& distances) {
+  static std::vector<T> to_vector(const Array<double>& distances) {
     std::vector<T> out(distances.size());
     copy(distances, out);
     return out;
   }
+
+  // What `take` makes of the distances.
+  template <class Place>
+  auto with_distances(std::span<const Place> sources, const auto& take) const;
+
+  using Query = DistanceQuery<double>;
+  std::shared_ptr<Pool<Query>> queries_ = std::make_shared<Pool<Query>>();
 };
 
 template <class Solver, std::floating_point T>
+template <class Place>
+auto DistanceQueries<Solver, T>::with_distances(std::span<const Place> sources,
+                                                const auto& take) const {
+  const typename Pool<Query>::Borrowed borrowed(*queries_);
+  Query& query = *borrowed;
+  query.sources = checked_sources(surface(), sources, std::move(query.sources));
+  solver().solve_vertices(query);
+  return take(query.distance);
+}
+
+template <class Solver, std::floating_point T>
 auto DistanceQueries<Solver, T>::distance(std::span<const Index> vertices) const -> std::vector<T> {
-  return to_vector(solver().solve_vertices(checked_sources(surface(), vertices)));
+  return with_distances(vertices, to_vector);
 }
 
 template <class Solver, std::floating_point T>
 auto DistanceQueries<Solver, T>::distance(std::span<const Source<T>> sources) const
     -> std::vector<T> {
-  return to_vector(solver().solve_vertices(checked_sources(surface(), sources)));
+  return with_distances(sources, to_vector);
 }
 
 template <class Solver, std::floating_point T>
 void DistanceQueries<Solver, T>::distance_into(std::span<T> out,
                                                std::span<const Index> vertices) const {
   require_size(out);
-  copy(solver().solve_vertices(checked_sources(surface(), vertices)), out);
+  with_distances(vertices, [&](const Array<double>& found) { copy(found, out); });
 }
 
 template <class Solver, std::floating_point T>
 void DistanceQueries<Solver, T>::distance_into(std::span<T> out,
                                                std::span<const Source<T>> sources) const {
   require_size(out);
-  copy(solver().solve_vertices(checked_sources(surface(), sources)), out);
+  with_distances(sources, [&](const Array<double>& found) { copy(found, out); });
 }
 
 }  // namespace detail

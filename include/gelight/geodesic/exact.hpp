@@ -898,7 +898,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     for (const auto& target : options.targets) surface_.require_point(target);
   }
 
-  [[nodiscard]] detail::Array<Real> solve_vertices(Sources sources) const;
+  void solve_vertices(detail::DistanceQuery<Real>& query) const;
 
   // Segments, and the points of them from which their ends and the corners of their faces are
   // reached.
@@ -946,9 +946,9 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     workspace.run(surface_, *faces_, sources, limits);
   }
 
-  [[nodiscard]] detail::Starts<Real> normalise(Sources& sources) const {
+  void normalise(Sources& sources, detail::Starts<Real>& starts) const {
     for (auto& source : sources) source.point = detail::simplified(surface_, source.point);
-    return detail::move_to_zero(surface_, sources);
+    starts.move_to_zero(surface_, sources);
   }
 
   [[nodiscard]] Limits limits_of(const ExactOptions<T>& options,
@@ -1020,20 +1020,19 @@ auto ExactSolver<T>::solve(std::span<const Source<T>> sources, const ExactOption
 }
 
 template <std::floating_point T>
-auto ExactSolver<T>::solve_vertices(Sources sources) const -> detail::Array<Real> {
-  const auto starts = normalise(sources);
+void ExactSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query) const {
+  auto& [sources, starts, distance] = query;
+  normalise(sources, starts);
   const Borrowed workspace(*pool_);
   Limits limits = limits_of(options_, starts);
   limits.keep_windows = false;
   limits.faces_to_keep.clear();
   run(*workspace, sources, limits);
-  detail::Array<Real> out;
-  out.reserve((*workspace).distances.size());
+  distance.resize((*workspace).distances.size());
   for (Index v = 0; v < surface_.vertex_count(); ++v) {
     const Real d = (*workspace).distances[v];
-    out.push_back(d <= (*workspace).bound_at(v) ? d + starts.at(v) : unreachable<Real>);
+    distance[v] = d <= (*workspace).bound_at(v) ? d + starts.at(v) : unreachable<Real>;
   }
-  return out;
 }
 
 template <std::floating_point T>
@@ -1045,7 +1044,7 @@ auto ExactSolver<T>::solve_checked(Sources sources, const ExactOptions<T>& optio
   field.faces_ = faces_;
   field.cancelled_ = options.cancelled;
   field.max_memory_ = options.max_memory;
-  field.starts_ = normalise(sources);
+  normalise(sources, field.starts_);
   field.sources_ = std::move(sources);
   for (auto& front : fronts) front.start -= field.starts_.at(surface_.face(front.face)[0]);
   field.fronts_ = std::move(fronts);

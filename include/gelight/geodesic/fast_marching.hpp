@@ -78,7 +78,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
 
   void set_up();
 
-  [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const;
+  void solve_vertices(detail::DistanceQuery<double>& query) const;
 
   // Whether there are several waves is known to the compiler: one wave pays nothing for others, nor
   // do several but where they meet.
@@ -318,8 +318,9 @@ void FastMarchingSolver<T>::set_up() {
 }
 
 template <std::floating_point T>
-auto FastMarchingSolver<T>::solve_vertices(detail::Sources sources) const -> detail::Array<double> {
-  const auto starts = detail::move_to_zero(surface_, sources);
+void FastMarchingSolver<T>::solve_vertices(detail::DistanceQuery<double>& query) const {
+  auto& [sources, starts, distance] = query;
+  starts.move_to_zero(surface_, sources);
   const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
   Front& front = *borrowed;
   front.reset(surface_.vertex_count(), step_);
@@ -337,11 +338,10 @@ auto FastMarchingSolver<T>::solve_vertices(detail::Sources sources) const -> det
   } else {
     march<false>(front);
   }
-  detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()));
+  distance.resize(static_cast<std::size_t>(surface_.vertex_count()));
   for (Index v = 0; v < surface_.vertex_count(); ++v) {
     distance[v] = starts.at(v) + (several ? front.best(v) : front.nodes[v].distance);
   }
-  return distance;
 }
 
 template <TriangleMesh M>

@@ -306,7 +306,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
 
   void set_up(const HeatOptions& options);
 
-  [[nodiscard]] detail::Array<Real> solve_vertices(detail::Sources sources) const;
+  void solve_vertices(detail::DistanceQuery<Real>& query) const;
 
   [[nodiscard]] Solution solution(detail::Sources sources) const {
     return solution(std::move(sources),
@@ -593,10 +593,10 @@ auto HeatSolver<T>::solve(std::span<const Source<T>> sources) const -> HeatResul
 }
 
 template <std::floating_point T>
-auto HeatSolver<T>::solve_vertices(detail::Sources sources) const -> detail::Array<Real> {
-  Solution result = solution(std::move(sources));
-  for (Index v = 0; v < surface_.vertex_count(); ++v) result.distance[v] = result.distance_of(v);
-  return std::move(result.distance);
+void HeatSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query) const {
+  const Solution result = solution(std::move(query.sources));
+  query.distance.resize(result.distance.size());
+  for (Index v = 0; v < surface_.vertex_count(); ++v) query.distance[v] = result.distance_of(v);
 }
 
 template <TriangleMesh M>

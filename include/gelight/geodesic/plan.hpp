@@ -602,8 +602,9 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   void set_up();
 
   [[nodiscard]] PlannedDistances<T> run(detail::Sources sources) const;
-  [[nodiscard]] std::vector<T> solve_vertices(detail::Sources sources) const {
-    return run(std::move(sources)).distance;
+  void solve_vertices(detail::DistanceQuery<double>& query) const {
+    const auto found = run(std::move(query.sources)).distance;
+    query.distance.assign(found.begin(), found.end());
   }
   [[nodiscard]] bool may_escalate() const {
     return chosen_ != Method::exact && plan_.expected_to_satisfy && within_limits(Method::exact);

@@ -265,8 +265,9 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     return found.is_least ? SmoothTrust::smooth : SmoothTrust::bound;
   }
 
-  [[nodiscard]] std::vector<T> solve_vertices(std::vector<Source<Real>> sources) const {
-    return solve_checked(std::move(sources)).distance;
+  void solve_vertices(detail::DistanceQuery<Real>& query) const {
+    const auto found = solve_checked(std::move(query.sources)).distance;
+    query.distance.assign(found.begin(), found.end());
   }
 
   [[nodiscard]] SmoothDistances<T> solve_checked(std::vector<Source<Real>> sources) const {

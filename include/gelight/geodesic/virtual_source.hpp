@@ -78,7 +78,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   void set_up();
 
-  [[nodiscard]] detail::Array<double> solve_vertices(detail::Sources sources) const;
+  void solve_vertices(detail::DistanceQuery<double>& query) const;
 
   // Whether there are several waves is known to the compiler: one wave pays nothing for others, nor
   // do several but where they meet.
@@ -103,44 +103,36 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   }
 
   // No way is shorter than the straight line through space.
-  [[nodiscard]] detail::Array<double> distances(const detail::Sources& sources,
-                                                const detail::Starts<double>& starts,
-                                                const Front& front) const {
-    // Differences of positions, which are exact far from the origin, too.
-    struct Place {
-      Index corner;
-      Vec3<Real> from_corner;
-    };
-    std::vector<Place> at;
-    at.reserve(sources.size());
+  void take_distances(Front& front, detail::DistanceQuery<double>& query) const {
+    auto& [sources, starts, distance] = query;
+    front.places.clear();
     for (const auto& source : sources) {
       const bool in_face = source.point.kind == SurfacePoint<double>::Kind::face;
       const Index corner =
           in_face ? surface_.face(source.point.element[0])[0] : source.point.element[0];
-      at.push_back({corner, surface_.difference(vertex_point<double>(corner), source.point)});
+      front.places.push_back(
+          {corner, surface_.difference(vertex_point<double>(corner), source.point)});
     }
-    detail::Array<double> distance(static_cast<std::size_t>(surface_.vertex_count()),
-                                   unreachable<double>);
+    distance.assign(static_cast<std::size_t>(surface_.vertex_count()), unreachable<double>);
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       for (Index n = v; n >= 0; n = front.nodes[n].next) {
         const Node& node = front.nodes[n];
         if (node.wave < 0) continue;
         const auto wave = static_cast<std::size_t>(node.wave);
-        const auto& [corner, from_corner] = at[wave];
+        const auto& [corner, from_corner] = front.places[wave];
         const double through_space =
             detail::stable_norm((surface_.position(v) - surface_.position(corner)) - from_corner);
         const double d = std::max(node.distance, sources[wave].distance + through_space);
         distance[v] = std::min(distance[v], starts.at(v) + d);
       }
     }
-    relax_edges(distance);
-    return distance;
+    relax_edges(distance, front.nearer);
   }
 
   // No vertex is farther than by way of a neighbour: an image that was taken for too near, before
   // the straight line said so, may have won over that way.
-  void relax_edges(detail::Array<double>& distance) const {
-    detail::Array<Index> nearer;
+  void relax_edges(detail::Array<double>& distance, detail::Array<Index>& nearer) const {
+    nearer.clear();
     const auto relax = [&](Index v) {
       for (Index s = begin_[v]; s < begin_[v + 1]; ++s) {
         double& other = distance[spokes_[s].end];
@@ -213,8 +205,15 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   struct Front : detail::Waves<Node> {
     using detail::Waves<Node>::nodes;
+    // A source, as a difference of positions, which is exact far from the origin, too.
+    struct Place {
+      Index corner;
+      Vec3<Real> from_corner;
+    };
     Node unknown;  // in place of those that there are not
     detail::BucketQueue<double> queue;
+    std::vector<Place> places;    // of each wave
+    detail::Array<Index> nearer;  // vertices that came nearer at the end
 
     void reach(Index n, Index wave, double offset, double distance, const Turn& back, float angle,
                Index place) {
@@ -682,10 +681,10 @@ void VirtualSourceSolver<T>::set_up() {
 }
 
 template <std::floating_point T>
-auto VirtualSourceSolver<T>::solve_vertices(detail::Sources sources) const
-    -> detail::Array<double> {
+void VirtualSourceSolver<T>::solve_vertices(detail::DistanceQuery<double>& query) const {
+  auto& sources = query.sources;
   // Shares are of distances from 0 on, so that is where the earliest source starts.
-  const auto starts = detail::move_to_zero(surface_, sources);
+  query.starts.move_to_zero(surface_, sources);
   const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
   Front& front = *borrowed;
   front.reset(surface_.vertex_count());
@@ -698,7 +697,7 @@ auto VirtualSourceSolver<T>::solve_vertices(detail::Sources sources) const
   } else {
     march<false>(front);
   }
-  return distances(sources, starts, front);
+  take_distances(front, query);
 }
 
 template <TriangleMesh M>

@@ -69,7 +69,7 @@ struct PropagationLimits {
 
   /// A limit as distances at a vertex count, given what those count from. Rounded up, lest a
   /// target itself is beyond.
-  [[nodiscard]] static Real counted_from(const Array<Real>& starts, Real limit, Index v) {
+  [[nodiscard]] static Real counted_from(Slice<const Real> starts, Real limit, Index v) {
     if (starts.empty() || limit == unreachable<Real>) return limit;
     return limit - starts[v] + rounding * (std::fabs(limit) + std::fabs(starts[v]));
   }
@@ -77,7 +77,7 @@ struct PropagationLimits {
   Real distance = unreachable<Real>;
   std::vector<SegmentFront<Real>> fronts;  // segments that waves leave at a right angle
   Real size = 0;                           // of the mesh, where there are any
-  Array<Real> starts;           // of each vertex, where not empty: what its distances count from
+  Slice<const Real> starts;     // of each vertex, where not empty: what its distances count from
   std::vector<Target> targets;  // propagation ends when all of these are known
   CancelHook cancelled;
   std::size_t memory = std::numeric_limits<std::size_t>::max();  // that windows may take, in bytes

@@ -102,9 +102,9 @@ class BucketQueue {
     for (const auto& [vertex, key] : later_) least = std::min(least, number_of(key));
     front_ = std::max(front_, least);
     round_end_ = front_ + bucket_count;
-    std::vector<Entry> waiting;
-    waiting.swap(later_);
-    for (const Entry& entry : waiting) put(entry);
+    waiting_.swap(later_);
+    for (const Entry& entry : waiting_) put(entry);
+    waiting_.clear();
   }
 
   Real scale_ = 1;
@@ -112,7 +112,7 @@ class BucketQueue {
   std::size_t round_end_ = bucket_count;  // those from here on are put off
   std::size_t count_ = 0;
   std::vector<std::vector<Entry>> buckets_;
-  std::vector<Entry> later_;
+  std::vector<Entry> later_, waiting_;
   Array<Entry> passed_;  // a heap
 };
 

@@ -44,8 +44,9 @@ class SteinerGraph {
   }
 
   /// Distance along the graph of every vertex from the sources. Start distances are not negative.
+  /// They take the place of `old` ones, whose memory serves again.
   [[nodiscard]] Array<Real> distance(const std::vector<Source<Real>>& sources,
-                                     const CancelHook& cancelled = {}) const {
+                                     const CancelHook& cancelled = {}, Array<Real> old = {}) const {
     const typename Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.nodes.assign(static_cast<std::size_t>(node_count_), {});
@@ -62,9 +63,9 @@ class SteinerGraph {
         leave_edge(node, front);
       }
     }
-    Array<Real> out(static_cast<std::size_t>(surface_.vertex_count()));
-    for (Index v = 0; v < surface_.vertex_count(); ++v) out[v] = front.nodes[v].distance;
-    return out;
+    old.resize(static_cast<std::size_t>(surface_.vertex_count()));
+    for (Index v = 0; v < surface_.vertex_count(); ++v) old[v] = front.nodes[v].distance;
+    return old;
   }
 
  private:

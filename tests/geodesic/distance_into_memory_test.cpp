@@ -1,0 +1,149 @@
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gelight/geodesic/dijkstra.hpp"
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/fast_marching.hpp"
+#include "gelight/geodesic/virtual_source.hpp"
+#include "gelight/mesh/shapes.hpp"
+#include "support/scan_meshes.hpp"
+
+// Every byte that this program takes from the heap is counted.
+namespace {
+
+std::atomic<std::size_t> bytes_taken = 0;
+
+}  // namespace
+
+// (Not inlined, or g++ takes what is allocated here and freed there for a mistake.)
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  bytes_taken += size;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
+  bytes_taken += size;
+  const auto step = static_cast<std::size_t>(alignment);
+  if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+using namespace gelight;
+
+namespace {
+
+// Two parts, so that start distances are moved in each on its own.
+Mesh<double> two_parts(const Mesh<double>& mesh) {
+  Mesh<double> beside = mesh;
+  for (auto& p : beside.positions) p[0] += 5;
+  return joined<double>(std::vector{mesh, beside});
+}
+
+// A vertex, several vertices, and points of every kind with start distances of both signs.
+template <class T>
+struct Question {
+  std::vector<Index> vertices;
+  std::vector<Source<T>> sources;
+};
+template <class T>
+std::vector<Question<T>> questions(const Surface<double>& surface) {
+  std::mt19937 random(7);
+  const auto below = [&](Index count) {
+    return static_cast<Index>(random() % static_cast<unsigned>(count));
+  };
+  std::vector<Question<T>> out;
+  for (const int count : {1, 1, 3, 6}) {
+    Question<T> question;
+    for (int i = 0; i < count; ++i) {
+      question.vertices.push_back(below(surface.vertex_count()));
+      const auto face = surface.face(below(surface.face_count()));
+      const auto at = [&](int kind) {
+        if (kind == 0) return vertex_point<T>(face[0]);
+        if (kind == 1) return edge_point<T>(face[0], face[1], T{0.25});
+        return face_point<T>(below(surface.face_count()), {T{0.25}, T{0.5}, T{0.25}});
+      };
+      question.sources.push_back({at(i % 3), static_cast<T>(0.05 * i - 0.1)});
+    }
+    out.push_back(question);
+  }
+  return out;
+}
+
+// What a solver says to each in turn.
+template <class T>
+void ask_all(const auto& solver, const std::vector<Question<T>>& asked, std::vector<T>& out,
+             const auto& take) {
+  for (const auto& [vertices, sources] : asked) {
+    solver.distance_into(out, vertices[0]);
+    take();
+    solver.distance_into(out, std::span<const Index>(vertices));
+    take();
+    solver.distance_into(out, std::span<const Source<T>>(sources));
+    take();
+  }
+}
+
+template <class T>
+void check_queries(const auto& make_solver, const std::string& name) {
+  CAPTURE(name);
+  const auto solver = make_solver();
+  const auto asked = questions<T>(solver.surface());
+  std::vector<T> out(static_cast<std::size_t>(solver.surface().vertex_count()));
+  // Buffers change places while they grow, so some rounds until each has been everywhere.
+  for (int round = 0; round < 4; ++round) ask_all(solver, asked, out, [] {});
+
+  const std::size_t before = bytes_taken;
+  ask_all(solver, asked, out, [] {});
+  CHECK(bytes_taken - before == 0);
+
+  // What is left of other questions changes no answer.
+  std::vector<std::vector<T>> answers;
+  ask_all(solver, asked, out, [&] { answers.push_back(out); });
+  std::vector<std::vector<T>> fresh;
+  for (const auto& [vertices, sources] : asked) {
+    fresh.push_back(make_solver().distance(vertices[0]));
+    fresh.push_back(make_solver().distance(std::span<const Index>(vertices)));
+    fresh.push_back(make_solver().distance(std::span<const Source<T>>(sources)));
+  }
+  CHECK(answers == fresh);
+}
+
+template <class T>
+void check_solvers(const Mesh<double>& mesh) {
+  Mesh<T> as{{}, mesh.faces};
+  for (const auto& p : mesh.positions) {
+    as.positions.push_back({static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2])});
+  }
+  check_queries<T>([&] { return DijkstraSolver<T>(as); }, "edges");
+  check_queries<T>([&] { return DijkstraSolver<T>(as, {.steiner_points = 2}); }, "Steiner points");
+  check_queries<T>([&] { return FastMarchingSolver<T>(as); }, "fast marching");
+  check_queries<T>([&] { return VirtualSourceSolver<T>(as); }, "virtual sources");
+  check_queries<T>([&] { return ExactSolver<T>(as); }, "exact");
+}
+
+}  // namespace
+
+TEST_CASE("distance_into takes no memory for a question of a kind it was asked before") {
+  // (The last is long, so that queues pass their numbers of buckets many times.)
+  for (const Mesh<double>& mesh : {test::scans::blob(2), two_parts(torus<double>(1.0, 0.3, 40, 16)),
+                                   grid<double>(6, 400, 1.0, 30.0)}) {
+    check_solvers<double>(mesh);
+    check_solvers<float>(mesh);
+  }
+}
