@@ -70,7 +70,7 @@ Seen seen_by(const SensorAt& sensor_at, const SensorPlanRequest& request, const 
   auto sensor = sensor_at(request.reference_edge);
   sensor.options.smoothing_radius =
       static_cast<Index>(std::ceil(8 * sensor.options.smoothing_sigma));
-  const GelLight gel(sensor.membrane, GelSheet<double>{.thickness = sensor.gel.thickness});
+  const GelLight<double> gel = gel_light(sensor);
   const auto reference =
       request.light == PlannedLight::gel ? tactile_renderer(sensor, gel) : tactile_renderer(sensor);
   const auto rest = rasterize(sensor.membrane, sensor.camera);

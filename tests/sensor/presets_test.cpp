@@ -262,6 +262,8 @@ TEST_CASE("every preset shows a lit and coloured membrane, and where something t
 TEST_CASE("light through the gel has no hard edge and no frame") {
   auto tip = geltip<float>(160, 120, 0.002f);
   auto pad = digit<float>(72, 96, 0.001f);
+  // With nothing but their light.
+  tip.coating = pad.coating = {0, 0, 0};
   const auto largest_step = [](const Image<Rgb8>& image) {
     int most = 0;
     for (Index y = 0; y < image.height(); ++y) {
@@ -295,6 +297,56 @@ TEST_CASE("light through the gel has no hard edge and no frame") {
   CHECK(at_border(rest(pad)) == doctest::Approx(1).epsilon(0.05));
   pad.options.border_normals = BorderNormals::none;
   CHECK(at_border(rest(pad)) < 0.8);
+}
+
+TEST_CASE(
+    "no preset is burnt out by any light, at rest it looks the same by all, and presses show") {
+  const std::vector sensors{geltip<float>(80, 60, 0.003f), gelsight_mini<float>(80, 60, 0.001f),
+                            digit<float>(60, 80, 0.0015f), sts<float>(80, 60, 0.002f)};
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    CAPTURE(i);
+    const auto& sensor = sensors[i];
+    const auto raster = rasterize(sensor.membrane, sensor.camera);
+    const auto tangent = tactile_renderer(sensor).rest_image();
+    const auto check = [&](const auto& renderer, bool is_gel) {
+      const auto rest = renderer.rest_image();
+      Index clipped = 0, brighter = 0;
+      for (std::size_t k = 0; k < rest.pixels().size(); ++k) {
+        for (std::size_t c = 0; c < 3; ++c) {
+          const int of_coating = tangent.pixels()[k][c], level = rest.pixels()[k][c];
+          if (is_gel) CHECK(level >= of_coating - 1);  // both are truncated
+          brighter += Index{level > of_coating + 1};
+          clipped += Index{level == 255};
+        }
+      }
+      const auto all = static_cast<Index>(3 * rest.pixels().size());
+      CHECK(50 * clipped < all);
+      if (is_gel) CHECK(5 * brighter < all);
+      // A ball that comes 0.7 mm into the membrane, off the axis.
+      const Index x = sensor.camera.width / 4, y = sensor.camera.height / 2;
+      const Surface<float> surface(sensor.membrane);
+      Vec3<float> out = detail::face_normal(surface, raster.face(x, y));
+      const Vec3<float> ray = sensor.camera.ray(float(x), float(y));
+      if (out.dot(ray) < 0) out = -out;
+      const Vec3<float> middle = raster.depth(x, y) * ray + 0.0033f * out;
+      const auto ball =
+          placed<float>(icosphere<float>(4, 0.004f), Eigen::Matrix3f::Identity(), middle);
+      const auto image = renderer.render(rasterize(ball, sensor.camera).depth);
+      int most = 0;
+      for (std::size_t k = 0; k < rest.pixels().size(); ++k) {
+        for (std::size_t c = 0; c < 3; ++c) {
+          most = std::max(most, std::abs(int{image.pixels()[k][c]} - int{rest.pixels()[k][c]}));
+        }
+      }
+      CHECK(most > 20);
+    };
+    check(tactile_renderer(sensor, gel_light(sensor)), true);
+    check(tactile_renderer(sensor, LinearLight(sensor.membrane)), false);
+    check(tactile_renderer(sensor), false);
+    auto bright = sensor;
+    bright.full_within = 0.02f;
+    check(tactile_renderer(bright, gel_light(bright)), true);
+  }
 }
 
 TEST_CASE("a GelSight Mini's camera sees its pad everywhere, whatever the image's shape") {

@@ -705,7 +705,7 @@ class GelLight:
         membrane: Surface,
         *,
         thickness: float = 0.003,
-        full_within: float = 0.005,
+        full_within: float = 0.01,
         index: float = 1.41,
     ) -> None: ...
     def field(
@@ -1193,6 +1193,7 @@ class SensorPreset:
     gel: Gel
     led_width: float | None
     led_parts: int
+    full_within: float
     def __init__(
         self, membrane: Surface, camera: Camera, leds: _Sources, colours: Sequence[_Triple]
     ) -> None: ...
@@ -1203,6 +1204,7 @@ def gelsight_mini(
 ) -> SensorPreset: ...
 def digit(width: int = 240, height: int = 320, edge_length: float = 0.0005) -> SensorPreset: ...
 def sts(width: int = 640, height: int = 480, edge_length: float = 0.001) -> SensorPreset: ...
+def gel_light(sensor: SensorPreset) -> GelLight: ...
 def tactile_renderer(
     sensor: SensorPreset,
     light: LinearLight | PlaneLight | GeodesicLight | TransportLight | GelLight | None = None,

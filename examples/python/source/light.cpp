@@ -95,7 +95,7 @@ void bind_models(py::module_& m) {
                    membrane, gelight::GelSheet<float>{thickness, full_within, index});
              });
            }),
-           "membrane"_a, py::kw_only(), "thickness"_a = 0.003f, "full_within"_a = 0.005f,
+           "membrane"_a, py::kw_only(), "thickness"_a = 0.003f, "full_within"_a = 0.01f,
            "index"_a = 1.41f,
            "thickness of the gel and the distance within which light is full, in the unit of the "
            "positions; refractive index.");

@@ -79,7 +79,9 @@ void bind_preset(py::module_& m) {
       .def_readwrite("gel", &Preset::gel, "What the membrane is made of.")
       .def_readwrite("led_width", &Preset::led_width,
                      "Of each LED, m along the border; 0: a point; None: what suits the light.")
-      .def_readwrite("led_parts", &Preset::led_parts, "Points that stand for a wide LED.");
+      .def_readwrite("led_parts", &Preset::led_parts, "Points that stand for a wide LED.")
+      .def_readwrite("full_within", &Preset::full_within,
+                     "How far from an LED its light is full, in m, for a gel_light.");
 }
 
 using Made = gelight::TactileRenderer<float>;
@@ -124,6 +126,9 @@ void bind_presets(py::module_& m) {
         "edge_length"_a = 0.0005f, "DIGIT: a pad of 20 x 30 mm, bent with a radius of 100 mm.");
   m.def("sts", &gelight::sts<float>, "width"_a = 640, "height"_a = 480, "edge_length"_a = 0.001f,
         "The see-through sensor, lit inside: a flat gel with light from four sides.");
+  m.def("gel_light", &gelight::gel_light<float>, "sensor"_a,
+        "A GelLight of a sensor's gel, exposed as the preset is.",
+        py::call_guard<py::gil_scoped_release>());
   m.def("tactile_renderer", &renderer_of, "sensor"_a, "light"_a = py::none(),
         "The TactileRenderer of a sensor, its light by any light model of its membrane; by default "
         "a GeodesicLight.");

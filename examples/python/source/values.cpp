@@ -205,7 +205,7 @@ void keep_sensors() {
   keep_by_value(&Preset::membrane, &Preset::camera, &Preset::leds, &Preset::colours,
                 &Preset::coating, &Preset::falloff, &Preset::diffuse, &Preset::specular,
                 &Preset::shininess, &Preset::options, &Preset::gel, &Preset::led_width,
-                &Preset::led_parts);
+                &Preset::led_parts, &Preset::full_within);
   using gelight::BallPress, gelight::PressReport, gelight::RegionResidual;
   keep_by_value(&BallPress::name, &BallPress::photograph, &BallPress::contact,
                 &BallPress::ball_radius);

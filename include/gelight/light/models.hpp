@@ -182,7 +182,7 @@ class TransportLight {
 template <std::floating_point T>
 struct GelSheet {
   T thickness = T(0.003);    ///< in the unit of the positions; air is behind it
-  T full_within = T(0.005);  ///< the distance on an LED's axis within which its light is full
+  T full_within = T(0.01);  ///< the distance on an LED's axis within which its light is full
   T index = T(1.41);         ///< refractive
 };
 

@@ -16,6 +16,7 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
+#include "gelight/image/normals.hpp"
 #include "gelight/image/raster.hpp"
 #include "gelight/light/field.hpp"
 #include "gelight/light/models.hpp"
@@ -28,6 +29,7 @@
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/bake.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
+#include "gelight/shading/phong.hpp"
 #include "gelight/views/mesh_view.hpp"
 
 // Sensors as somebody built them, ready to render: `tactile_renderer(geltip())`.
@@ -48,6 +50,8 @@ struct SensorPreset {
   /// But for `rectify`, which follows from the light model.
   TactileOptions options = {.ambient = 0.9, .border_normals = BorderNormals::extrapolated};
   Gel gel = {};  ///< what the membrane is made of
+  /// How far from an LED its light is full, in m, for a model whose light falls off (`gel_light`).
+  T full_within = T(0.01);
   /// Of each LED, m along the border, its place in the middle; 0: a point. Unset: a point for light
   /// that runs in the membrane, as the GelTip's authors have it; for light that leaves an LED one
   /// way (`GelLight`), whose shadows are as hard as the LED is small, 3 mm in 24 parts.
@@ -260,8 +264,8 @@ template <std::floating_point T>
 /// The GelTip: a finger with a camera in the middle of its open end that looks at the tip, and
 /// three LEDs on the rim. Radius, length, field of view (90 degrees from top to bottom)
 /// and the LEDs' places and colours are those of Gomes, Paoletti, Luo 2023,
-/// doi:10.15607/RSS.2023.XIX.035; the falloff is an estimate. Throws InvalidInput for a size that
-/// is not positive and as `membrane` does for the mesh's edge length.
+/// doi:10.15607/RSS.2023.XIX.035; the falloff and `full_within` are estimates. Throws InvalidInput
+/// for a size that is not positive and as `membrane` does for the mesh's edge length.
 template <std::floating_point T = float>
 [[nodiscard]] SensorPreset<T> geltip(Index width = 640, Index height = 480,
                                      std::type_identity_t<T> edge_length = T(0.001)) {
@@ -272,6 +276,7 @@ template <std::floating_point T = float>
   sensor.leds = points_of_border(sensor.membrane, detail::turns<T>({0, 120, 240}));
   sensor.colours = {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}};
   sensor.falloff = {.absorption = T(30)};
+  sensor.full_within = T(0.015);
   return sensor;
 }
 
@@ -497,8 +502,49 @@ template <std::floating_point T, LightModel<T> Model>
   return sum;
 }
 
+namespace detail {
+
+/// What is left of a coating's light when what some lights throw on the membrane at rest is taken
+/// off: for an ambient share, so that nothing counts twice.
+template <std::floating_point T>
+[[nodiscard]] Image<std::array<T, 3>> beside_lights(Image<std::array<T, 3>> coating,
+                                                    const Camera<T>& camera, const Image<T>& rest,
+                                                    const std::vector<Light<T>>& lights,
+                                                    const TactileOptions& options) {
+  if (!(options.ambient > 0)) return coating;
+  const auto normals = sobel_normals(rest, camera.template cast<double>(), options.border_normals);
+  for (Index y = 0; y < coating.height(); ++y) {
+    for (Index x = 0; x < coating.width(); ++x) {
+      const Vec3<double> eye =
+          -direction_of<double>(camera.template cast<double>().ray(double(x), double(y)));
+      for (const Light<T>& light : lights) {
+        const Vec3<double> to_light = -light.direction(x, y).template cast<double>();
+        const double shares = phong<double>(normals(x, y), to_light, eye, light.diffuse,
+                                            light.specular, light.shininess, options.specular);
+        for (std::size_t c = 0; c < 3; ++c) {
+          T& left = coating(x, y)[c];
+          left = std::max(T(0), left - static_cast<T>(shares * light.rgb[c] / options.ambient));
+        }
+      }
+    }
+  }
+  return coating;
+}
+
+}  // namespace detail
+
+/// A model of the light in a sensor's gel, as thick as `sensor.gel` says, exposed as the preset is.
+/// Throws InvalidInput as GelLight does.
+template <std::floating_point T>
+[[nodiscard]] GelLight<T> gel_light(const SensorPreset<T>& sensor) {
+  return GelLight<T>(sensor.membrane, {.thickness = static_cast<T>(sensor.gel.thickness),
+                                       .full_within = sensor.full_within});
+}
+
 /// The renderer of a sensor, its light by any light model: the GelTip's by default, along the
-/// shortest paths on the membrane. Takes as long as the model's fields. Throws InvalidInput unless
+/// shortest paths on the membrane. Light that is not tangent to the membrane lights it at rest too:
+/// so much is taken off the coating's light. Takes as long as the model's fields. Throws
+/// InvalidInput unless
 /// there is a colour for each LED, where the camera sees nothing of the membrane, and as the parts
 /// do.
 ///@{
@@ -507,7 +553,7 @@ template <std::floating_point T, LightModel<T> Model>
                                                   const Model& model) {
   const Raster<T> rest = rasterize(sensor.membrane, sensor.camera);
   detail::require_seen(rest);
-  const Background<T> background = coating_light(sensor, rest);
+  auto coating = detail::seen_coating(sensor, sensor.camera, rest);
   const auto points = pixel_points(rest);
   const Surface<T> surface(sensor.membrane);
   std::vector<Light<T>> lights;
@@ -518,7 +564,10 @@ template <std::floating_point T, LightModel<T> Model>
   TactileOptions options = sensor.options;
   if constexpr (requires { Model::is_tangent; }) options.rectify = Model::is_tangent;
   options.keep_strength = sensor.led_width.value_or(0) > 0;
-  return {sensor.camera, rest.depth, lights, background, options};
+  if (!options.rectify) {
+    coating = detail::beside_lights(std::move(coating), sensor.camera, rest.depth, lights, options);
+  }
+  return {sensor.camera, rest.depth, lights, Background<T>(coating), options};
 }
 template <std::floating_point T>
 [[nodiscard]] TactileRenderer<T> tactile_renderer(const SensorPreset<T>& sensor) {

@@ -24,7 +24,7 @@ namespace gelight {
 /// The light models that a planner chooses among.
 enum class PlannedLight : std::uint8_t {
   linear,     ///< LinearLight
-  gel,        ///< GelLight, of a gel as thick as the sensor's, each LED shining inwards
+  gel,        ///< GelLight, as `gel_light` makes it of the sensor, each LED shining inwards
   plane,      ///< PlaneLight
   transport,  ///< TransportLight, every way from the LED
   geodesic    ///< GeodesicLight
@@ -71,7 +71,7 @@ class MembraneLights {
       case PlannedLight::transport:
         return by(transport_.get([&] { return TransportLight<double>(surface_); }));
       case PlannedLight::gel:
-        return by(GelLight<double>(surface_, GelSheet<double>{.thickness = sensor_.gel.thickness}));
+        return by(gel_light(sensor_));
       default:
         return by(geodesic_.get([&] { return GeodesicLight<double>(surface_); }));
     }

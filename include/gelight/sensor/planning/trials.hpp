@@ -196,6 +196,11 @@ template <std::floating_point T>
     }
     lights.push_back(std::move(light));
   }
+  TactileOptions options = sensor.options;
+  if (choice.radius == 0) options.smoothing_sigma = 0;
+  options.smoothing_radius = choice.radius;
+  options.rectify = is_tangent(choice.light);
+  options.keep_strength = sensor.led_width.value_or(0) > 0;
   Image<T> rest(width, height);
   Image<std::array<T, 3>> coating(width, height);
   for (std::size_t i = 0; i < rest.pixels().size(); ++i) {
@@ -204,11 +209,11 @@ template <std::floating_point T>
       coating.pixels()[i][c] = static_cast<T>(seen.coating.pixels()[i][c]);
     }
   }
-  TactileOptions options = sensor.options;
-  if (choice.radius == 0) options.smoothing_sigma = 0;
-  options.smoothing_radius = choice.radius;
-  options.rectify = is_tangent(choice.light);
-  options.keep_strength = sensor.led_width.value_or(0) > 0;
+  // As the preset's own renderer has it.
+  if (!options.rectify) {
+    coating =
+        beside_lights(std::move(coating), seen.camera.template cast<T>(), rest, lights, options);
+  }
   return {seen.camera.template cast<T>(), rest, lights, Background<T>(coating), options};
 }
 
