@@ -97,6 +97,50 @@ def style(method):
     return STYLE[method]
 
 
+def reason_of(error):
+    """What went wrong, in words for who wrote the file rather than for who wrote this program."""
+    if isinstance(error, json.JSONDecodeError):
+        return f"line {error.lineno}, column {error.colno}: this is no JSON: {error.msg}"
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start} is not UTF-8: this is no JSON"
+    if isinstance(error, RecursionError):
+        return "it nests too deep"
+    if isinstance(error, KeyError):
+        return 'there is no "' + "/".join(map(str, error.args[0] if isinstance(error.args[0], tuple) else error.args)) + '"'
+    if isinstance(error, OSError):
+        return error.strerror
+    if isinstance(error, (TypeError, AttributeError, IndexError, ZeroDivisionError)):
+        return "a field is missing, or of another kind than the chart wants"
+    return " ".join(str(error).split())
+
+
+class Unreadable(Exception):
+    """Says which file is not what it has to be, where and why."""
+
+
+def read_json(path):
+    """A file's object of JSON. Raises Unreadable, which names file, line and reason."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            data = json.load(file)
+    except (OSError, ValueError, RecursionError) as error:
+        raise Unreadable(f"{path}, {reason_of(error)}") from error
+    if not isinstance(data, dict):
+        raise Unreadable(f"{path}, line 1: it is not an object, as {{...}}")
+    return data
+
+
+def read_results(path):
+    """The context and the rows of a file, as Google Benchmark writes it. Raises Unreadable as `read_json` does."""
+    data = read_json(path)
+    for key, kind, what in (("context", dict, "no object"), ("benchmarks", list, "no list")):
+        if key not in data:
+            raise Unreadable(f'{path} has no "{key}", as Google Benchmark writes it')
+        if not isinstance(data[key], kind):
+            raise Unreadable(f'{path}: its "{key}" is {what}, as Google Benchmark writes it')
+    return data
+
+
 def load(folder):
     """All benchmarks of a folder's JSON files that succeeded, each with its context, and what failed."""
     rows, failed = [], []
@@ -104,19 +148,16 @@ def load(folder):
         os.path.join(folder, name + ".json"))]
     for path in sorted(paths):
         try:
-            with open(path) as file:
-                data = json.load(file)
+            data = read_results(path)
             program = program_of(path, data["context"])
             if any("run_name" in row for row in data["benchmarks"]):
                 data = shrunk(data, program)
                 if program:  # others' files stay as they are
                     write(path, data)
-            rows_of_file, context = data["benchmarks"], data["context"]
-            if not isinstance(context, dict) or not isinstance(rows_of_file, list):
-                raise TypeError("no object of context, or no list of benchmarks")
-        except (OSError, AttributeError, ValueError, KeyError, TypeError, RecursionError) as error:
-            failed.append(f"{path} is not as Google Benchmark writes it: {error!r}")
+        except Exception as error:  # whatever a file may hold: the others' rows are drawn all the same
+            failed.append(str(error) if isinstance(error, Unreadable) else f"{path}: {reason_of(error)}")
             continue
+        rows_of_file, context = data["benchmarks"], data["context"]
         if not any(str(row["name"]).split("/")[0] in TOPICS for row in rows_of_file
                    if isinstance(row, dict) and "name" in row):
             failed.append(f"{path}: no row is of what a chart shows ({', '.join(TOPICS)})")
@@ -171,11 +212,11 @@ def fault_of(row):
         return f"{name}: time in {row['time_unit']}"
     for key, value in row.items():
         if key not in TEXTS and not (isinstance(value, (int, float)) and math.isfinite(value)):
-            return f"{name}: {key} is {value!r}, not a number"
+            return f"{name}: {key} is {json.dumps(value)}, not a number"
         if key in ("real_time", "median_s", "ratio") and value <= 0:
-            return f"{name}: {key} is {value!r}, not positive"
+            return f"{name}: {key} is {json.dumps(value)}, not positive"
         if key in ("mean", "smooth_mean") and value < 0:
-            return f"{name}: {key} is {value!r}, an error below 0"
+            return f"{name}: {key} is {json.dumps(value)}, an error below 0"
     if name.startswith("distance/"):
         if not {"mean", "smooth_mean"} & row.keys():
             return f"{name}: no error, neither mean nor smooth_mean"
@@ -1109,8 +1150,7 @@ def calibrations(folder):
     path = os.path.join(folder, "calibration.json")
     if not os.path.exists(path):
         return {}, [], [], {}
-    with open(path) as file:
-        data = json.load(file)
+    data = read_results(path)
     rows = {tuple(row["name"].split("/")[1:]): row for row in data["benchmarks"]}
     sensors = list(dict.fromkeys(name[0] for name in rows))
     models = [name[1] for name in rows if name[0] == sensors[0] and "frame_ms" in rows[name]]
@@ -1137,7 +1177,7 @@ def chart_calibration(_, folder):
         floor = rows[sensor, "untouched"]["error"]
         for axes in (by_count, by_time):
             axes.axhline(floor, color=colours[sensor], linestyle=(0, (4, 3)), linewidth=1)
-        by_time.text(0.02, floor - 0.12, f"{sensor.replace('_', ' ')}, nothing touches it", fontsize=8, va="top",
+        by_time.text(0.99, floor - 0.12, f"{sensor.replace('_', ' ')}, nothing touches it", fontsize=8, va="top", ha="right",
                      color=ink(colours[sensor]), transform=by_time.get_yaxis_transform())
         for model in models:
             row = rows.get((sensor, model, "20"))
@@ -1320,8 +1360,7 @@ def chart_scaling(_, folder):
     path = os.path.join(folder, "scaling.json")
     if not os.path.exists(path):
         return
-    with open(path) as file:
-        data = json.load(file)
+    data = read_json(path)
     measured, assumed = data["measured"], data["assumed"]
     core = min(measured["samples_a_second_a_core_one_rank"], measured["samples_a_second_a_core_two_ranks"])
     cores = [10 ** (k / 50) for k in range(201)]
@@ -1378,10 +1417,14 @@ def main():
     for make in words if KIND == "words" else charts + words:
         try:
             make(rows, folder)
+        except Unreadable as fault:
+            plt.close("all")
+            failed.append(str(fault))
         except Exception as fault:  # whatever a row may hold: the others' charts are drawn all the same
             plt.close("all")
-            failed.append(f"{make.__name__} is left out, for a row lacks something: {fault!r}")
-    for line in failed:
+            kind, topic = make.__name__.split("_", 1)
+            failed.append(f"{kind} of {topic}: {reason_of(fault)}")
+    for line in dict.fromkeys(failed):
         print("not drawn:", line, file=sys.stderr)
     return 1 if failed else 0
 

@@ -19,8 +19,9 @@ def draw(files):
     """Exit code, what it says, and its charts' text by name, for files' contents by name."""
     with tempfile.TemporaryDirectory() as folder:
         for name, content in files.items():
-            with open(os.path.join(folder, name), "w") as file:
-                file.write(content if isinstance(content, str) else json.dumps(content))
+            text = content if isinstance(content, (str, bytes)) else json.dumps(content)
+            with open(os.path.join(folder, name), "wb") as file:
+                file.write(text.encode() if isinstance(text, str) else text)
         done = subprocess.run([sys.executable, CHARTS, folder, "svg"], capture_output=True, text=True)
         charts = {}
         for name in os.listdir(folder):
@@ -142,6 +143,23 @@ def check_part_of_the_cases():
     check("toy" in charts["traced"], "the toy has no name where it is drawn")
 
 
+def check_broken():
+    """A file that is no JSON, or another one than is wanted, is told by one plain line with its name and place."""
+    good = {"context": {}, "benchmarks": []}
+    for name in ("pareto_a.json", "calibration.json", "scaling.json", "membranes.json"):
+        for content, says in (('{\n"context": {},\n', "line 3"), ("", "line 1"), ("[1]", "line 1"), ("[" * 100000, "deep"),
+                              (b"\xff\xfe", "UTF-8"), ({}, "no \""), (dict(good, context=1, measured=1, assumed=1), "kind")):
+            if name in ("membranes.json", "scaling.json") and says in ("line 1", "deep", "UTF-8"):
+                continue  # read as the others are
+            if name != "scaling.json" and says == "kind":
+                says = "context"
+            code, words, _ = draw({name: content})
+            check(code == 1 and says in words, f"{name} of {str(content)[:20]} ends with {code}: {words[:500]}")
+            check(len(words.splitlines()) == 1, f"{name} of {str(content)[:20]}: not one line: {words[:900]}")
+            for repr_of in ("Error", "Traceback", "!r", "None"):
+                check(repr_of not in words, f"{name}: {words[:500]}")
+
+
 def main():
     if importlib.util.find_spec("matplotlib") is None:
         print("skipped: no matplotlib")
@@ -173,6 +191,8 @@ def main():
 
     code, words, charts = draw({})
     check(code != 0 and "no results" in words and "Traceback" not in words, f"an empty folder ends with {code}: {words}")
+
+    check_broken()
 
     code, words, charts = draw({
         "pareto_a.json": "{", "pareto_b.json": [1], "stability_c.json": {

@@ -5,7 +5,9 @@
 #include <benchmark/benchmark.h>
 
 #include <fstream>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "../../examples/support/plain_words.hpp"
 
@@ -27,16 +29,52 @@ inline std::string compiler() {
 #endif
 }
 
-/// Runs what is registered; the commit is passed in as --benchmark_context=commit=...
+/// Leaves a row out for something that is not there, which is no failure.
+inline void leave_out(benchmark::State& state, const std::string& why) {
+  state.SkipWithError(("skipped: " + why).c_str());
+}
+
+/// Whether a row is wrong, rather than measured or left out. (Google Benchmark has renamed these.)
+template <class Run>
+bool is_wrong(const Run& run) {
+  const auto& words = [&]() -> const std::string& {
+    if constexpr (requires { run.skip_message; }) {
+      return run.skip_message;
+    } else {
+      return run.error_message;
+    }
+  }();
+  return !words.empty() && !words.starts_with("skipped: ");
+}
+
+/// Shows rows as --benchmark_format asks, and keeps in mind whether one is wrong.
+class Watcher : public benchmark::BenchmarkReporter {
+ public:
+  [[nodiscard]] bool saw_wrong() const { return saw_wrong_; }
+
+  bool ReportContext(const Context& context) override { return shown_->ReportContext(context); }
+  void ReportRuns(const std::vector<Run>& runs) override {
+    for (const Run& run : runs) saw_wrong_ = saw_wrong_ || is_wrong(run);
+    shown_->ReportRuns(runs);
+  }
+  void Finalize() override { shown_->Finalize(); }
+
+ private:
+  std::unique_ptr<benchmark::BenchmarkReporter> shown_{benchmark::CreateDefaultDisplayReporter()};
+  bool saw_wrong_ = false;
+};
+
+/// Runs what is registered; 1 if a row is wrong. The commit is passed in as --benchmark_context=commit=...
 inline int run(int argc, char** argv) {
   benchmark::AddCustomContext("compiler", compiler());
   benchmark::AddCustomContext("flags", GELIGHT_FLAGS);
   benchmark::AddCustomContext("cpu", processor());
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  benchmark::RunSpecifiedBenchmarks();
+  Watcher watcher;
+  benchmark::RunSpecifiedBenchmarks(&watcher);
   benchmark::Shutdown();
-  return 0;
+  return watcher.saw_wrong() ? 1 : 0;
 }
 
 }  // namespace gelight::bench
