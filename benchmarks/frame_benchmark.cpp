@@ -29,6 +29,7 @@
 #include "gelight/io/npy.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
+#include "support/run.hpp"
 #include "support/timing.hpp"
 
 using namespace gelight;
@@ -336,7 +337,8 @@ double numpy_milliseconds(int contact) {
 }
 
 void published_frame(benchmark::State& state) {
-  if (!std::filesystem::exists(reference_folder)) return state.SkipWithError("no reference data");
+  if (!std::filesystem::exists(reference_folder))
+    return gelight::bench::leave_out(state, "there is no reference data");
   const int contact = static_cast<int>(state.range(0));
   const auto depth = reference_depth("contact_" + std::to_string(contact));
   const auto sparse = reference_renderer(true), dense = reference_renderer(false);

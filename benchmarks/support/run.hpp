@@ -5,7 +5,6 @@
 #include <benchmark/benchmark.h>
 
 #include <fstream>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -60,11 +59,16 @@ class Watcher : public benchmark::BenchmarkReporter {
   void Finalize() override { shown_->Finalize(); }
 
  private:
-  std::unique_ptr<benchmark::BenchmarkReporter> shown_{benchmark::CreateDefaultDisplayReporter()};
+  benchmark::BenchmarkReporter* shown_ =
+      benchmark::CreateDefaultDisplayReporter();  // its library's
   bool saw_wrong_ = false;
 };
 
-/// Runs what is registered; 1 if a row is wrong. The commit is passed in as --benchmark_context=commit=...
+/// What run returns if a row is wrong; all others are measured all the same.
+constexpr int wrong_row = 3;
+
+/// Runs what is registered; `wrong_row` if one is. The commit is passed in as
+/// --benchmark_context=commit=...
 inline int run(int argc, char** argv) {
   benchmark::AddCustomContext("compiler", compiler());
   benchmark::AddCustomContext("flags", GELIGHT_FLAGS);
@@ -74,7 +78,7 @@ inline int run(int argc, char** argv) {
   Watcher watcher;
   benchmark::RunSpecifiedBenchmarks(&watcher);
   benchmark::Shutdown();
-  return watcher.saw_wrong() ? 1 : 0;
+  return watcher.saw_wrong() ? wrong_row : 0;
 }
 
 }  // namespace gelight::bench
