@@ -35,15 +35,14 @@ Distances from_source(const gelight::Mesh<double>& mesh, Index source) {
 }
 
 int main(int count, char** arguments) try {
-  Lesson lesson(std::min(count, 2), arguments, "marching_front");
+  Lesson lesson(count, arguments, "marching_front", "[FOLDER [LEFT RIGHT]]", 3);
   const std::map<std::string, std::function<Distances(const gelight::Mesh<double>&, Index)>>
       solvers{{"dijkstra", from_source<gelight::DijkstraSolver<double>>},
               {"fast_marching", from_source<gelight::FastMarchingSolver<double>>},
               {"virtual_source", from_source<gelight::VirtualSourceSolver<double>>},
               {"exact", from_source<gelight::ExactSolver<double>>},
               {"heat", from_source<gelight::HeatSolver<double>>}};
-  if (count == 3 || count > 4)
-    throw std::runtime_error("usage: marching_front [FOLDER [LEFT RIGHT]]");
+  if (count == 3) throw std::runtime_error("usage: marching_front [FOLDER [LEFT RIGHT]]");
   const std::string left = count > 3 ? arguments[2] : "dijkstra";
   const std::string right = count > 3 ? arguments[3] : "exact";
   if (!solvers.contains(left) || !solvers.contains(right)) {

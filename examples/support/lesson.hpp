@@ -9,9 +9,11 @@
 
 class Lesson {
  public:
-  /// The picture is `name`.png in the folder that the first argument names, out/ without one.
-  Lesson(int count, char** arguments, const std::string& name) {
-    picture_ = folder_argument(count, arguments, name + " [FOLDER]") + "/" + name + ".png";
+  /// The picture is `name`.png in the folder that the first argument names, out/ without one;
+  /// `usage` tells of up to `most` arguments.
+  Lesson(int count, char** arguments, const std::string& name,
+         const std::string& usage = "[FOLDER]", int most = 1) {
+    picture_ = folder_argument(count, arguments, name + " " + usage, most) + "/" + name + ".png";
     require_writable(picture_);
   }
 

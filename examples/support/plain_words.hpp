@@ -12,7 +12,13 @@
 
 // What a program says, in one line, of what it cannot do.
 
-/// What main returns where it fails: says on standard error what is being caught. To be called as
+/// Thrown where somebody asked for help, which is no failure.
+struct HelpAsked {
+  std::string words;
+};
+
+/// What main returns where it fails: says on standard error what is being caught, and on standard
+/// output the help that was asked for. To be called as
 /// `int main() try { ... } catch (...) { return told(); }`.
 [[nodiscard]] inline int told() noexcept {
   const auto say = [](const char* words) {
@@ -22,6 +28,9 @@
   };
   try {
     throw;
+  } catch (const HelpAsked& help) {
+    std::printf("%s\n", help.words.c_str());
+    return 0;
   } catch (const std::bad_alloc&) {
     return say("there is not enough memory for something of this size");
   } catch (const std::length_error&) {  // a vector of more than can be counted
@@ -69,10 +78,18 @@ inline void make_folder(const std::filesystem::path& folder) {
   std::filesystem::remove(probe);
 }
 
-/// The folder that a program's first argument names, out without one, made. Throws
-/// std::runtime_error, which says the usage, for an option or more than `most` arguments.
+/// The folder that a program's first argument names, out without one, made. Throws HelpAsked for
+/// --help or -h, and std::runtime_error, which says the usage, for another option or more than
+/// `most` arguments.
 [[nodiscard]] inline std::string folder_argument(int count, char** arguments,
                                                  const std::string& usage, int most = 1) {
+  for (int i = 1; i < count; ++i) {
+    const std::string_view argument = arguments[i];
+    if (argument != "--help" && argument != "-h") continue;
+    throw HelpAsked{"usage: " + usage +
+                    "\nChecks what it shows, and puts its pictures into FOLDER; without one into "
+                    "out, which is made."};
+  }
   if (count > most + 1 || (count > 1 && arguments[1][0] == '-')) {
     throw std::runtime_error("usage: " + usage);
   }
