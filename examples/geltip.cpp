@@ -368,11 +368,24 @@ std::vector<NamedField> light_fields(const Sensor& sensor) {
           })};
 }
 
+/// How far from the tip things are pressed in, radians about the middle of its cap: to its side, or
+/// where the camera sees less, to half of what the panel shows of the image.
+double press_tilt(const Settings& settings) {
+  const double middle = settings.length - settings.radius;
+  const double shown = std::tan(settings.fov * std::numbers::pi / 360) / 1.5;
+  double tilt = 1.1;
+  const auto seen = [&] {
+    return settings.radius * std::sin(tilt) / (middle + settings.radius * std::cos(tilt));
+  };
+  while (tilt > 0.01 && seen() > 0.5 * shown) tilt *= 0.9;
+  return tilt;
+}
+
 std::vector<Contact> pressed_objects(const Settings& settings, const Sensor& sensor) {
   std::vector<Contact> result;
   const auto presses = objects_to_press();
   for (std::size_t i = 0; i < presses.size(); ++i) {
-    const double tilt = 1.1, turn = -0.5 + 1.05 * static_cast<double>(i);
+    const double tilt = press_tilt(settings), turn = -0.5 + 1.05 * static_cast<double>(i);
     const auto object =
         pressed(presses[i].object, settings.radius, settings.length, settings.depth, tilt, turn);
     result.push_back({presses[i].name, gelight::rasterize(object, sensor.camera).depth});

@@ -38,14 +38,20 @@ class OutsideView {
  public:
   OutsideView(const gelight::Mesh<double>& mesh, double turn, Index width, Index height)
       : camera_(Camera<double>::from_vertical_fov(0.36, width, height)) {
-    double top = 0;
-    for (const auto& p : mesh.positions) top = std::max(top, p[2]);
+    double top = 0, around = 0;
+    for (const auto& p : mesh.positions) {
+      top = std::max(top, p[2]);
+      around = std::max(around, std::hypot(p[0], p[1]));
+    }
+    // So far away that neither its height nor its width is cut off, with a little air.
+    const double sideways = camera_.fx / (0.5 * width);
+    const double away = std::max(3.2 * top, 1.05 * around * std::hypot(1.0, sideways));
     const double tip = 0.35;  // radians that the tip leans towards us
     Eigen::Matrix3d spin, upright;
     spin << std::cos(turn), -std::sin(turn), 0, std::sin(turn), std::cos(turn), 0, 0, 0, 1;
     upright << 1, 0, 0, 0, -std::sin(tip), -std::cos(tip), 0, std::cos(tip), -std::sin(tip);
     rotation_ = upright * spin;
-    translation_ = {0, 0, 3.2 * top};
+    translation_ = {0, 0, away};
     translation_ -= rotation_ * Vec3<double>(0, 0, top / 2);
     raster_ = gelight::rasterize(gelight::placed<double>(mesh, rotation_, translation_), camera_);
   }
