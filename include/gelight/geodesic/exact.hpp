@@ -22,6 +22,7 @@
 #include "gelight/geodesic/exact/line_backtrace.hpp"
 #include "gelight/geodesic/exact/past_vertex.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
+#include "gelight/geodesic/exact/solved.hpp"
 #include "gelight/geodesic/exact/window_backtrace.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/path.hpp"
@@ -35,6 +36,8 @@ namespace gelight {
 
 template <std::floating_point T>
 class PathSolver;
+template <std::floating_point T>
+class SmoothDistanceSolver;
 
 namespace detail {
 template <std::floating_point T>
@@ -157,6 +160,8 @@ class ExactField {
  private:
   template <std::floating_point>
   friend class ExactSolver;
+  template <std::floating_point>
+  friend class SmoothDistanceSolver;
   template <std::floating_point>
   friend class detail::ArcTracer;
   template <std::floating_point>
@@ -643,14 +648,31 @@ class ExactField {
   [[nodiscard]] std::vector<Point> trace(const End& end) const {
     if (!end.back.empty()) return end.back;
     if (!(end.distance < unreachable<Real>)) return {};
-    const detail::LineBacktrace<Real> tracer(surface_, *faces_, sources_, distances_, arrivals_,
-                                             origins_, fronts_);
-    std::vector<Point> path = tracer.back(end.point, end.at, end.last);
+    detail::PointTrail<Real> trail(surface_, end.point);
+    const detail::Solved<Real> known = solved();
+    detail::LineBacktrace<Real>(known, fronts_).back(end.at, end.last, trail);
+    std::vector<Point> path = std::move(trail).points();
     if (!fronts_.empty()) return path;
     const Real error = path_error(path, end.distance);
     if (error <= most_path_error * end.distance) return path;
     std::vector<Point> again = backtrace_by_windows(end);
     return path_error(again, end.distance) < error ? again : path;
+  }
+
+  // Writes down the way from a vertex back to its source; nothing where none leads. It is not told
+  // whether it lost its way: `is_shortest` does.
+  void follow(Index vertex, auto& trail) const {
+    trail.clear();
+    const End end = at_vertex(vertex_point<Real>(vertex));
+    if (!(end.distance < unreachable<Real>)) return;
+    trail.to_vertex(vertex);
+    const detail::Solved<Real> known = solved();
+    detail::LineBacktrace<Real>(known, fronts_).back(end.at, end.last, trail);
+  }
+  // Whether a way of some length from a source to a vertex is as long as the shortest one.
+  [[nodiscard]] bool is_shortest(const Point& source, Real length, Index vertex) const {
+    const Real distance = distances_[vertex];
+    return std::fabs(start_at(source) + length - distance) <= most_path_error * distance;
   }
 
   // By how much a path to a source is longer or shorter than a distance.
@@ -696,9 +718,12 @@ class ExactField {
   }
 
   [[nodiscard]] std::vector<Point> backtrace_by_windows(const Point& p, Real distance) const {
-    detail::WindowBacktrace<Real> backtrace(surface_, *faces_, sources_, distances_, arrivals_,
-                                            origins_, *windows_);
-    return backtrace.back(p, distance);
+    const detail::Solved<Real> known = solved();
+    return detail::WindowBacktrace<Real>(known, *windows_).back(p, distance);
+  }
+
+  [[nodiscard]] detail::Solved<Real> solved() const {
+    return {surface_, *faces_, sources_, distances_, arrivals_, origins_};
   }
 
   [[nodiscard]] ExactDeparture<T> departure_along(const std::vector<Point>& path) const {

@@ -23,6 +23,7 @@
 #include "gelight/geodesic/smooth/fans.hpp"
 #include "gelight/geodesic/smooth/fitted_normals.hpp"
 #include "gelight/geodesic/smooth/lifted_path.hpp"
+#include "gelight/geodesic/smooth/path_marks.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -204,6 +205,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
   using Fans = detail::Fans<Real>;
   using Faces = detail::CurvedFaces<Real>;
   using Lift = detail::LiftedPath<Real>;
+  using Marks = detail::PathMarks<Real>;
   using Lifted = detail::LiftedLength<Real>;
 
   SmoothDistanceSolver(const Surface<Real>& surface, std::span<const std::array<T, 3>> normals,
@@ -277,9 +279,10 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
         {}, {}, {}, exact_.solve(std::span<const Source<Real>>(sources), options)};
     const Index count = surface().vertex_count();
     Lift lift(*faces_);
+    Marks marks(surface());
     detail::Array<End> ends(static_cast<std::size_t>(count));
     for (Index v = 0; v < count; ++v) {
-      ends[v] = end_of(out.mesh.path(v), out.mesh.distance(v), lift);
+      ends[v] = end_of(out.mesh, v, lift, marks);
       if (v % 64 == 0) ask(0.3 + 0.6 * v / count);
     }
     mark_cut_locus(ends);
@@ -302,9 +305,14 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     Real on_mesh = 0;  // length of the path there
   };
 
-  [[nodiscard]] End end_of(const Path<Real>& path, Real mesh_distance, Lift& lift) const {
-    if (path.size() < 2) return {mesh_distance};
-    const Lifted found = lift.measure(path);
+  [[nodiscard]] End end_of(const ExactField<Real>& mesh, Index v, Lift& lift, Marks& marks) const {
+    const Real mesh_distance = mesh.distance(v);
+    mesh.follow(v, marks);
+    if (marks.size() < 2) return {mesh_distance};
+    Lifted found = lift.measure(marks);
+    if (!mesh.is_shortest(marks.point(marks[0]), lift.on_mesh(), v)) {
+      found = lift.measure(mesh.path(v));
+    }
     const Real on_mesh = lift.on_mesh();
     End end{mesh_distance - on_mesh + found.shortest(), found.direction, trust(found), on_mesh};
     if (end.trust == SmoothTrust::rough) end.distance = mesh_distance;

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "gelight/geodesic/exact/planar_faces.hpp"
+#include "gelight/geodesic/exact/solved.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/segment.hpp"
 #include "gelight/mesh/simplified.hpp"
@@ -14,6 +14,37 @@
 #include "gelight/mesh/surface_point.hpp"
 
 namespace gelight::detail {
+
+/// The points of a path, as it is followed back. (What a path can be written down in has these four
+/// functions.)
+template <std::floating_point Real>
+class PointTrail {
+ public:
+  using Point = SurfacePoint<Real>;
+
+  PointTrail(const Surface<Real>& surface, const Point& from) : surface_(surface), points_{from} {}
+
+  void to_vertex(Index vertex) { append(vertex_point<Real>(vertex)); }
+  /// Over a share of half-edge h, into the face of `across`: another half-edge of that edge, or
+  /// the same one where the path goes on along it.
+  void over_edge(Index h, [[maybe_unused]] Index across, Real share) {
+    append(edge_point<Real>(surface_.origin(h), surface_.tip(h), share));
+  }
+  void to_source(const Point& point) { append(point); }
+  [[nodiscard]] bool has(Index vertex) const {
+    return std::find(points_.begin(), points_.end(), vertex_point<Real>(vertex)) != points_.end();
+  }
+
+  [[nodiscard]] std::vector<Point> points() && { return std::move(points_); }
+
+ private:
+  void append(const Point& point) {
+    if (!(points_.back() == point)) points_.push_back(point);
+  }
+
+  const Surface<Real>& surface_;
+  std::vector<Point> points_;
+};
 
 /// Follows shortest paths back to their sources, from what the vertices remember.
 template <std::floating_point Real>
@@ -24,39 +55,26 @@ class LineBacktrace {
   using Origin = detail::Origin<Real>;
   using Arrival = detail::Arrival<Real>;
 
-  LineBacktrace(const Mesh& surface, const PlanarFaces<Real>& faces,
-                const std::vector<Source<Real>>& sources, const Array<Real>& distances,
-                const Array<Arrival>& arrivals, const Array<Origin>& origins,
-                const std::vector<SegmentFront<Real>>& fronts)
-      : surface_(surface),
-        faces_(faces),
-        sources_(sources),
-        distances_(distances),
-        arrivals_(arrivals),
-        origins_(origins),
-        fronts_(fronts) {}
+  LineBacktrace(const Solved<Real>& solved, const std::vector<SegmentFront<Real>>& fronts)
+      : solved_(solved), fronts_(fronts) {}
 
-  /// The path from `from`, at `at` in the frame of half-edge `last.entry` (where there is one), to
-  /// the source.
-  [[nodiscard]] std::vector<Point> back(const Point& from, const Vec2<Real>& at,
-                                        const Arrival& last) const {
-    std::vector<Point> path{from};
-    const Index vertex = last_piece(at, last, unreachable<Real>, path);
-    return from_vertex(vertex, std::move(path));
+  /// Writes down the path to the source from a point at `at` in the frame of half-edge `last.entry`
+  /// (where there is one).
+  void back(const Vec2<Real>& at, const Arrival& last, auto& trail) const {
+    from_vertex(last_piece(at, last, unreachable<Real>, trail), trail);
   }
 
-  /// The path from a vertex to the source, after what is there already.
-  [[nodiscard]] std::vector<Point> from_vertex(Index vertex, std::vector<Point> path) const {
+  /// The same from a vertex, or from none: -1.
+  void from_vertex(Index vertex, auto& trail) const {
     // Every vertex on the way is nearer than the one before, or by rounding they would be endless.
-    for (Index left = surface_.vertex_count(); vertex >= 0 && left > 0; --left) {
-      append(path, vertex_point<Real>(vertex));
-      const Arrival& last = arrivals_[vertex];
-      const Vec2<Real> at = last.entry < 0 ? Vec2<Real>(0, 0) : faces_.apex(last.entry);
-      const Index next = last_piece(at, last, distances_[vertex], path);
+    for (Index left = solved_.surface.vertex_count(); vertex >= 0 && left > 0; --left) {
+      trail.to_vertex(vertex);
+      const Arrival& last = solved_.arrivals[vertex];
+      const Vec2<Real> at = last.entry < 0 ? Vec2<Real>(0, 0) : solved_.faces.apex(last.entry);
+      const Index next = last_piece(at, last, solved_.distances[vertex], trail);
       if (next == vertex) break;
       vertex = next;
     }
-    return path;
   }
 
  private:
@@ -64,93 +82,87 @@ class LineBacktrace {
   // A vertex beside the path is on it when the way by it is longer by rounding of the whole only.
   static constexpr Real rounding = 16 * std::numeric_limits<Real>::epsilon();
 
-  static void append(std::vector<Point>& path, const Point& point) {
-    if (!(path.back() == point)) path.push_back(point);
-  }
-
   // Goes back over one straight piece, from a place at a distance; returns the vertex where it
   // begins, or `arrived`.
-  Index last_piece(const Vec2<Real>& at, const Arrival& last, Real distance,
-                   std::vector<Point>& path) const {
+  Index last_piece(const Vec2<Real>& at, const Arrival& last, Real distance, auto& trail) const {
     if (last.entry == Arrival::from_vertex) return last.origin;
-    if (last.entry == Arrival::from_source) return reach_source(last.origin, path);
-    return cross_faces(at, last, distance, path);
+    if (last.entry == Arrival::from_source) return reach_source(last.origin, trail);
+    return cross_faces(at, last, distance, trail);
   }
 
-  Index reach_source(Index source, std::vector<Point>& path) const {
-    append(path, sources_[static_cast<std::size_t>(source)].point);
+  Index reach_source(Index source, auto& trail) const {
+    trail.to_source(solved_.sources[static_cast<std::size_t>(source)].point);
     return arrived;
   }
 
   // To where the line from `at` to the image meets a segment in h's face.
   Index reach_front(Index number, Index h, const Vec2<Real>& at, const Vec2<Real>& image,
-                    std::vector<Point>& path) const {
+                    auto& trail) const {
     const SegmentFront<Real>& front = fronts_[static_cast<std::size_t>(number)];
     const auto in_frame = [&](const std::array<Real, 3>& shares) -> Vec2<Real> {
       const Real at_tip = shares[static_cast<std::size_t>((h + 1) % 3)];
       const Real at_apex = shares[static_cast<std::size_t>((h + 2) % 3)];
-      const Vec2<Real>& apex = faces_.apex(h);
-      return {at_tip * surface_.length(h) + at_apex * apex.x(), at_apex * apex.y()};
+      const Vec2<Real>& apex = solved_.faces.apex(h);
+      return {at_tip * solved_.surface.length(h) + at_apex * apex.x(), at_apex * apex.y()};
     };
     const Vec2<Real> a = in_frame(front.begin), along = in_frame(front.end) - a;
     const Vec2<Real> line = stable_unit(image - at), from = at - a;
     const Real t =
         (from.x() * line.y() - from.y() * line.x()) / (along.x() * line.y() - along.y() * line.x());
-    append(path,
-           simplified(surface_, face_point(front.face, front.at(std::clamp(t, Real(0), Real(1))))));
+    trail.to_source(simplified(solved_.surface,
+                               face_point(front.face, front.at(std::clamp(t, Real(0), Real(1))))));
     return arrived;
   }
 
   // Goes back straight through faces; returns the vertex at which the straight line ends. It is
   // nearer to the source, or at the place of the last one and new, or in needles and on edges of no
   // length the way could go in a circle.
-  Index cross_faces(Vec2<Real> at, const Arrival& last, Real distance,
-                    std::vector<Point>& path) const {
-    Index h = last.entry, origin = last.origin;
-    Vec2<Real> image = last.image;
-    Real bend = last.bend;
-    const Real start = origins_[last.origin].start;
-    const Real tie = rounding * (start + (at - image).norm());
+  Index cross_faces(const Vec2<Real>& from, const Arrival& last, Real distance, auto& trail) const {
+    Line line{last.entry, from, last.image, last.bend};
+    if (line.bend < 0)
+      line.bend = crossing(from, last.image, solved_.surface.length(line.halfedge));
+    Index origin = last.origin, end = vertex_of(origin);
+    const Real start = solved_.origins[origin].start;
+    const Real tie = rounding * (start + (from - last.image).norm());
     // A shortest path crosses a face once; by rounding it may go round the tip of a needle.
-    for (Index left = surface_.face_count(); left > 0; --left) {
-      const Real length = surface_.length(h);
+    for (Index left = solved_.surface.face_count(); left > 0; --left) {
+      const Index h = line.halfedge;
+      const Real length = solved_.surface.length(h), x = line.bend;
       if (length == 0) return nearer_end(h, 0, distance);
-      const Real x = bend < 0 ? crossing(at, image, length) : bend;
-      bend = Arrival::straight;
       const bool near_origin = 2 * x < length;
-      const Index beside = near_origin ? surface_.origin(h) : surface_.tip(h);
-      const Real gap = near_origin ? x : length - x;
-      const Real rest = start + (Vec2<Real>(x, 0) - image).norm();
-      const bool is_back =
-          distances_[beside] < distance || (distances_[beside] == distance && !is_on(path, beside));
-      if (is_back && distances_[beside] + gap <= rest + tie) return beside;
-      append(path, edge_point<Real>(surface_.origin(h), surface_.tip(h), x / length));
+      const Index beside = near_origin ? solved_.surface.origin(h) : solved_.surface.tip(h);
+      const Real gap = near_origin ? x : length - x, to_beside = solved_.distances[beside];
+      const Real rest = start + (Vec2<Real>(x, 0) - line.image).norm();
+      if (to_beside + gap <= rest + tie) {
+        if (to_beside < distance || (to_beside == distance && !trail.has(beside))) return beside;
+      }
 
-      Index across = surface_.twin(h);
-      if (origins_[origin].kind == Origin::Kind::crossing) {
-        across = surface_.is_manifold(h) ? across : origins_[origin].index;
-        if (!surface_.is_manifold(h)) origin = origins_[origin].previous;
+      Index across = solved_.surface.twin(h);
+      if (solved_.origins[origin].kind == Origin::Kind::crossing &&
+          !solved_.surface.is_manifold(h)) {
+        across = solved_.origins[origin].index;
+        origin = solved_.origins[origin].previous;
+        end = vertex_of(origin);
       }
+      trail.over_edge(h, across, x / length);
       if (across == h) return nearer_end(h, x, distance);
-      if (surface_.origin(across) != surface_.origin(h)) {
-        at = {length - x, 0};
-        image = {length - image.x(), -image.y()};
+      if (solved_.surface.origin(across) != solved_.surface.origin(h)) {
+        line.at = {length - x, 0};
+        line.image = {length - line.image.x(), -line.image.y()};
       } else {
-        at = {x, 0};
-        image = {image.x(), -image.y()};
+        line.at = {x, 0};
+        line.image = {line.image.x(), -line.image.y()};
       }
-      if (is_in_face(origin, across)) {
-        const Origin& o = origins_[origin];
-        if (o.kind == Origin::Kind::front) return reach_front(o.index, across, at, image, path);
-        return o.kind == Origin::Kind::vertex ? o.index : reach_source(o.index, path);
+      if (end >= 0 ? has_corner(across, end) : is_in_face(origin, across)) {
+        const Origin& o = solved_.origins[origin];
+        if (o.kind == Origin::Kind::front) {
+          return reach_front(o.index, across, line.at, line.image, trail);
+        }
+        return o.kind == Origin::Kind::vertex ? o.index : reach_source(o.index, trail);
       }
-      h = step(across, at, image);
+      line = step(across, line.at, line.image);
     }
     return arrived;
-  }
-
-  static bool is_on(const std::vector<Point>& path, Index vertex) {
-    return std::find(path.begin(), path.end(), vertex_point<Real>(vertex)) != path.end();
   }
 
   static Real crossing(const Vec2<Real>& at, const Vec2<Real>& image, Real length) {
@@ -159,87 +171,100 @@ class LineBacktrace {
     return std::clamp(image.x() + (at.x() - image.x()) * (-image.y() / height), 0.0, length);
   }
 
-  // The line from `at` on half-edge h to the image beyond h's face: returns the half-edge by which
-  // it leaves the face, with both points in its frame.
-  Index step(Index h, Vec2<Real>& at, Vec2<Real>& image) const {
-    const Vec2<Real> apex = faces_.apex(h), tip(surface_.length(h), 0);
-    const Vec2<Real> from_tip = faces_.apex_from_tip(surface_, h);
-    const Vec2<Real> to_image = image - at, to_apex = apex - at;
-    const bool is_right = to_image.x() * to_apex.y() - to_image.y() * to_apex.x() > 0;
-    const auto by = [&](bool right) {
-      return right ? side(Mesh::next(h), tip, {-from_tip.x(), from_tip.y()}, at, image)
-                   : side(Mesh::previous(h), apex, -apex, at, image);
-    };
-    Side out = by(is_right);
-    if (!out.is_straight) {
-      // Where the image lies on a side, or the line runs along one, its direction is rounding.
-      const Side other = by(!is_right);
-      const bool misses = other.way + rounding * (other.way + surface_.length(h)) < out.way;
-      if (misses) out = other;
-    }
-    at = out.at;
-    image = out.image;
-    return out.halfedge;
-  }
-
-  struct Side {
+  // A straight line to the image, from a place in the face of a half-edge by which it leaves it.
+  struct Line {
     Index halfedge;
     Vec2<Real> at, image;  // in its frame
-    Real way;              // from one to the other through it
-    bool is_straight;      // the line crosses it between its ends: no way is shorter
+    Real bend;             // where the way from one to the other crosses it
   };
 
-  [[nodiscard]] Side side(Index h, const Vec2<Real>& from, const Vec2<Real>& way,
-                          const Vec2<Real>& at, const Vec2<Real>& image) const {
-    const Real length = surface_.length(h);
-    if (length == 0) return {h, at, image, unreachable<Real>, false};
-    const Vec2<Real> along = stable_unit(way);
+  // The line from `at` on half-edge h to the image beyond h's face, as it leaves the face.
+  [[nodiscard]] Line step(Index h, const Vec2<Real>& at, const Vec2<Real>& image) const {
+    const Vec2<Real>& apex = solved_.faces.apex(h);
+    const Real across =
+        (image.x() - at.x()) * (apex.y() - at.y()) - (image.y() - at.y()) * (apex.x() - at.x());
+    const bool is_right = across > 0;
+    const Line line = over(h, is_right, at, image);
+    if (is_straight(line)) return line;
+    // Where the image lies on a side, or the line runs along one, its direction is rounding.
+    const Line other = over(h, !is_right, at, image);
+    const Real by_line = way(line), by_other = way(other);
+    const bool misses = by_other + rounding * (by_other + solved_.surface.length(h)) < by_line;
+    return misses ? other : line;
+  }
+
+  // By the side of h's face after h, or that before it. Either is as far from its own apex as the
+  // side at which that lies is long, so that its direction takes no root; and what is asked for is
+  // chosen without a branch, which would be guessed wrong every other time.
+  [[nodiscard]] Line over(Index h, bool after, const Vec2<Real>& at,
+                          const Vec2<Real>& image) const {
+    const Index next = Mesh::next(h), previous = Mesh::previous(h);
+    const Index side = after ? next : previous;
+    const Real length = solved_.surface.length(side);
+    if (length == 0) return {side, at, image, 0};
+    const Vec2<Real>& apex = solved_.faces.apex(after ? next : h);
+    const Real reach = solved_.surface.length(after ? h : previous);
+    const Vec2<Real> along(-apex.x() / reach, (after ? apex.y() : -apex.y()) / reach);
+    const Vec2<Real> from(after ? reach : apex.x(), after ? 0 : apex.y());
     const auto turned = [&](const Vec2<Real>& p) -> Vec2<Real> {
-      const Vec2<Real> d = p - from;
-      return {along.dot(d), along.x() * d.y() - along.y() * d.x()};
+      const Real x = p.x() - from.x(), y = p.y() - from.y();
+      return {along.x() * x + along.y() * y, along.x() * y - along.y() * x};
     };
-    Side out{h, turned(at), turned(image), 0, false};
-    const Vec2<Real> bend(crossing(out.at, out.image, length), 0);
-    out.way = (out.at - bend).norm() + (bend - out.image).norm();
-    out.is_straight = out.at.y() > 0 && out.image.y() < 0 && bend.x() > 0 && bend.x() < length;
-    return out;
+    const Vec2<Real> to = turned(at), beyond = turned(image);
+    return {side, to, beyond, crossing(to, beyond, length)};
+  }
+
+  // Whether it crosses the half-edge between its ends: no way is shorter.
+  [[nodiscard]] bool is_straight(const Line& line) const {
+    return line.bend > 0 && line.bend < solved_.surface.length(line.halfedge) && line.at.y() > 0 &&
+           line.image.y() < 0;
+  }
+  [[nodiscard]] Real way(const Line& line) const {
+    if (solved_.surface.length(line.halfedge) == 0) return unreachable<Real>;
+    const Vec2<Real> bend(line.bend, 0);
+    return (line.at - bend).norm() + (bend - line.image).norm();
   }
 
   // The end of h by which a point x along it is reached, if it is not farther than `distance`.
   [[nodiscard]] Index nearer_end(Index h, Real x, Real distance) const {
-    const Real by_origin = distances_[surface_.origin(h)] + x;
-    const Real by_tip = distances_[surface_.tip(h)] + surface_.length(h) - x;
-    const Index end = by_origin < by_tip ? surface_.origin(h) : surface_.tip(h);
-    const Index other = by_origin < by_tip ? surface_.tip(h) : surface_.origin(h);
-    if (distances_[end] < distance) return end;
-    if (distances_[other] < distance) return other;
+    const Real by_origin = solved_.distances[solved_.surface.origin(h)] + x;
+    const Real by_tip = solved_.distances[solved_.surface.tip(h)] + solved_.surface.length(h) - x;
+    const Index end = by_origin < by_tip ? solved_.surface.origin(h) : solved_.surface.tip(h);
+    const Index other = by_origin < by_tip ? solved_.surface.tip(h) : solved_.surface.origin(h);
+    if (solved_.distances[end] < distance) return end;
+    if (solved_.distances[other] < distance) return other;
     // Vertices at one place are equally far; the way to one of them may lead by another.
-    return distances_[end] <= distance ? end : arrived;
+    return solved_.distances[end] <= distance ? end : arrived;
   }
 
+  // The vertex at which lines from an origin begin, or -1.
+  [[nodiscard]] Index vertex_of(Index origin) const {
+    const Origin& o = solved_.origins[origin];
+    if (o.kind == Origin::Kind::vertex) return o.index;
+    if (o.kind != Origin::Kind::source) return -1;
+    const Point& point = solved_.sources[static_cast<std::size_t>(o.index)].point;
+    return point.kind == Point::Kind::vertex ? point.element[0] : -1;
+  }
+
+  [[nodiscard]] bool has_corner(Index h, Index vertex) const {
+    const auto [a, b, c] = solved_.surface.face(Mesh::face_of(h));
+    return a == vertex || b == vertex || c == vertex;
+  }
+
+  // Whether an origin that is no vertex lies in h's face.
   [[nodiscard]] bool is_in_face(Index origin, Index h) const {
-    const Origin& o = origins_[origin];
+    const Origin& o = solved_.origins[origin];
     if (o.kind == Origin::Kind::crossing) return false;
     if (o.kind == Origin::Kind::front) {
       return fronts_[static_cast<std::size_t>(o.index)].face == Mesh::face_of(h);
     }
-    const auto has = [&](Index v) {
-      return surface_.origin(h) == v || surface_.tip(h) == v || surface_.apex(h) == v;
-    };
-    if (o.kind == Origin::Kind::vertex) return has(o.index);
-    const Point& point = sources_[static_cast<std::size_t>(o.index)].point;
+    const Point& point = solved_.sources[static_cast<std::size_t>(o.index)].point;
     const auto [a, b] = point.element;
-    if (point.kind == Point::Kind::vertex) return has(a);
-    if (point.kind == Point::Kind::edge) return has(a) && has(b);
+    if (point.kind == Point::Kind::edge) return has_corner(h, a) && has_corner(h, b);
     return Mesh::face_of(h) == a;
   }
 
-  const Mesh& surface_;
-  const PlanarFaces<Real>& faces_;
-  const std::vector<Source<Real>>& sources_;
-  const Array<Real>& distances_;
-  const Array<Arrival>& arrivals_;
-  const Array<Origin>& origins_;
+  const Solved<Real>& solved_;
   const std::vector<SegmentFront<Real>>& fronts_;
 };
 

@@ -22,10 +22,8 @@ class CurvedFaces {
   using Mesh = Surface<Real>;
 
   /// From a unit normal of each fan; a zero one makes all edges there straight.
-  CurvedFaces(const Fans<Real>& fans, const Array<Vec3<Real>>& normals) : fans_(fans) {
-    const Mesh& surface = fans_.surface();
-    normals_.reserve(static_cast<std::size_t>(surface.halfedge_count()));
-    for (Index h = 0; h < surface.halfedge_count(); ++h) normals_.push_back(normals[fans_.at(h)]);
+  CurvedFaces(const Fans<Real>& fans, const Array<Vec3<Real>>& normals)
+      : fans_(fans), normals_(normals) {
     find_curves();
     find_curvatures();
   }
@@ -34,12 +32,22 @@ class CurvedFaces {
   [[nodiscard]] const Fans<Real>& fans() const { return fans_; }
 
   /// Unit normal at the origin of a half-edge, as its face has it.
-  [[nodiscard]] const Vec3<Real>& normal(Index h) const { return normals_[h]; }
+  [[nodiscard]] const Vec3<Real>& normal(Index h) const { return normals_[fans_.at(h)]; }
+  /// Unit normal of a fan.
+  [[nodiscard]] const Vec3<Real>& fan_normal(Index fan) const { return normals_[fan]; }
   /// Gaussian curvature of a face, as its corners' normals turn.
   [[nodiscard]] Real curvature(Index f) const { return curvatures_[f]; }
 
   /// Mean square by which normals turn along an edge, in radians.
   [[nodiscard]] Real mean_turn() const { return mean_turn_; }
+
+  /// The cubic over an edge by its ends and its derivatives there; and the fans of its ends, where
+  /// they are the same on both sides: -1 at a crease. All of it is one line of a cache.
+  struct alignas(64) Curve {
+    Vec3<Real> leaving, arriving;
+    Index from, to, from_fan, to_fan;
+  };
+  [[nodiscard]] const Curve& curve(Index h) const { return curves_[curve_of_[h]]; }
 
   /// A point of an edge's curve, and the derivative by the share of the way.
   struct CurvePoint {
@@ -63,7 +71,7 @@ class CurvedFaces {
 
   /// The normal of h's face at a point of h.
   [[nodiscard]] Vec3<Real> normal_on_edge(Index h, Real t, const Vec3<Real>& derivative) const {
-    const Vec3<Real> mean = (1 - t) * normals_[h] + t * normals_[Mesh::next(h)];
+    const Vec3<Real> mean = (1 - t) * normal(h) + t * normal(Mesh::next(h));
     const Real square = derivative.squaredNorm();
     if (!(square > 0)) return stable_unit(mean);
     return stable_unit(Vec3<Real>(mean - mean.dot(derivative) / square * derivative));
@@ -92,17 +100,11 @@ class CurvedFaces {
     return place + 6 * w[0] * w[1] * w[2] * (sides + (sides - corners) / 2);
   }
   [[nodiscard]] Vec3<Real> normal_in_face(Index f, const std::array<Real, 3>& w) const {
-    return stable_unit(Vec3<Real>(w[0] * normals_[3 * f] + w[1] * normals_[3 * f + 1] +
-                                  w[2] * normals_[3 * f + 2]));
+    return stable_unit(
+        Vec3<Real>(w[0] * normal(3 * f) + w[1] * normal(3 * f + 1) + w[2] * normal(3 * f + 2)));
   }
 
  private:
-  // A cubic by its ends and its derivatives there.
-  struct Curve {
-    Vec3<Real> leaving, arriving;
-    Index from, to;
-  };
-
   void find_curves() {
     const Mesh& surface = fans_.surface();
     curve_of_.assign(static_cast<std::size_t>(surface.halfedge_count()), -1);
@@ -114,8 +116,10 @@ class CurvedFaces {
         curve_of_[g] = static_cast<Index>(curves_.size());
         g = surface.twin(g);
       } while (g != h);
+      const bool is_sharp = fans_.is_sharp(h);
       curves_.push_back({tangent(h, way, surface.origin(h)), tangent(h, way, surface.tip(h)),
-                         surface.origin(h), surface.tip(h)});
+                         surface.origin(h), surface.tip(h), is_sharp ? -1 : fans_.at(h),
+                         is_sharp ? -1 : fans_.at(Mesh::next(h))});
     }
   }
 
@@ -139,7 +143,7 @@ class CurvedFaces {
     return along * (2 * length / (projected * (1 + projected / length)));
   }
   [[nodiscard]] const Vec3<Real>& normal_at(Index h, Index end) const {
-    return normals_[fans_.surface().origin(h) == end ? h : Mesh::next(h)];
+    return normal(fans_.surface().origin(h) == end ? h : Mesh::next(h));
   }
 
   void find_curvatures() {
@@ -149,19 +153,17 @@ class CurvedFaces {
       const Vec3<Real> a = surface.position(surface.tip(h)) - surface.position(surface.origin(h));
       const Vec3<Real> b = surface.position(surface.apex(h)) - surface.position(surface.origin(h));
       const Vec3<Real> area = cross(a, b);
-      const Vec3<Real> turn =
-          cross<Real>(normals_[h + 1] - normals_[h], normals_[h + 2] - normals_[h]);
+      const Vec3<Real> turn = cross<Real>(normal(h + 1) - normal(h), normal(h + 2) - normal(h));
       const Real square = area.squaredNorm();
       curvatures_.push_back(square > 0 ? area.dot(turn) / square : 0);
       for (Index g = h; g < h + 3; ++g) {
-        mean_turn_ +=
-            (normals_[Mesh::next(g)] - normals_[g]).squaredNorm() / surface.halfedge_count();
+        mean_turn_ += (normal(Mesh::next(g)) - normal(g)).squaredNorm() / surface.halfedge_count();
       }
     }
   }
 
   Fans<Real> fans_;
-  Array<Vec3<Real>> normals_;  // of each half-edge's origin, as its face has it
+  Array<Vec3<Real>> normals_;  // of each fan
   Array<Index> curve_of_;      // of each half-edge
   Array<Curve> curves_;
   Array<Real> curvatures_;  // of each face

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -10,8 +9,9 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/path.hpp"
+#include "gelight/geodesic/exact/lane.hpp"
 #include "gelight/geodesic/smooth/curved_faces.hpp"
+#include "gelight/geodesic/smooth/path_marks.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -40,17 +40,20 @@ class LiftedPath {
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
 
-  explicit LiftedPath(const CurvedFaces<Real>& faces) : faces_(faces), mesh_(faces.surface()) {}
+  explicit LiftedPath(const CurvedFaces<Real>& faces)
+      : faces_(faces), mesh_(faces.surface()), given_(mesh_) {}
 
   /// Of a path from its source to a point, at least two points.
   [[nodiscard]] LiftedLength<Real> measure(std::span<const Point> path) {
-    if (!place(path)) return {unreachable<Real>, 0, unreachable<Real>, false};
+    if (!given_.assign(path)) return nowhere();
+    return measure(given_);
+  }
+  /// Of at least two marks.
+  [[nodiscard]] LiftedLength<Real> measure(const PathMarks<Real>& path) {
+    if (!place(path)) return nowhere();
     LiftedLength<Real> found = sum_up();
     relax(found);
-    const Node &last = nodes_.back(), &before = nodes_[std::ssize(nodes_) - 2];
-    const Vec3<Real> from = before.place + before.step * before.derivative;
-    const Vec3<Real> way = last.place - from;
-    found.direction = stable_unit(Vec3<Real>(way - way.dot(last.normal_in) * last.normal_in));
+    found.direction = arrival();
     return found;
   }
 
@@ -60,17 +63,18 @@ class LiftedPath {
   /// The places of the path measured last, moved towards where it is straight. A way past the other
   /// side of a vertex meets the lines of its edges in reverse: places that would lead back become
   /// one, in their middle.
-  [[nodiscard]] std::vector<Vec3<Real>> places() const {
+  [[nodiscard]] std::vector<Vec3<Real>> places(const PathMarks<Real>& path) {
     struct Block {
       Vec3<Real> sum;
       std::ptrdiff_t count;
       [[nodiscard]] Vec3<Real> middle() const { return sum / static_cast<Real>(count); }
     };
+    find_steps();
     Array<Block> blocks;
-    for (std::ptrdiff_t i = 0; i < std::ssize(nodes_); ++i) {
-      Block block{moved(nodes_[i]), 1};
-      while (blocks.size() > 1 && i + 1 < std::ssize(nodes_)) {
-        const Vec3<Real> way = nodes_[i].place - nodes_[i - block.count].place;
+    for (std::ptrdiff_t i = 0; i < count_; ++i) {
+      Block block{moved(path[i], i), 1};
+      while (blocks.size() > 1 && i + 1 < count_) {
+        const Vec3<Real> way = place_.at(i) - place_.at(i - block.count);
         if (!(way.dot(block.middle() - blocks.back().middle()) < 0)) break;
         block.sum += blocks.back().sum;
         block.count += blocks.back().count;
@@ -84,108 +88,220 @@ class LiftedPath {
     }
     return out;
   }
+  [[nodiscard]] std::vector<Vec3<Real>> places() { return places(given_); }
 
  private:
   using Kind = typename Point::Kind;
+  using Marks = PathMarks<Real>;
+  using Mark = PathMark<Real>;
   // The share of the mesh's mean turn below which that of a path does not tell.
   static constexpr Real least_turn = 0.1;
-  // Asin's series to here is as good as 1e-3 of the angle to the fifth.
-  static Real angle_of(Real sine) {
-    const Real square = sine * sine;
-    return sine * (1 + square * (Real(1) / 6 + square * (Real(3) / 40 + square * (Real(5) / 112))));
+  // What squares and lengths that are zero are taken for, so that nothing over them is nothing; and
+  // the least square of a cosine.
+  static constexpr Real nothing = 1e-300, least_cosine = 1e-12;
+
+  static LiftedLength<Real> nowhere() {
+    return {unreachable<Real>, 0, unreachable<Real>, false, {0, 0, 0}};
   }
 
-  struct Node {
-    Vec3<Real> flat, place;            // on the mesh and on the surface, as seen from the start
-    Vec3<Real> derivative{0, 0, 0};    // where to it may move
-    Vec3<Real> normal_in, normal_out;  // as the faces before and after have it
-    Index halfedge = -1;               // of an edge that is crossed: in the face before
-    Real share = 0;
-    Real gradient = 0, diagonal = 0, beside = 0;  // of the length, by the steps; with the next
-    Real curvature = 0;                           // of the face after
-    Real step = 0;
+  // Three numbers of each node, in columns; and of four nodes at once.
+  struct LaneVector {
+    Lane x, y, z;
+
+    [[nodiscard]] Lane dot(const LaneVector& b) const { return x * b.x + y * b.y + z * b.z; }
+    friend LaneVector operator+(const LaneVector& a, const LaneVector& b) {
+      return {a.x + b.x, a.y + b.y, a.z + b.z};
+    }
+    friend LaneVector operator-(const LaneVector& a, const LaneVector& b) {
+      return {a.x - b.x, a.y - b.y, a.z - b.z};
+    }
+    friend LaneVector operator*(Lane s, const LaneVector& a) { return {s * a.x, s * a.y, s * a.z}; }
+    friend LaneVector cross(const LaneVector& a, const LaneVector& b) {
+      return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    }
+  };
+  class Columns {
+   public:
+    void resize(std::ptrdiff_t rows) {
+      rows_ = rows;
+      if (std::ssize(all_) < 3 * rows) all_.resize(static_cast<std::size_t>(3 * rows));
+    }
+    [[nodiscard]] Vec3<Real> at(std::ptrdiff_t i) const {
+      return {all_[i], all_[rows_ + i], all_[2 * rows_ + i]};
+    }
+    void set(std::ptrdiff_t i, const Vec3<Real>& v) {
+      for (std::ptrdiff_t k = 0; k < 3; ++k) all_[k * rows_ + i] = v[k];
+    }
+    [[nodiscard]] LaneVector load(std::ptrdiff_t i) const {
+      const Real* x = all_.data() + i;
+      return {Lane::load(x), Lane::load(x + rows_), Lane::load(x + 2 * rows_)};
+    }
+    void store(std::ptrdiff_t i, const LaneVector& v) {
+      Real* x = all_.data() + i;
+      v.x.store(x);
+      v.y.store(x + rows_);
+      v.z.store(x + 2 * rows_);
+    }
+
+   private:
+    Array<Real> all_;
+    std::ptrdiff_t rows_ = 0;
   };
 
   // Beyond the end of its edge by no more than the surface's curve there is worth.
-  [[nodiscard]] Vec3<Real> moved(const Node& node) const {
+  [[nodiscard]] Vec3<Real> moved(const Mark& mark, std::ptrdiff_t i) const {
     constexpr Real beyond = 0.25;
-    if (node.halfedge < 0) return node.place;
-    const Real share = std::clamp(node.share + node.step, -beyond, 1 + beyond);
-    return faces_.on_edge(node.halfedge, share, start_).place;
+    if (!mark.is_crossing()) return place_.at(i);
+    const bool is_along = mesh_.origin(mark.halfedge) == faces_.curve(mark.halfedge).from;
+    // Steps lead along the edge's curve from where that begins.
+    const Real step = is_along ? steps_[i] : -steps_[i];
+    const Real share = std::clamp(mark.share + step, -beyond, 1 + beyond);
+    return faces_.on_edge(mark.halfedge, share, start_).place;
   }
 
   // --- onto the smooth surface -------------------------------------------------------------------
 
   // Whether each piece lies in a face.
-  bool place(std::span<const Point> path) {
-    nodes_.assign(path.size(), {});
-    on_mesh_ = 0;
-    const Index first_element = path[0].element[0];
-    start_ = mesh_.position(path[0].kind == Kind::face ? mesh_.origin(3 * first_element)
-                                                       : first_element);
-    Index before = -1;
-    for (std::ptrdiff_t i = 0; i + 1 < std::ssize(nodes_); ++i) {
-      const Index f = common_face(path[static_cast<std::size_t>(i)],
-                                  path[static_cast<std::size_t>(i) + 1], before);
+  bool place(const Marks& path) {
+    make_room(path.size());
+    const Point first = path.point(path[0]);
+    start_ = mesh_.position(first.kind == Kind::face ? mesh_.origin(3 * first.element[0])
+                                                     : first.element[0]);
+    for (std::ptrdiff_t i = 0; i + 1 < count_; ++i) {
+      const Index f = path.face_after(i);
       if (f < 0) return false;
-      if (i == 0) put(nodes_[0], path[0], f);
-      nodes_[i].normal_out = normal_in(nodes_[i], path[static_cast<std::size_t>(i)], f, before);
-      nodes_[i].curvature = faces_.curvature(f);
-      put(nodes_[i + 1], path[static_cast<std::size_t>(i) + 1], f);
-      on_mesh_ += (nodes_[i + 1].flat - nodes_[i].flat).norm();
-      before = f;
+      face_[i] = f;
+      curvature_[i] = faces_.curvature(f);
     }
-    for (std::ptrdiff_t i = 1; i + 1 < std::ssize(nodes_); ++i) {
-      const Point& p = path[static_cast<std::size_t>(i)];
-      if (p.kind != Kind::vertex || !faces_.fans().is_smooth(p.element[0])) continue;
-      // A vertex may move across the path by about as much as the path is long beside it.
-      Node& node = nodes_[i];
-      const Vec3<Real> way = nodes_[i + 1].place - nodes_[i - 1].place;
-      node.derivative = cross(node.normal_in, way);
+    others_.clear();
+    for (std::ptrdiff_t i = 0; i < count_; i += Lane::size) place_four(path, i);
+    for (const std::ptrdiff_t i : others_) place_other(path[i], path.point(path[i]), i);
+    for (const std::ptrdiff_t i : others_) let_move(path[i], i);
+    // No piece leads from the last node to those that fill its lane.
+    for (std::ptrdiff_t i = count_; i < count_ + Lane::size; ++i) {
+      for (Columns* columns : {&flat_, &place_, &derivative_, &normal_in_, &normal_out_}) {
+        columns->set(i, columns->at(count_ - 1));
+      }
+      curvature_[i - 1] = 0;
     }
-    Node& first = nodes_[0];
-    first.derivative = nodes_.back().derivative = Vec3<Real>::Zero();
-    first.normal_in = first.normal_out;
     return true;
+  }
+
+  void make_room(std::ptrdiff_t count) {
+    count_ = count;
+    const std::ptrdiff_t rows = count + 2 * Lane::size;
+    for (Columns* columns : {&flat_, &place_, &derivative_, &normal_in_, &normal_out_}) {
+      columns->resize(rows);
+    }
+    if (std::ssize(face_) >= rows) return;
+    const auto size = static_cast<std::size_t>(rows);
+    face_.resize(size);
+    for (Array<Real>* column : {&curvature_, &gradient_out_, &gradient_in_, &diagonal_out_,
+                                &diagonal_in_, &beside_, &steps_, &ratio_}) {
+      column->resize(size);
+    }
+  }
+
+  // Four nodes, as points of curves; of others the place alone.
+  void place_four(const Marks& path, std::ptrdiff_t i) {
+    struct Four {
+      Real x[3][Lane::size];
+      void set(std::ptrdiff_t lane, const Vec3<Real>& v) {
+        for (int k = 0; k < 3; ++k) x[k][lane] = v[k];
+      }
+      [[nodiscard]] LaneVector load() const {
+        return {Lane::load(x[0]), Lane::load(x[1]), Lane::load(x[2])};
+      }
+    };
+    Four from, to, leaving, arriving, from_normal, to_normal;
+    Real shares[Lane::size];
+    for (std::ptrdiff_t lane = 0; lane < Lane::size; ++lane) {
+      const std::ptrdiff_t node = std::min(i + lane, count_ - 1);
+      const Mark& mark = path[node];
+      const Index h = std::max(mark.halfedge, 0);
+      const auto& curve = faces_.curve(h);
+      const Vec3<Real>& begin = mesh_.position(curve.from);
+      const Vec3<Real>& end = mesh_.position(curve.to);
+      const bool is_sharp = curve.from_fan < 0;
+      from.set(lane, begin);
+      to.set(lane, end);
+      leaving.set(lane, curve.leaving);
+      arriving.set(lane, curve.arriving);
+      from_normal.set(lane, faces_.fan_normal(is_sharp ? 0 : curve.from_fan));
+      to_normal.set(lane, faces_.fan_normal(is_sharp ? 0 : curve.to_fan));
+      shares[lane] = mesh_.origin(h) == curve.from ? mark.share : 1 - mark.share;
+      if ((is_sharp || !mark.is_crossing()) && i + lane < count_) others_.push_back(node);
+    }
+    const Lane s = Lane::load(shares), r = Lane(1) - s;
+    const LaneVector start{start_.x(), start_.y(), start_.z()};
+    const LaneVector begin = from.load() - start, way = to.load() - from.load();
+    const LaneVector out = leaving.load(), in = arriving.load();
+    flat_.store(i, begin + s * way);
+    place_.store(i, begin + (s * s * (Lane(3) - Lane(2) * s)) * way + (s * r) * (r * out - s * in));
+    const LaneVector derivative =
+        (Lane(6) * s * r) * way + (r * (r - Lane(2) * s)) * out + (s * (s - Lane(2) * r)) * in;
+    derivative_.store(i, derivative);
+    const LaneVector mean = r * from_normal.load() + s * to_normal.load();
+    const Lane square = max(derivative.dot(derivative), nothing);
+    const LaneVector across = mean - (mean.dot(derivative) / square) * derivative;
+    const LaneVector normal = (Lane(1) / sqrt(max(across.dot(across), nothing))) * across;
+    normal_in_.store(i, normal);
+    normal_out_.store(i, normal);
+  }
+
+  // A node at a crease, at a vertex or inside of a face.
+  void place_other(const Mark& mark, const Point& p, std::ptrdiff_t i) {
+    const Index before = face_[std::max(i - 1, std::ptrdiff_t{0})];
+    const Index after = face_[std::min(i, count_ - 2)];
+    if (mark.is_crossing()) {
+      const auto as_seen = [&](Index h) {
+        const bool is_same = mesh_.origin(h) == mesh_.origin(mark.halfedge);
+        const Real share = is_same ? mark.share : 1 - mark.share;
+        return faces_.normal_on_edge(h, share, faces_.on_edge(h, share, start_).derivative);
+      };
+      normal_in_.set(i, as_seen(mark.other));
+      normal_out_.set(i, as_seen(mark.halfedge));
+      return;
+    }
+    derivative_.set(i, {0, 0, 0});
+    if (p.kind == Kind::vertex) {
+      const Vec3<Real> place = at(p.element[0]);
+      flat_.set(i, place);
+      place_.set(i, place);
+      normal_in_.set(i, faces_.normal(corner(before, p.element[0])));
+      normal_out_.set(i, faces_.normal(corner(after, p.element[0])));
+      return;
+    }
+    // The path's begin or end: in one face.
+    Vec3<Real> normal;
+    if (p.kind == Kind::face) {
+      const Index f = p.element[0];
+      flat_.set(i, p.weights[0] * at(mesh_.origin(3 * f)) + p.weights[1] * at(mesh_.tip(3 * f)) +
+                       p.weights[2] * at(mesh_.apex(3 * f)));
+      place_.set(i, faces_.in_face(f, p.weights, start_));
+      normal = faces_.normal_in_face(f, p.weights);
+    } else {
+      const Index h = edge(before, p);
+      const Real share = p.weights[mesh_.origin(h) == p.element[0] ? 1 : 0];
+      const auto [place, derivative] = faces_.on_edge(h, share, start_);
+      flat_.set(i, (1 - share) * at(mesh_.origin(h)) + share * at(mesh_.tip(h)));
+      place_.set(i, place);
+      normal = faces_.normal_on_edge(h, share, derivative);
+    }
+    normal_in_.set(i, normal);
+    normal_out_.set(i, normal);
+  }
+
+  // A vertex may move across the path by about as much as the path is long beside it.
+  void let_move(const Mark& mark, std::ptrdiff_t i) {
+    if (mark.halfedge != Mark::vertex || i == 0 || i + 1 == count_) return;
+    if (!faces_.fans().is_smooth(mark.other)) return;
+    derivative_.set(i, cross<Real>(normal_in_.at(i), place_.at(i + 1) - place_.at(i - 1)));
   }
 
   // Where a vertex is, as seen from the start: exact where they are near, as sums of coordinates
   // are not on a mesh that is far from the origin.
   [[nodiscard]] Vec3<Real> at(Index vertex) const { return mesh_.position(vertex) - start_; }
-
-  // A node at a point, seen from a face.
-  void put(Node& node, const Point& p, Index f) {
-    if (p.kind == Kind::vertex) {
-      node.place = node.flat = at(p.element[0]);
-      node.normal_in = faces_.normal(corner(f, p.element[0]));
-    } else if (p.kind == Kind::edge) {
-      node.halfedge = edge(f, p);
-      node.share = p.weights[mesh_.origin(node.halfedge) == p.element[0] ? 1 : 0];
-      const auto [place, derivative] = faces_.on_edge(node.halfedge, node.share, start_);
-      node.place = place;
-      node.flat = (1 - node.share) * at(mesh_.origin(node.halfedge)) +
-                  node.share * at(mesh_.tip(node.halfedge));
-      node.derivative = derivative;
-      node.normal_in = faces_.normal_on_edge(node.halfedge, node.share, derivative);
-    } else {
-      node.place = faces_.in_face(f, p.weights, start_);
-      node.flat = p.weights[0] * at(mesh_.origin(3 * f)) + p.weights[1] * at(mesh_.tip(3 * f)) +
-                  p.weights[2] * at(mesh_.apex(3 * f));
-      node.normal_in = faces_.normal_in_face(f, p.weights);
-    }
-  }
-
-  // The normal of a node that was put, as another face has it.
-  [[nodiscard]] Vec3<Real> normal_in(const Node& node, const Point& p, Index f,
-                                     Index before) const {
-    if (f == before || p.kind == Kind::face) return node.normal_in;
-    if (p.kind == Kind::vertex) return faces_.normal(corner(f, p.element[0]));
-    if (!faces_.fans().is_sharp(node.halfedge)) return node.normal_in;
-    const Index h = edge(f, p);
-    const bool is_same = mesh_.origin(h) == mesh_.origin(node.halfedge);
-    return faces_.normal_on_edge(h, is_same ? node.share : 1 - node.share,
-                                 is_same ? node.derivative : Vec3<Real>(-node.derivative));
-  }
 
   [[nodiscard]] Index corner(Index f, Index vertex) const {
     Index h = 3 * f;
@@ -198,109 +314,135 @@ class LiftedPath {
     return h;
   }
 
-  // A face that holds both points, or -1; beyond the edge by which the path came, where there is a
-  // choice.
-  [[nodiscard]] Index common_face(const Point& p, const Point& q, Index before) const {
-    if (p.kind == Kind::face) return p.element[0];
-    if (q.kind == Kind::face) return q.element[0];
-    if (p.kind == Kind::edge && before >= 0) {
-      const Index across = mesh_.twin(edge(before, p));
-      if (holds(Mesh::face_of(across), q)) return Mesh::face_of(across);
-    }
-    for (const Index h : mesh_.corners(p.element[0])) {
-      const Index f = Mesh::face_of(h);
-      if (holds(f, p) && holds(f, q)) return f;
-    }
-    return -1;
-  }
-  [[nodiscard]] bool holds(Index f, const Point& p) const {
-    const auto has = [&](Index v) {
-      return mesh_.origin(3 * f) == v || mesh_.tip(3 * f) == v || mesh_.apex(3 * f) == v;
-    };
-    return has(p.element[0]) && (p.kind != Kind::edge || has(p.element[1]));
+  // --- how long ----------------------------------------------------------------------------------
+
+  // Asin's series to here is as good as 1e-3 of the angle to the fifth.
+  static Lane angle_of(Lane sine) {
+    const Lane square = sine * sine;
+    return sine * (Lane(1) +
+                   square * (Lane(1.0 / 6) + square * (Lane(3.0 / 40) + square * Lane(5.0 / 112))));
   }
 
-  // --- how long ----------------------------------------------------------------------------------
+  struct Sums {
+    Lane flat{0}, length{0}, uneven{0}, even{0};
+  };
+  static Real total(Lane lane) {
+    Real parts[Lane::size];
+    lane.store(parts);
+    return (parts[0] + parts[1]) + (parts[2] + parts[3]);
+  }
 
   // Lengths of the arcs between the nodes, by the angles between chords and tangents, with the
   // derivatives of their sum.
   LiftedLength<Real> sum_up() {
+    Sums sums;
+    for (std::ptrdiff_t i = 0; i + 1 < count_; i += Lane::size) sum_four(i, sums);
     LiftedLength<Real> found;
-    Real uneven = 0, even = 0;
-    for (std::ptrdiff_t i = 0; i + 1 < std::ssize(nodes_); ++i) {
-      Node &a = nodes_[i], &b = nodes_[i + 1];
-      const Vec3<Real> way = b.place - a.place;
-      const Real chord = way.norm();
-      if (!(chord > 0)) continue;
-      const Vec3<Real> unit = way / chord;
-      const Real sine0 = unit.dot(a.normal_out), sine1 = unit.dot(b.normal_in);
-      const Real rise = angle_of(sine0), fall = angle_of(sine1);
-      // The cubic with these slopes; for a circle's arc, half, also the next order.
-      const Real half = (fall - rise) / 2;
-      const Real bow = (2 * rise * rise + 2 * fall * fall - rise * fall) / 30;
-      const Real arc = chord * (1 + bow + half * half * half * half * (Real(7) / 360));
-      found.length += arc;
-      uneven += chord * (rise + fall) * (rise + fall);
-      even += chord * (fall - rise) * (fall - rise);
-
-      // The tangents at both ends, and how far a step goes along and across them.
-      const Real cosine0 = std::sqrt(std::max(Real(0), 1 - sine0 * sine0));
-      const Real cosine1 = std::sqrt(std::max(Real(0), 1 - sine1 * sine1));
-      if (!(cosine0 > 0) || !(cosine1 > 0)) continue;
-      a.gradient -= unit.dot(a.derivative) / cosine0;
-      b.gradient += unit.dot(b.derivative) / cosine1;
-      const Real across0 = cross(a.normal_out, unit).dot(a.derivative) / cosine0;
-      const Real across1 = cross(b.normal_in, unit).dot(b.derivative) / cosine1;
-      // The second variation: the integral of x'^2 - K x^2 over the arc, for x linear.
-      const Real stretch = 1 / arc, bend = a.curvature * arc / 6;
-      a.diagonal += across0 * across0 * (stretch - 2 * bend);
-      b.diagonal += across1 * across1 * (stretch - 2 * bend);
-      a.beside = -across0 * across1 * (stretch + bend);
-    }
+    on_mesh_ = total(sums.flat);
+    found.length = total(sums.length);
+    const Real uneven = total(sums.uneven);
     // Where the path hardly turns, what the whole mesh does is the measure.
-    even += least_turn * faces_.mean_turn() * found.length;
+    const Real even = total(sums.even) + least_turn * faces_.mean_turn() * found.length;
     found.roughness = even > 0 ? uneven / even : Real(uneven > 0);
     return found;
+  }
+
+  // Four pieces.
+  void sum_four(std::ptrdiff_t i, Sums& sums) {
+    const LaneVector flat = flat_.load(i + 1) - flat_.load(i);
+    sums.flat = sums.flat + sqrt(flat.dot(flat));
+    const LaneVector way = place_.load(i + 1) - place_.load(i);
+    const Lane chord = sqrt(way.dot(way));
+    const LaneVector unit = (Lane(1) / max(chord, nothing)) * way;
+    const LaneVector normal0 = normal_out_.load(i), normal1 = normal_in_.load(i + 1);
+    const Lane sine0 = unit.dot(normal0), sine1 = unit.dot(normal1);
+    const Lane rise = angle_of(sine0), fall = angle_of(sine1);
+    // The cubic with these slopes; for a circle's arc, half, also the next order.
+    const Lane sum = rise + fall, turn = fall - rise, square = turn * turn;
+    const Lane bow = (Lane(2) * (rise * rise + fall * fall) - rise * fall) * Lane(1.0 / 30);
+    const Lane arc = chord * (Lane(1) + bow + square * square * Lane(7.0 / (360 * 16)));
+    sums.length = sums.length + arc;
+    sums.uneven = sums.uneven + chord * (sum * sum);
+    sums.even = sums.even + chord * square;
+
+    // The tangents at both ends, and how far a step goes along and across them.
+    const Lane secant0 = Lane(1) / sqrt(max(Lane(1) - sine0 * sine0, least_cosine));
+    const Lane secant1 = Lane(1) / sqrt(max(Lane(1) - sine1 * sine1, least_cosine));
+    const LaneVector derivative0 = derivative_.load(i), derivative1 = derivative_.load(i + 1);
+    (Lane(0) - unit.dot(derivative0) * secant0).store(&gradient_out_[i]);
+    (unit.dot(derivative1) * secant1).store(&gradient_in_[i]);
+    const Lane across0 = cross(normal0, unit).dot(derivative0) * secant0;
+    const Lane across1 = cross(normal1, unit).dot(derivative1) * secant1;
+    // The second variation: the integral of x'^2 - K x^2 over the arc, for x linear.
+    const Lane stretch = Lane(1) / max(arc, nothing);
+    const Lane bend = Lane::load(&curvature_[i]) * arc * Lane(1.0 / 6);
+    const Lane straight = stretch - Lane(2) * bend;
+    (across0 * across0 * straight).store(&diagonal_out_[i]);
+    (across1 * across1 * straight).store(&diagonal_in_[i]);
+    (Lane(0) - across0 * across1 * (stretch + bend)).store(&beside_[i]);
   }
 
   // One Newton step of all nodes but the first and last, by elimination.
   void relax(LiftedLength<Real>& found) {
     // Directions that turn by more than about 0.14 are beyond one step.
     constexpr Real least_pivot = 1e-3, most_gain = 0.01;
-    Real beside = 0;  // of the node before, over its pivot
-    const std::ptrdiff_t last = std::ssize(nodes_) - 1;
-    for (std::ptrdiff_t i = 1; i < last; ++i) {
-      Node& node = nodes_[i];
-      if (node.derivative.isZero(0)) {
-        beside = 0;
+    Real ratio = 0, gradient = 0, doubled = 0;  // of the node before: beside over pivot
+    std::fill_n(steps_.begin(), count_, Real(0));
+    for (std::ptrdiff_t i = 1; i + 1 < count_; ++i) {
+      const Real diagonal = diagonal_in_[i - 1] + diagonal_out_[i];
+      if (diagonal == 0) {
+        // It cannot move.
+        ratio = gradient = ratio_[i] = 0;
         continue;
       }
-      const Node& before = nodes_[i - 1];
-      const Real pivot = node.diagonal - beside * before.beside;
-      found.is_least &= pivot > least_pivot * node.diagonal;
+      const Real pivot = diagonal - ratio * beside_[i - 1];
+      found.is_least &= pivot > least_pivot * diagonal;
       if (!found.is_least) break;
-      node.gradient -= beside * before.gradient;
-      found.gain += node.gradient * node.gradient / (2 * pivot);
-      node.diagonal = pivot;
-      beside = node.beside / pivot;
+      const Real inverse = 1 / pivot;
+      gradient = gradient_in_[i - 1] + gradient_out_[i] - ratio * gradient;
+      ratio = ratio_[i] = beside_[i] * inverse;
+      steps_[i] = -gradient * inverse;
+      doubled -= gradient * steps_[i];
     }
+    found.gain = doubled / 2;
     found.is_least &= found.gain <= most_gain * found.length;
-    if (!found.is_least) return;
+    if (!found.is_least) std::fill_n(steps_.begin(), count_, Real(0));
     // No path is shorter than the straight line through space.
-    const Vec3<Real> straight = nodes_[last].place - nodes_[0].place;
+    const Vec3<Real> straight = place_.at(count_ - 1) - place_.at(0);
     found.gain = std::min(found.gain, found.length - straight.norm());
-    for (std::ptrdiff_t i = last - 1; i > 0; --i) {
-      Node& node = nodes_[i];
-      if (node.derivative.isZero(0)) continue;
-      node.step = -(node.gradient + node.beside * nodes_[i + 1].step) / node.diagonal;
+  }
+
+  // The tangent in which the last piece arrives. The step before it is known: the last takes none.
+  [[nodiscard]] Vec3<Real> arrival() const {
+    const std::ptrdiff_t last = count_ - 1;
+    const Vec3<Real> from = place_.at(last - 1) + steps_[last - 1] * derivative_.at(last - 1);
+    const Vec3<Real> way = place_.at(last) - from, normal = normal_in_.at(last);
+    return stable_unit(Vec3<Real>(way - way.dot(normal) * normal));
+  }
+
+  // Of all nodes, from those that elimination left: the last one's is whole.
+  void find_steps() {
+    for (std::ptrdiff_t i = count_ - 3; i > 0; --i) {
+      if (steps_[i] != 0) steps_[i] -= ratio_[i] * steps_[i + 1];
     }
   }
 
   const CurvedFaces<Real>& faces_;
   const Mesh& mesh_;
-  Array<Node> nodes_;
+  Marks given_;  // of a path of points
+  std::ptrdiff_t count_ = 0;
   Vec3<Real> start_{0, 0, 0};  // a vertex by the path's source
   Real on_mesh_ = 0;
+  // Of each node: its place on the mesh and on the surface, as seen from the start, where to it may
+  // move, and its normals as the faces before and after have it.
+  Columns flat_, place_, derivative_, normal_in_, normal_out_;
+  Array<std::ptrdiff_t> others_;  // nodes that are not on a smooth edge
+  // Of the piece after each node.
+  Array<Index> face_;
+  Array<Real> curvature_;
+  // The length's derivatives by the steps of a piece's begin (out) and end (in), and of both.
+  Array<Real> gradient_out_, gradient_in_, diagonal_out_, diagonal_in_, beside_;
+  Array<Real> steps_, ratio_;  // of each node
 };
 
 }  // namespace gelight::detail
