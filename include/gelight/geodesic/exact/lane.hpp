@@ -22,6 +22,7 @@ class Lane {
 
 #if defined(__AVX__)
   Lane(double x) : all_(_mm256_set1_pd(x)) {}
+  Lane(double a, double b, double c, double d) : all_(_mm256_setr_pd(a, b, c, d)) {}
   static Lane load(const double* x) { return Lane(_mm256_loadu_pd(x)); }
   void store(double* x) const { _mm256_storeu_pd(x, all_); }
 
@@ -38,6 +39,8 @@ class Lane {
   __m256d all_;
 #elif defined(__SSE2__)
   Lane(double x) : low_(_mm_set1_pd(x)), high_(low_) {}
+  Lane(double a, double b, double c, double d)
+      : low_(_mm_setr_pd(a, b)), high_(_mm_setr_pd(c, d)) {}
   static Lane load(const double* x) { return {_mm_loadu_pd(x), _mm_loadu_pd(x + 2)}; }
   void store(double* x) const {
     _mm_storeu_pd(x, low_);
@@ -69,6 +72,7 @@ class Lane {
   __m128d low_, high_;
 #else
   Lane(double x) : all_{x, x, x, x} {}
+  Lane(double a, double b, double c, double d) : all_{a, b, c, d} {}
   static Lane load(const double* x) {
     Lane out(0);
     std::copy_n(x, size, out.all_);

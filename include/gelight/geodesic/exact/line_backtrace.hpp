@@ -178,26 +178,29 @@ class LineBacktrace {
     Real bend;             // where the way from one to the other crosses it
   };
 
-  // The line from `at` on half-edge h to the image beyond h's face, as it leaves the face.
+  // The line from `at` beyond half-edge h to the image beyond h's face, as it leaves the face.
   [[nodiscard]] Line step(Index h, const Vec2<Real>& at, const Vec2<Real>& image) const {
     const Vec2<Real>& apex = solved_.faces.apex(h);
     const Real across =
         (image.x() - at.x()) * (apex.y() - at.y()) - (image.y() - at.y()) * (apex.x() - at.x());
-    const bool is_right = across > 0;
-    const Line line = over(h, is_right, at, image);
-    if (is_straight(line)) return line;
-    // Where the image lies on a side, or the line runs along one, its direction is rounding.
-    const Line other = over(h, !is_right, at, image);
+    const Line line = over(h, across > 0, at, image);
+    return is_straight(line) ? line : shorter(h, line, at, image);
+  }
+
+  // Where the image lies on a side, or the line runs along one, its direction is rounding.
+  [[nodiscard]] Line shorter(Index h, const Line& line, const Vec2<Real>& at,
+                             const Vec2<Real>& image) const {
+    const Line other = over(h, line.halfedge == Mesh::previous(h), at, image);
     const Real by_line = way(line), by_other = way(other);
     const bool misses = by_other + rounding * (by_other + solved_.surface.length(h)) < by_line;
     return misses ? other : line;
   }
 
   // By the side of h's face after h, or that before it. Either is as far from its own apex as the
-  // side at which that lies is long, so that its direction takes no root; and what is asked for is
-  // chosen without a branch, which would be guessed wrong every other time.
-  [[nodiscard]] Line over(Index h, bool after, const Vec2<Real>& at,
-                          const Vec2<Real>& image) const {
+  // side at which that lies is long, so that its direction takes no root; and the one is chosen
+  // without a branch, which would be guessed wrong every other time.
+  [[nodiscard, gnu::always_inline]] Line over(Index h, bool after, const Vec2<Real>& at,
+                                              const Vec2<Real>& image) const {
     const Index next = Mesh::next(h), previous = Mesh::previous(h);
     const Index side = after ? next : previous;
     const Real length = solved_.surface.length(side);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -94,6 +95,7 @@ class LiftedPath {
   using Kind = typename Point::Kind;
   using Marks = PathMarks<Real>;
   using Mark = PathMark<Real>;
+  using Curve = typename CurvedFaces<Real>::Curve;
   // The share of the mesh's mean turn below which that of a path does not tell.
   static constexpr Real least_turn = 0.1;
   // What squares and lengths that are zero are taken for, so that nothing over them is nothing; and
@@ -204,44 +206,40 @@ class LiftedPath {
 
   // Four nodes, as points of curves; of others the place alone.
   void place_four(const Marks& path, std::ptrdiff_t i) {
-    struct Four {
-      Real x[3][Lane::size];
-      void set(std::ptrdiff_t lane, const Vec3<Real>& v) {
-        for (int k = 0; k < 3; ++k) x[k][lane] = v[k];
-      }
-      [[nodiscard]] LaneVector load() const {
-        return {Lane::load(x[0]), Lane::load(x[1]), Lane::load(x[2])};
-      }
-    };
-    Four from, to, leaving, arriving, from_normal, to_normal;
-    Real shares[Lane::size];
-    for (std::ptrdiff_t lane = 0; lane < Lane::size; ++lane) {
-      const std::ptrdiff_t node = std::min(i + lane, count_ - 1);
-      const Mark& mark = path[node];
+    std::array<const Curve*, Lane::size> curves;
+    std::array<Real, Lane::size> shares;
+    for (std::size_t lane = 0; lane < curves.size(); ++lane) {
+      const std::ptrdiff_t node = i + static_cast<std::ptrdiff_t>(lane);
+      const Mark& mark = path[std::min(node, count_ - 1)];
       const Index h = std::max(mark.halfedge, 0);
-      const auto& curve = faces_.curve(h);
-      const Vec3<Real>& begin = mesh_.position(curve.from);
-      const Vec3<Real>& end = mesh_.position(curve.to);
-      const bool is_sharp = curve.from_fan < 0;
-      from.set(lane, begin);
-      to.set(lane, end);
-      leaving.set(lane, curve.leaving);
-      arriving.set(lane, curve.arriving);
-      from_normal.set(lane, faces_.fan_normal(is_sharp ? 0 : curve.from_fan));
-      to_normal.set(lane, faces_.fan_normal(is_sharp ? 0 : curve.to_fan));
+      const Curve& curve = faces_.curve(h);
+      curves[lane] = &curve;
       shares[lane] = mesh_.origin(h) == curve.from ? mark.share : 1 - mark.share;
-      if ((is_sharp || !mark.is_crossing()) && i + lane < count_) others_.push_back(node);
+      if ((curve.from_fan < 0 || !mark.is_crossing()) && node < count_) others_.push_back(node);
     }
-    const Lane s = Lane::load(shares), r = Lane(1) - s;
+    const auto four = [&](const auto& vector_of) {
+      const Vec3<Real>&a = vector_of(*curves[0]), &b = vector_of(*curves[1]),
+            &c = vector_of(*curves[2]), &d = vector_of(*curves[3]);
+      const auto row = [&](int k) { return Lane(a[k], b[k], c[k], d[k]); };
+      return LaneVector{row(0), row(1), row(2)};
+    };
+    const auto from = four([&](const Curve& c) -> auto& { return mesh_.position(c.from); });
+    const auto to = four([&](const Curve& c) -> auto& { return mesh_.position(c.to); });
+    const auto out = four([&](const Curve& c) -> auto& { return c.leaving; });
+    const auto in = four([&](const Curve& c) -> auto& { return c.arriving; });
+    const auto normal0 =
+        four([&](const Curve& c) -> auto& { return faces_.fan_normal(std::max(c.from_fan, 0)); });
+    const auto normal1 =
+        four([&](const Curve& c) -> auto& { return faces_.fan_normal(std::max(c.to_fan, 0)); });
+    const Lane s(shares[0], shares[1], shares[2], shares[3]), r = Lane(1) - s;
     const LaneVector start{start_.x(), start_.y(), start_.z()};
-    const LaneVector begin = from.load() - start, way = to.load() - from.load();
-    const LaneVector out = leaving.load(), in = arriving.load();
+    const LaneVector begin = from - start, way = to - from;
     flat_.store(i, begin + s * way);
     place_.store(i, begin + (s * s * (Lane(3) - Lane(2) * s)) * way + (s * r) * (r * out - s * in));
     const LaneVector derivative =
         (Lane(6) * s * r) * way + (r * (r - Lane(2) * s)) * out + (s * (s - Lane(2) * r)) * in;
     derivative_.store(i, derivative);
-    const LaneVector mean = r * from_normal.load() + s * to_normal.load();
+    const LaneVector mean = r * normal0 + s * normal1;
     const Lane square = max(derivative.dot(derivative), nothing);
     const LaneVector across = mean - (mean.dot(derivative) / square) * derivative;
     const LaneVector normal = (Lane(1) / sqrt(max(across.dot(across), nothing))) * across;
