@@ -372,10 +372,6 @@ class ArcTracer {
     return cross_of(flat_.corners[k], flat_.ways[k]) * length / 2;
   }
 
-  static Real cross_of(const Vec2<Real>& a, const Vec2<Real>& b) {
-    return a.x() * b.y() - a.y() * b.x();
-  }
-
   // --- from arcs to lines ------------------------------------------------------------------------
 
   [[nodiscard]] std::vector<ExactIsoline<T>> linked() {

@@ -484,10 +484,6 @@ class BorderTracer {
     return simplified(surface_, face_point(flat_.face, shares));
   }
 
-  static Real cross_of(const Vec2<Real>& a, const Vec2<Real>& b) {
-    return a.x() * b.y() - a.y() * b.x();
-  }
-
   // --- from pieces to lines ----------------------------------------------------------------------
 
   [[nodiscard]] std::vector<VoronoiEdge<T>> linked() {

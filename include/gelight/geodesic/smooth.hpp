@@ -281,9 +281,16 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     Lift lift(*faces_);
     Marks marks(surface());
     detail::Array<End> ends(static_cast<std::size_t>(count));
-    for (Index v = 0; v < count; ++v) {
+    for (Index v = 0; v < count; ++v) ends[v] = {out.mesh.distance(v)};
+    // Vertices in the order of the faces, as their neighbours' paths run by the same edges.
+    detail::Array<char> is_done(static_cast<std::size_t>(count), 0);
+    Index done = 0;
+    for (Index h = 0; h < surface().halfedge_count(); ++h) {
+      const Index v = surface().origin(h);
+      if (is_done[v]) continue;
+      is_done[v] = 1;
       ends[v] = end_of(out.mesh, v, lift, marks);
-      if (v % 64 == 0) ask(0.3 + 0.6 * v / count);
+      if (done++ % 64 == 0) ask(0.3 + 0.6 * done / count);
     }
     mark_cut_locus(ends);
     for (Index v = 0; v < count; ++v) {

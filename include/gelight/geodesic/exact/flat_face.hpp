@@ -11,6 +11,13 @@
 
 namespace gelight::detail {
 
+/// Twice the area of the triangle between two vectors of a plane, positive where b lies to the left
+/// of a.
+template <std::floating_point Real>
+[[nodiscard]] Real cross_of(const Vec2<Real>& a, const Vec2<Real>& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
 /// The points p of a plane with normal . p >= offset.
 template <std::floating_point Real>
 struct HalfPlane {
