@@ -453,3 +453,50 @@ TEST_CASE("an LED on a flat sheet's border lights all of it, straight") {
     }
   }
 }
+
+namespace {
+
+// The largest angle between the light of plane_field and that of plane_rays, over rough meshes, at
+// points as near to corners and sides of their faces as can be.
+template <class T>
+double worst_between_field_and_rays(unsigned seed) {
+  test::Random random(seed);
+  double worst = 0;
+  for (int trial = 0; trial < 12; ++trial) {
+    gelight::Mesh<double> smooth = trial % 3 == 0   ? gelight::icosphere<double>(2)
+                                   : trial % 3 == 1 ? gelight::torus<double>(2, 0.7, 11, 7)
+                                                    : gelight::grid<double>(7, 9, 1, 1);
+    gelight::Mesh<T> rough;
+    rough.faces = smooth.faces;
+    for (auto& p : smooth.positions) {
+      for (double& x : p) x += test::uniform(random, -0.04, 0.04);
+      rough.positions.push_back({T(p[0]), T(p[1]), T(p[2])});
+    }
+    const Surface<T> surface(rough);
+    auto led = vertex_point<T>(test::uniform_index(random, surface.vertex_count()));
+    if (trial % 2 == 0) {
+      led = gelight::face_point<T>(test::uniform_index(random, surface.face_count()),
+                                   {T(0.5), T(0.25), T(0.25)});
+    }
+    std::vector<SurfacePoint<T>> points;
+    for (double share = 1e-3; share > 1e-18; share /= 5) {
+      for (int i = 0; i < 50; ++i) {
+        points.push_back(point_near_corner_or_side(surface, share, random));
+      }
+    }
+    const auto field = plane_field(surface, led, points);
+    const auto rays = gelight::plane_rays<T>(surface, {&led, 1}, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (rays.lighting[i] == gelight::Lighting::ambiguous) continue;
+      worst = std::max(worst, double{(field[i] - rays.direction[i]).norm()});
+    }
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("the field and the rays of a plane light a point by the same face, however near a side") {
+  CHECK(worst_between_field_and_rays<double>(21) < 1e-8);
+  CHECK(worst_between_field_and_rays<float>(22) < 1e-3);
+}
