@@ -155,6 +155,30 @@ TEST_CASE(
   check_rows(solver);
 }
 
+TEST_CASE(
+    "after a row has thrown, or the work was cancelled, no row is taken; the first is thrown") {
+  const gelight::FastMarchingSolver solver(gelight::icosphere<double>(3));
+  const auto sources = all_vertices(solver);
+  const std::span<const Index> some = std::span<const Index>(sources).first(40);
+  for (const unsigned threads : {1U, 2U, 7U, 64U}) {
+    for (int last = 1; last <= 40; last += 3) {
+      CAPTURE(threads);
+      CAPTURE(last);
+      int rows = 0, thrown = 0;
+      const auto fail = [&](Index, const auto&) {
+        if (++rows >= last) throw rows;
+      };
+      try {
+        distance_rows(solver, some, fail, {.threads = threads});
+      } catch (const int row) {
+        thrown = row;
+      }
+      CHECK(rows == last);
+      CHECK(thrown == last);
+    }
+  }
+}
+
 TEST_CASE("a source that is not of the mesh is refused before any row; no sources are no rows") {
   const gelight::DijkstraSolver solver(gelight::icosphere<double>(1));
   int rows = 0;

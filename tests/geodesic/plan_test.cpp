@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <span>
 #include <string>
@@ -767,6 +768,79 @@ TEST_CASE("a method of the caller's own is chosen where it is cheapest, and chec
   }
 }
 
+TEST_CASE("distances of a caller's own method that are none satisfy nothing") {
+  test::Random random(61);
+  const std::vector<Mesh<double>> parts{rough_sphere(2, 0.1), icosphere<double>(1)};
+  const auto mesh = joined<double>(parts);
+  const auto first = static_cast<Index>(parts[0].positions.size());
+  enum Wrong { all_zero, half_zero, one_zero, reached_where_none, huge, missing, count };
+  const auto wrong = [](Wrong how, Index v, Index count, double way) {
+    if (how == all_zero || (how == half_zero && v % 2 == 0))
+      return way < unreachable<double> ? 0 : way;
+    if (how == one_zero && v == count / 3) return 0.0;
+    if (how == reached_where_none && way == unreachable<double>) return 1.0;
+    if (how == huge && v % 3 == 0) return 1e300;
+    if (how == missing && v % 3 == 0) return unreachable<double>;
+    return way;
+  };
+  const ExactSolver solver(mesh);
+  int own = 0;
+  for (int trial = 0; trial < 180; ++trial) {
+    const auto how = static_cast<Wrong>(trial % count);
+    PlanRequest request;
+    request.tolerance = std::pow(10, test::uniform(random, -4, -1));
+    request.norm = trial % 4 < 2 ? ErrorNorm::mean : ErrorNorm::max;
+    request.assurance = static_cast<Assurance>(trial % 3);
+    request.samples = 1 + test::uniform_index(random, 6);
+    for (Index k = trial % 5 == 0 ? 4 : 0; k > 0; --k) {
+      request.targets.push_back(test::uniform_index(random, solver.surface().vertex_count()));
+    }
+    request.methods = {{"mine", {1, 1, 0, 1}, {0, 0}, [&](const Surface<double>&) {
+                          return [&](std::span<const Source<double>> sources) {
+                            auto ways = solver.distance(sources);
+                            const auto n = static_cast<Index>(ways.size());
+                            for (Index v = 0; v < n; ++v) {
+                              double& way = ways[static_cast<std::size_t>(v)];
+                              way = wrong(how, v, n, way);
+                            }
+                            return ways;
+                          };
+                        }}};
+    const std::vector<Source<double>> sources{
+        {vertex_point<double>(test::uniform_index(random, first)), test::uniform(random, -2, 2)}};
+    const std::span<const Source<double>> from(sources);
+    const DistancePlanner planner(mesh, request);
+    const auto answer = planner.solve(from);
+    const auto exact = solver.distance(from);
+    std::vector<Index> targets = request.targets;
+    if (targets.empty()) {
+      targets.resize(exact.size());
+      std::iota(targets.begin(), targets.end(), 0);
+    }
+    own += answer.method == "mine";
+    double sum = 0, worst = 0, reached = 0;
+    for (const Index target : targets) {
+      const auto v = static_cast<std::size_t>(target);
+      const double way = exact[v] - sources[0].distance;
+      if (way == 0 || answer.distance[v] == exact[v]) {
+        reached += way > 0 && way < unreachable<double>;
+        continue;
+      }
+      const double off = std::abs(answer.distance[v] - exact[v]) / way;
+      sum += std::isfinite(off) ? off : unreachable<double>;
+      worst = std::max(worst, off);
+      ++reached;
+    }
+    CAPTURE(answer.reason);
+    CAPTURE(trial);
+    const double error = request.norm == ErrorNorm::mean ? sum / std::max(1.0, reached) : worst;
+    if (answer.satisfies) CHECK(error <= request.tolerance);
+    CHECK(answer.satisfies);  // the exact solver is there to follow
+  }
+  CHECK(own > 5);
+  CHECK(own < 100);
+}
+
 TEST_CASE("a method of the caller's own that cannot be one is refused") {
   const auto mesh = icosphere<double>(2);
   const auto named = [](std::size_t count, double value) {
@@ -788,6 +862,9 @@ TEST_CASE("a method of the caller's own that cannot be one is refused") {
   PlanMethod none = named(162, 0);
   none.make = nullptr;
   CHECK_THROWS_AS((void)planned(none), InvalidInput);
+  PlanMethod nothing = named(162, 0);
+  nothing.make = [](const Surface<double>&) { return PlanMethod::Query(); };
+  CHECK_THROWS_AS((void)planned(nothing).solve(0), InvalidInput);
   PlanMethod better = named(162, 0);
   better.error = {0.2, 0.1};
   CHECK_THROWS_AS((void)planned(better), InvalidInput);

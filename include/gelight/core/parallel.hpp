@@ -49,8 +49,8 @@ class Threads {
 
 /// Calls `work(i)` for every i in [0, count), in any order, on up to `threads` threads at once, the
 /// caller's among them (0: as many as the machine has), on fewer where the machine gives no more.
-/// Returns when all is done. An exception ends the calls not yet begun and is thrown again here.
-/// Starting a thread takes some 20 us.
+/// Returns when all is done. An exception ends the calls not yet begun and is thrown again here, of
+/// several the first. Starting a thread takes some 20 us.
 template <class Work>
 void parallel_for(Index count, unsigned threads, const Work& work) {
   if (threads == 0) threads = std::max(1u, std::thread::hardware_concurrency());
@@ -62,7 +62,7 @@ void parallel_for(Index count, unsigned threads, const Work& work) {
       for (Index i = next++; i < count; i = next++) work(i);
     } catch (...) {
       const std::lock_guard lock(failing);
-      failure = std::current_exception();
+      if (!failure) failure = std::current_exception();
       next = count;
     }
   };

@@ -47,6 +47,7 @@ void solve_rows(const Solver& solver, std::span<const Place> sources, auto&& tak
   require_sources(solver, sources);
   std::mutex taking;
   std::size_t taken = 0;
+  bool is_over = false;  // by an exception: rows that other threads still solve are not taken
   const auto caller = std::this_thread::get_id();
   const auto solve = [&](Index row) {
     if (std::this_thread::get_id() == caller) {
@@ -58,10 +59,22 @@ void solve_rows(const Solver& solver, std::span<const Place> sources, auto&& tak
     }
     const auto distances = solver.distance(sources.subspan(static_cast<std::size_t>(row), 1));
     const std::lock_guard lock(taking);
+    if (is_over) return;
+    is_over = true;  // unless `take` returns
     take(row, std::span(distances));
+    is_over = false;
     ++taken;
   };
-  parallel_for(static_cast<Index>(sources.size()), options.threads, solve);
+  const auto solve_or_end = [&](Index row) {
+    try {
+      solve(row);
+    } catch (...) {
+      const std::lock_guard lock(taking);
+      is_over = true;
+      throw;
+    }
+  };
+  parallel_for(static_cast<Index>(sources.size()), options.threads, solve_or_end);
 }
 
 template <class Solver, class Place>
@@ -87,7 +100,7 @@ template <class Solver, class Place>
 /// its workspace. Memory: a row and a workspace per thread. Throws InvalidInput, before any row is
 /// solved, for a source that is not of the solver's surface, and in a row as the solver does;
 /// Cancelled as the hook says; what `take` throws passes through. Rows that were taken before stay
-/// taken.
+/// taken; none is from then on.
 ///@{
 template <class Solver, class Take>
 requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>

@@ -73,7 +73,9 @@ struct PlanMethod {
   std::string name;     ///< What plans and answers call it.
   MethodCost cost;      ///< As measured on the machine of the request's costs.
   RelativeError error;  ///< What it is off at most from one source, on meshes as the planned one.
-  /// Sets the method up. What it returns is const and safe from several threads.
+  /// Sets the method up. What it returns is const and safe from several threads. Distances are
+  /// refused that are negative or NaN, or not one per vertex; of wrong ones that are none of these
+  /// a plan finds what the assurance asked for would show, and zeros and vertices out of reach.
   std::function<Query(const Surface<double>&)> make;
 };
 
@@ -153,7 +155,9 @@ class PlannedSolvers {
                                            const Sources& sources,
                                            const CancelHook& cancelled) const {
     cancelled.check(0, "the planned query");
-    auto distances = own_[number].get([&] { return method.make(surface_); })(sources);
+    const PlanMethod::Query& query = own_[number].get([&] { return method.make(surface_); });
+    require(query != nullptr, "the method ", method.name, " made nothing to ask");
+    auto distances = query(sources);
     require(distances.size() == static_cast<std::size_t>(surface_.vertex_count()), "the method ",
             method.name, " gave ", distances.size(), " distances of ", surface_.vertex_count(),
             " vertices");
@@ -644,7 +648,12 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
       const double way = answer.ways[static_cast<std::size_t>(v)];
       answer.distances.push_back(detail::distance_as<T>(query.starts.at(v) + way, "vertex ", v));
     }
-    const Finding found = find_error(method, query, answer, hook.part(solving, 1));
+    Finding found = find_error(method, query, answer, hook.part(solving, 1));
+    if (const double zeros = error_of_zeros(query, answer); zeros > found.error) {
+      found.error = zeros;
+      found.worst_checked = std::max(found.worst_checked, 1.0);
+      found.words += ", but targets that are no sources are said to be at no distance";
+    }
     PlannedDistances<T> result;
     result.method = name_of(method);
     result.distance = std::move(answer.distances);
@@ -658,7 +667,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     // A few targets that happen to be right say nothing against what is expected of the others.
     const bool may_be_luck = method != Method::exact && result.achieved == Assurance::sampled &&
                              is_beyond(method) &&
-                             found.checked < std::ssize(reached_targets(answer.ways));
+                             found.checked < std::ssize(reached_targets(query, answer));
     if (result.satisfies && may_be_luck) {
       result.satisfies = false;
       result.reason += "; of the others " + in_words(expected_error(method)) + " is expected";
@@ -679,17 +688,19 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
                                    const CancelHook& hook) const {
     hook.check(0, "the planned query");
     const Check check = check_of(method, query.sources.size());
-    if (check == Check::certificate) return certify(query, answer, hook);
+    const std::vector<double> ways = ways_of(method, query, answer);
+    if (check == Check::certificate) return certify(query, answer, ways, hook);
     const double rounding = rounding_of(answer);
-    if (misses_any(query, answer)) {
-      return {Assurance::expected, unreachable<double>, "a target to which a path leads is missed"};
+    if (is_reach_wrong(method, query, answer)) {
+      return {Assurance::expected, unreachable<double>,
+              "a target is missed to which a path leads, or reached where none does"};
     }
     if (check == Check::none) {
       const double error = expected_error(method, rounding);
       return {Assurance::expected, error,
               "expected to be within " + in_words(error + floor()) + ", not checked"};
     }
-    const std::vector<Index> targets = reached_targets(answer.ways);
+    const std::vector<Index> targets = reached_targets(query, answer);
     if (targets.empty()) {
       return {Assurance::certified, 0,
               "no target but the sources can be reached, so that there is nothing to be off"};
@@ -703,8 +714,8 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
       traced.words += ", ";
     }
     const double width = std::min(widest_search, search_width * request_.tolerance);
-    Finding sampled = sample(query, answer, targets, method == Method::exact ? exact_search : width,
-                             hook.part(0.5, 1));
+    Finding sampled = sample(query, answer, ways, targets,
+                             method == Method::exact ? exact_search : width, hook.part(0.5, 1));
     sampled.words = traced.words + sampled.words;
     if (sampled.checked == std::ssize(targets)) return sampled;
     // The others are off by what the method is expected to be, and rounding besides.
@@ -715,13 +726,13 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
 
   // As Certifier, but lower bounds first: upper ones are needed only where those are enough.
   [[nodiscard]] Finding certify(const Query& query, const Answer& answer,
-                                const CancelHook& hook) const {
+                                const std::vector<double>& ways, const CancelHook& hook) const {
     const detail::BoundFinder<Real> finder(surface_, solvers_->faces());
-    detail::Array<double> ways(answer.ways.size());
-    std::copy(answer.ways.begin(), answer.ways.end(), ways.begin());
-    const auto lower = finder.lower(query.sources, ways);
+    detail::Array<double> potential(ways.size());
+    std::copy(ways.begin(), ways.end(), potential.begin());
+    const auto lower = finder.lower(query.sources, potential);
     hook.check(0.5, "the certificate");
-    const double least_error = error_between(lower, ways, answer);
+    const double least_error = error_between(lower, potential, answer);
     if (least_error > share_of_method() && may_escalate()) {
       return {Assurance::expected, least_error,
               "no more can be proved than to be within " + in_words(least_error)};
@@ -755,41 +766,92 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   }
 
   // Those that are reached and no sources: where a relative error means something.
-  [[nodiscard]] std::vector<Index> reached_targets(const std::vector<double>& ways) const {
+  [[nodiscard]] std::vector<Index> reached_targets(const Query& query, const Answer& answer) const {
+    const auto is_source = vertices_at_sources(query);
     std::vector<Index> targets;
-    targets.reserve(ways.size());
+    targets.reserve(answer.ways.size());
     for_each_target([&](Index v) {
-      const double way = ways[static_cast<std::size_t>(v)];
-      if (way > 0 && std::isfinite(way)) targets.push_back(v);
+      const double way = answer.ways[static_cast<std::size_t>(v)];
+      if (std::isfinite(way) && (way > 0 || is_source[v] == 0)) targets.push_back(v);
     });
     return targets;
   }
 
-  // Whether targets are said to be out of reach that are not.
-  [[nodiscard]] bool misses_any(const Query& query, const Answer& answer) const {
-    std::vector<Index> missed;
-    for_each_target([&](Index v) {
-      if (!(answer.ways[static_cast<std::size_t>(v)] < unreachable<double>)) missed.push_back(v);
-    });
-    if (missed.empty()) return false;
-    std::vector<char> is_reached(answer.ways.size(), 0);
+  // Of each vertex, whether it is where a way starts, but for rounding.
+  [[nodiscard]] detail::Array<char> vertices_at_sources(const Query& query) const {
+    detail::Array<char> is_source(static_cast<std::size_t>(surface_.vertex_count()), 0);
     std::vector<Index> front;
-    const auto reach = [&](Index v) {
-      if (std::exchange(is_reached[static_cast<std::size_t>(v)], char{1}) == 0) front.push_back(v);
+    const auto add = [&](Index v, double way, double edge) {
+      if (way > detail::share_rounding<double> * edge) return;
+      if (std::exchange(is_source[v], char{1}) == 0) front.push_back(v);
     };
     for (const auto& source : query.sources) {
-      detail::for_each_vertex_near(surface_, source.point, [&](Index v, double) { reach(v); });
+      detail::for_each_vertex_near(surface_, source.point, [&](Index v, double way) {
+        double edge = 0;
+        for (const Index h : surface_.corners(v)) edge = std::max(edge, surface_.length(h));
+        add(v, source.distance + way, edge);
+      });
     }
-    while (!front.empty()) {
+    while (!front.empty()) {  // over edges without length
       const Index v = front.back();
       front.pop_back();
       for (const Index h : surface_.corners(v)) {
-        reach(surface_.tip(h));
-        reach(surface_.apex(h));
+        add(surface_.tip(h), surface_.length(h), 0);
+        add(surface_.apex(h), surface_.length(Surface<double>::previous(h)), 0);
       }
     }
-    return std::any_of(missed.begin(), missed.end(),
-                       [&](Index v) { return is_reached[static_cast<std::size_t>(v)] != 0; });
+    return is_source;
+  }
+
+  // The least that the error can be for targets at no distance that are no sources.
+  [[nodiscard]] double error_of_zeros(const Query& query, const Answer& answer) const {
+    const std::vector<Index> targets = reached_targets(query, answer);
+    const auto zeros = std::count_if(targets.begin(), targets.end(), [&](Index v) {
+      return answer.ways[static_cast<std::size_t>(v)] == 0;
+    });
+    if (zeros == 0) return 0;
+    return in_norm({static_cast<double>(zeros) / static_cast<double>(targets.size()), 1});
+  }
+
+  // Of each vertex, whether a path leads there.
+  [[nodiscard]] detail::Array<char> reached(const Query& query) const {
+    const auto& parts = surface_.components();
+    detail::Array<char> of_part(parts.size(), 0), is_reached;
+    for (const auto& source : query.sources) of_part[detail::part_of(surface_, source.point)] = 1;
+    is_reached.reserve(parts.size());
+    for (const Index part : parts) is_reached.push_back(of_part[part]);
+    return is_reached;
+  }
+
+  // Whether targets are said to be out of reach that are not, or the other way round; or farther
+  // than any shortest path.
+  [[nodiscard]] bool is_reach_wrong(Method method, const Query& query, const Answer& answer) const {
+    const auto way = [&](Index v) { return answer.ways[static_cast<std::size_t>(v)]; };
+    const double longest =
+        method < Method::own ? std::numeric_limits<double>::max() : detail::longest_way(surface_);
+    bool misses = false, is_wrong = false;
+    for_each_target([&](Index v) { misses |= !(way(v) < unreachable<double>); });
+    if (!misses && method < Method::own) return false;
+    const auto is_reached = reached(query);
+    for_each_target([&](Index v) {
+      is_wrong |= is_reached[v] != 0 ? !(way(v) <= longest) : way(v) < unreachable<double>;
+    });
+    return is_wrong;
+  }
+
+  // The ways that bounds start from: of a method of the caller's own any may be wrong, or missing
+  // beside the targets.
+  [[nodiscard]] std::vector<double> ways_of(Method method, const Query& query,
+                                            const Answer& answer) const {
+    std::vector<double> ways = answer.ways;
+    if (method < Method::own) return ways;
+    const double longest = detail::longest_way(surface_);
+    const auto is_reached = reached(query);
+    for (std::size_t v = 0; v < ways.size(); ++v) {
+      ways[v] =
+          is_reached[static_cast<Index>(v)] != 0 ? std::min(ways[v], longest) : unreachable<double>;
+    }
+    return ways;
   }
 
   // What of the ways is lost in distances of type T, which count from the start.
@@ -832,16 +894,14 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
 
   // Computes some targets' distances exactly, spread over all that there are.
   [[nodiscard]] Finding sample(const Query& query, const Answer& answer,
-                               const std::vector<Index>& targets, double width,
-                               const CancelHook& hook) const {
-    const detail::TargetSearch<Real> search(surface_, solvers_->faces(), query.sources, answer.ways,
-                                            hook);
+                               const std::vector<double>& ways, const std::vector<Index>& targets,
+                               double width, const CancelHook& hook) const {
+    const detail::TargetSearch<Real> search(surface_, solvers_->faces(), query.sources, ways, hook);
     const auto count = std::min(static_cast<std::size_t>(request_.samples), targets.size());
     double sum = 0, worst = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const Index v = targets[(2 * i + 1) * targets.size() / (2 * count)];
-      const double given = answer.ways[static_cast<std::size_t>(v)];
-      const double way = search.exact(v, given, width);
+      const double way = search.exact(v, ways[static_cast<std::size_t>(v)], width);
       // Farther than was searched for: so much too small that no more than all of it can be off.
       const bool is_found = way < unreachable<double>;
       const double off = is_found ? std::abs(answer.way(v) - way) / way : 1;

@@ -144,8 +144,9 @@ class LowerPotential {
 
    private:
     [[nodiscard]] Index number(double level) const {
-      return std::clamp(static_cast<Index>(level / step_), Index{0},
-                        static_cast<Index>(excess_.size()) - 1);
+      // Clamped first: infinite levels, where no distance is known, are no Index.
+      const auto last = static_cast<double>(excess_.size() - 1);
+      return static_cast<Index>(std::min(last, std::max(0.0, level / step_)));
     }
     [[nodiscard]] double integral(double level) const {
       const Index i = number(level);
