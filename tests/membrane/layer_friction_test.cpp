@@ -131,3 +131,27 @@ TEST_CASE("friction's bound holds at every tolerance") {
     }
   }
 }
+
+TEST_CASE("a contact whose pixels come and go at its rim ends, and says how far off it is") {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  constexpr double deep = 1.77e-4;  // of a tilted block's deepest corner
+  const Camera<double> eye{300, 300, 30, 25, 61, 51};
+  Image<double> depth(61, 51, inf);
+  for (Index y = 10; y < 40; ++y) {
+    for (Index x = 10; x < 50; ++x) depth(x, y) = 0.03 + 5e-6 * (x - 30) - 3e-6 * (y - 20) - 2e-5;
+  }
+  for (const double tolerance : {1e-3, 5e-5}) {
+    CAPTURE(tolerance);
+    int asked = 0;  // once a convolution
+    const ElasticLayer layer(
+        eye, 0.03, {.poisson_ratio = 0.3, .friction = inf},
+        {.tolerance = tolerance, .sideways = false, .cancelled = [&] { return ++asked > 20000; }});
+    const auto contact = layer.press(depth, {.shift = {1e-4, 5e-5}});
+    double off = 0;
+    for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
+      off = std::max(off, contact.depth.pixels()[i] - depth.pixels()[i]);
+    }
+    CHECK(off <= (contact.residual + 1e-6) * deep);
+    CHECK(contact.converged == (contact.residual <= tolerance));
+  }
+}

@@ -1,8 +1,11 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
+#include <utility>
 
 #include "gelight/membrane/layer.hpp"
 #include "support/refusal.hpp"
@@ -56,6 +59,65 @@ TEST_CASE("a round punch on a half-space under a force beside its middle") {
   // The force is along -z: its moment about the axis is centre x force.
   CHECK(contact.moment.x() == doctest::Approx(-centre.y() * force).epsilon(5e-3));
   CHECK(contact.moment.y() == doctest::Approx(centre.x() * force).epsilon(5e-3));
+}
+
+TEST_CASE("a plate seen far from level comes to lie on the gel, however light the force") {
+  // The same formulae: what it was seen at must not matter.
+  const auto eye = camera(81, 71);
+  const double a = 24 * pitch, modulus = 1e5, nu = 0.4, plane = modulus / (1 - nu * nu);
+  const ElasticLayer layer(eye, rest, {modulus, nu, inf}, {.sideways = false});
+  const auto punch = object(
+      eye, [&](double x, double y) { return std::hypot(x, y) <= a ? 0.1 * x - 0.06 * y : inf; });
+  const Vec2<double> centre(-0.1 * a, 0.15 * a);
+  for (const double force : {1e-5, 1e-4, 1e-3, 1e-2}) {
+    CAPTURE(force);
+    const auto contact = layer.press(punch, {.force = force, .centre = centre});
+    CHECK(contact.converged);
+    CHECK(-contact.force.z() == doctest::Approx(force).epsilon(2e-3));
+    CHECK(contact.travel == doctest::Approx(force / (2 * a * plane)).epsilon(0.03));
+    const Vec2<double> tilt = 3 * force / (4 * plane * a * a * a) * centre;
+    const Vec2<double> off = contact.tilt - Vec2<double>(0.1, -0.06) - tilt;
+    CHECK(off.norm() <= 0.05 * tilt.norm());
+  }
+}
+
+TEST_CASE(
+    "an object bears a force wherever that acts between its outermost pixels, and no farther") {
+  const auto eye = camera(61, 51);
+  for (const double thickness : {2e-3, inf}) {
+    const ElasticLayer layer(eye, rest, {1e5, 0.45, thickness}, {.sideways = false});
+    // Three feet: those at (-15, -10) and (15, -10) and (0, 15) pixels, seen a little tilted.
+    const auto feet = object(eye, [](double x, double y) {
+      const auto foot = [&](double u, double v) {
+        return std::max(std::abs(x / pitch - u), std::abs(y / pitch - v)) < 1.5;
+      };
+      const bool is_there = foot(-15, -10) || foot(15, -10) || foot(0, 15);
+      return is_there ? 0.03 * x - 0.02 * y : inf;
+    });
+    const auto press = [&](double x, double y) {
+      const Vec2<double> centre(x * pitch, y * pitch);
+      return layer.press(feet, {.force = 1e-3, .centre = centre});
+    };
+    // Between feet, over nothing; and in a foot's corner, the last place there is.
+    for (const auto& [x, y] : {std::pair{0.0, -10.0}, {0.0, 0.0}, {3.0, -9.0}, {16.0, -11.0}}) {
+      CAPTURE(x);
+      CAPTURE(y);
+      const auto contact = press(x, y);
+      CHECK(contact.converged);
+      CHECK(-contact.force.z() == doctest::Approx(1e-3).epsilon(2e-3));
+      CHECK(std::abs(contact.moment.y() - x * pitch * 1e-3) < 2e-3 * 15 * pitch * 1e-3);
+      CHECK(std::abs(contact.moment.x() + y * pitch * 1e-3) < 2e-3 * 15 * pitch * 1e-3);
+    }
+    for (const auto& [x, y] : {std::pair{16.01, -11.0}, {0.0, -11.01}, {-12.0, 5.0}, {1e3, 1e3}}) {
+      CAPTURE(x);
+      CAPTURE(y);
+      const std::string said = refusal([&] { (void)press(x, y); });
+      CHECK(contains(said, "the force's centre ("));
+      CHECK(contains(said, "beside the object"));
+    }
+    CHECK(contains(refusal([&] { (void)press(16.5, -11.0); }), "(0.00165, -0.0011)"));
+    CHECK(contains(refusal([&] { (void)press(16.5, -11.0); }), "at pixel (46."));
+  }
 }
 
 TEST_CASE("through its middle a body does not tilt; a ball rolls to where the force is") {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -10,6 +11,7 @@
 #include <optional>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/core/array.hpp"
@@ -23,6 +25,7 @@
 #include "gelight/membrane/layer/eigen_fourier.hpp"
 #include "gelight/membrane/layer/green.hpp"
 #include "gelight/membrane/layer/pressed_layer.hpp"
+#include "gelight/membrane/springs/spring_sums.hpp"
 #include "gelight/views/image_view.hpp"
 
 // Opt-in: includes Eigen's unsupported FFT.
@@ -46,8 +49,8 @@ struct LayerLoad {
   /// object stays where the depth image shows it.
   std::optional<double> force = {};
   /// With a force: where the line along which it acts, parallel to the camera's axis, meets the
-  /// gel, x and y in m. The object then tilts until the gel's moment about that line is none;
-  /// without it it does not tilt.
+  /// gel, x and y in m; in the convex hull of the object's pixels, or it would tip over. The object
+  /// then tilts until the gel's moment about that line is none; without it it does not tilt.
   std::optional<Vec2<double>> centre = {};
   /// How far the object has moved sideways since it was pressed in, in m; the depth image shows it
   /// where it is then. Without friction (`Gel`'s default) that makes no difference, nor does
@@ -163,9 +166,9 @@ class ElasticLayer {
   /// from the contact `previous`, if there is one, which saves what the two have in common, but
   /// next to nothing with friction. Throws InvalidInput for a depth image of another size than the
   /// camera's, a force that is negative, not finite or more than the object can bring (there is
-  /// none, or it would come through the layer or behind the camera), a sideways motion that is not
-  /// finite, and an object that comes further into the gel than that is thick; Cancelled where the
-  /// options' hook says so.
+  /// none, or it would come through the layer or behind the camera) or whose centre lies beside the
+  /// object, a sideways motion that is not finite, and an object that comes further into the gel
+  /// than that is thick; Cancelled where the options' hook says so.
   template <ImageOf<T> D>
   [[nodiscard]] LayerContact<T> press(const D& depth, const LayerLoad& load = {},
                                       const LayerContact<T>* previous = nullptr) const {
@@ -316,6 +319,7 @@ class ElasticLayer {
     }
     detail::require(std::isfinite(object.deepest), "there is no object to bear a force of ", force,
                     " N");
+    if (load.centre) require_under(object, *load.centre);
     const double pixels = force / (gel_.shear_modulus() * pixel().prod());
     auto state = load.centre ? layer_->balance_tilting(object, pixels, *load.centre / pixel().x(),
                                                        start, effort)
@@ -324,6 +328,24 @@ class ElasticLayer {
                     " N would bring the object through the gel, which is ", gel_.thickness,
                     " m thick");
     return std::move(*state);
+  }
+
+  // However an object tilts, the gel presses on its pixels alone: in their hull lies its force.
+  void require_under(const detail::RigidObject& object, const Vec2<double>& centre) const {
+    std::vector<detail::SpringRow> rows(static_cast<std::size_t>(camera_.height));
+    for (Index y = 0; y < camera_.height; ++y) {
+      const double* const line = &object.overlap[std::ptrdiff_t{y} * camera_.width];
+      auto& row = rows[static_cast<std::size_t>(y)];
+      for (Index x = 0; x < camera_.width; ++x) {
+        if (!std::isfinite(line[x])) continue;
+        if (row.end == 0) row.begin = x;
+        row.end = x + 1;
+      }
+    }
+    const Vec2<double> place = object.axis + centre.cwiseQuotient(pixel());
+    detail::require(detail::is_under_object(rows, place.x(), place.y()), "the force's centre (",
+                    centre.x(), ", ", centre.y(), "), at pixel (", place.x(), ", ", place.y(),
+                    "), lies beside the object, which would tip over");
   }
 
   [[nodiscard]] LayerContact<T> report(const detail::LayerState& state, Index unknown_pixels,

@@ -21,12 +21,23 @@ struct Box {
   [[nodiscard]] bool contains(Index x, Index y) const {
     return x >= left && x < left + width && y >= top && y < top + height;
   }
+  [[nodiscard]] bool contains(const Box& other) const {
+    return contains(other.left, other.top) &&
+           contains(other.left + other.width - 1, other.top + other.height - 1);
+  }
   /// Of a pixel, counted row after row.
   [[nodiscard]] std::ptrdiff_t place(Index x, Index y) const {
     return std::ptrdiff_t{y - top} * width + (x - left);
   }
   friend bool operator==(const Box&, const Box&) = default;
 };
+
+/// The smallest that holds two.
+[[nodiscard]] inline Box united(const Box& a, const Box& b) {
+  const Index left = std::min(a.left, b.left), top = std::min(a.top, b.top);
+  return {left, top, std::max(a.left + a.width, b.left + b.width) - left,
+          std::max(a.top + a.height, b.top + b.height) - top};
+}
 
 using Spectrum = Array<std::complex<double>>;
 

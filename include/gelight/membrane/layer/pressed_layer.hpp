@@ -10,10 +10,12 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/image/camera.hpp"
 #include "gelight/membrane/fourier.hpp"
 #include "gelight/membrane/layer/contact.hpp"
 #include "gelight/membrane/layer/convolution.hpp"
 #include "gelight/membrane/layer/green.hpp"
+#include "gelight/membrane/springs.hpp"
 
 namespace gelight::detail {
 
@@ -70,7 +72,7 @@ class PressedLayer {
     state.travel = travel;
     const double press = object.deepest + travel;
     if (!(press > 0)) return state;
-    Box box = reach_of(object, travel, start, false);
+    Box box = reach_of(object, travel, start, false), searched = box;
     state = moved(start, box);
     state.travel = travel;
     for (;;) {
@@ -79,8 +81,17 @@ class PressedLayer {
       // Only a layer that bulges can touch where the object does not stand in it.
       if (!is_layer()) return state;
       state.down = surface(state, false, effort);
-      box = touched(object, state, effort);
-      if (box == state.box) return state;
+      const Box wider = touched(object, state, effort);
+      if (wider == state.box) return state;
+      if (box.contains(wider)) {
+        // Nothing new: friction that did not converge brought the surface there.
+        state.residual = larger(state.residual, deepest_in(object, state) / press);
+        return state;
+      }
+      // No box is searched twice, however loads come and go.
+      const Box all = united(searched, wider);
+      box = all == searched ? all : wider;
+      searched = all;
       state = moved(state, box);
     }
   }
@@ -124,59 +135,48 @@ class PressedLayer {
   }
 
   /// The contact at which the layer bears a force along a line through `centre`, in pixels' widths
-  /// from the axis, by an object that tilts: force and two moments for three unknowns, by Broyden's
-  /// method (A class of methods for solving nonlinear simultaneous equations, 1965,
-  /// doi:10.1090/S0025-5718-1965-0198670-6) from the contact without tilt. None where the object
-  /// would have to come through the layer; where it tips over, `residual` says how far it came.
+  /// from the axis, by an object that tilts: the least value of a convex energy, whose slopes are
+  /// force and two moments, by quasi-Newton steps (BFGS; Nocedal, Wright, Numerical Optimization,
+  /// 2006, section 6.1, doi:10.1007/978-0-387-40065-5) from where springs would hold the object.
+  /// None where it would have to come through the layer.
   [[nodiscard]] std::optional<LayerState> balance_tilting(const RigidObject& object, double force,
                                                           const Vec2<double>& centre,
                                                           const LayerState& start,
                                                           Effort& effort) const {
     constexpr int most_steps = 40;
     const double tolerance = effort.tolerance;
-    std::optional<LayerState> begin = balance(object, force, start, effort);
+    const std::optional<LayerState> begin = near_balance(object, force, centre, start, effort);
     if (!begin) return {};
     effort.tolerance = tolerance / 20;
-    const double press = object.deepest + begin->travel, size = reach(*begin);
-    LayerState state = *begin;
-    // Motions in shares of the press, at the middle and at the contact's rim.
-    Vec3<double> place(begin->travel / press, 0, 0);
-    const auto missing = [&](const Vec3<double>& at, LayerState& from) {
-      from.tilt = Vec2<double>(at.y(), at.z()) * (press / size);
-      const Vec2<double> tilt = from.tilt;
-      from = settle(object.tilted(tilt, grid_), at.x() * press, from, effort);
-      from.tilt = tilt;
-      return unbalanced(from, object, force, centre, size);
+    const double press = object.tilted(begin->tilt, grid_).deepest + begin->travel;
+    const double size = reach(*begin);
+    // Motions from there in shares of the press, at the force's centre and at the contact's rim
+    // around it.
+    const auto at = [&](const Vec3<double>& place, const LayerState& from) {
+      const Vec2<double> turned = Vec2<double>(place.y(), place.z()) * (press / size);
+      const Vec2<double> tilt = begin->tilt + turned;
+      const double travel = begin->travel + place.x() * press - turned.dot(centre);
+      Balance there{place, {}, settle(object.tilted(tilt, grid_), travel, from, effort)};
+      there.state.tilt = tilt;
+      there.left = unbalanced(there.state, object, force, centre, size);
+      return there;
     };
-    Vec3<double> left = missing(place, state);
-    Eigen::Matrix3d rate;
-    for (int k = 0; k < 3; ++k) {
-      constexpr double step = 0.02;
-      Vec3<double> moved = place;
-      moved[k] += step;
-      LayerState beside = state;
-      rate.col(k) = (missing(moved, beside) - left) / step;
-    }
-    for (int i = 0; i < most_steps && left.lpNorm<Eigen::Infinity>() > tolerance; ++i) {
-      Vec3<double> step = -solve(rate, left);
+    Balance here = at(Vec3<double>::Zero(), *begin);
+    Eigen::Matrix3d yielding = first_yielding(here, at);
+    for (int i = 0; i < most_steps && here.left.lpNorm<Eigen::Infinity>() > tolerance; ++i) {
+      Vec3<double> step = -(yielding * here.left);
       if (!step.allFinite()) break;
-      step *= std::min(1.0, 0.5 / step.lpNorm<Eigen::Infinity>());
-      LayerState next = state;
-      Vec3<double> there = missing(place + step, next);
-      for (int half = 0; half < 8 && there.norm() > 2 * left.norm(); ++half) {
-        step /= 2;
-        next = state;
-        there = missing(place + step, next);
-      }
-      rate += (there - left - rate * step) * (step.transpose() / step.squaredNorm());
-      place += step;
-      left = there;
-      state = std::move(next);
+      step *= std::min(1.0, 1 / step.lpNorm<Eigen::Infinity>());
+      Balance next = at(here.place + step, here.state);
+      if (!(next.left.norm() < 0.9 * here.left.norm())) next = descend(here, next, at);
+      yield_as(yielding, next.place - here.place, next.left - here.left);
+      here = std::move(next);
     }
     effort.tolerance = tolerance;
+    LayerState& state = here.state;
     if (object.tilted(state.tilt, grid_).deepest + state.travel >= grid_.thickness) return {};
-    state.residual = std::max(state.residual, left.lpNorm<Eigen::Infinity>());
-    return state;
+    state.residual = std::max(state.residual, here.left.lpNorm<Eigen::Infinity>());
+    return std::move(state);
   }
 
   /// The whole image's displacement: down, and where it is asked for along x, then along y.
@@ -223,9 +223,85 @@ class PressedLayer {
     double sign = 1;
   };
 
+  // A tilting object's place, the forces that are missing there, and the contact.
+  struct Balance {
+    Vec3<double> place, left;
+    LayerState state;
+  };
+
+  // The contact under a force at a tilt near that at which the layer bears it along a line: that of
+  // springs which are together as stiff. From no tilt at all the search would be lost where an
+  // object touches at a corner that is to turn it onto all of its face.
+  [[nodiscard]] std::optional<LayerState> near_balance(const RigidObject& object, double force,
+                                                       const Vec2<double>& centre,
+                                                       const LayerState& start,
+                                                       Effort& effort) const {
+    constexpr int rounds = 2;
+    const double exact = effort.tolerance, rough = std::max(0.1, exact);
+    const auto at = [&](const Vec2<double>& tilt, const LayerState& from) {
+      effort.tolerance = rough;
+      std::optional<LayerState> state = balance(object.tilted(tilt, grid_), force, from, effort);
+      if (state) state->tilt = tilt;
+      return state;
+    };
+    std::optional<LayerState> state = at(Vec2<double>::Zero(), start);
+    const double width = std::max(grid_.width, grid_.height);
+    double stiffness = 2 / std::min(grid_.thickness, width);
+    for (int round = 0; round < rounds; ++round) {
+      const double down = state ? sunk(*state, object.tilted(state->tilt, grid_)) : 0;
+      if (down > 0) stiffness = force / down;
+      const Vec2<double> tilt = tilt_on_springs(object, force, centre, stiffness);
+      std::optional<LayerState> next = at(tilt, state ? *state : start);
+      if (!next) break;
+      state = std::move(next);
+    }
+    effort.tolerance = exact;
+    return state;
+  }
+
+  // The sum of how far a layer's pixels that bear are pressed in by the object.
+  [[nodiscard]] double sunk(const LayerState& state, const RigidObject& object) const {
+    double sum = 0;
+    for_each(state, [&](Index column, Index row, double pressure) {
+      if (pressure > 0) sum += object.overlap[whole().place(column, row)] + state.travel;
+    });
+    return sum;
+  }
+
+  // How an object tilts on springs of a stiffness, one under each pixel.
+  [[nodiscard]] Vec2<double> tilt_on_springs(const RigidObject& object, double force,
+                                             const Vec2<double>& centre, double stiffness) const {
+    double highest = object.deepest;
+    for (const double here : object.overlap) {
+      if (std::isfinite(here)) highest = std::min(highest, here);
+    }
+    // So deep that nothing comes through, and so far away that all of the object is in view.
+    const double depth = object.deepest - highest + 2 * force / stiffness;
+    const double rest = 1 + std::abs(object.deepest) + std::abs(highest);
+    const Camera<double> camera{rest,        rest / grid_.aspect, object.axis.x(), object.axis.y(),
+                                grid_.width, grid_.height};
+    Image<double> seen(grid_.width, grid_.height);
+    std::transform(object.overlap.begin(), object.overlap.end(), seen.pixels().begin(),
+                   [&](double here) { return rest - here; });
+    const SpringBed<double> bed(camera, rest,
+                                {.elastic_modulus = stiffness * depth, .thickness = depth});
+    return bed.press_tilting(seen, force * grid_.aspect, centre).tilt;
+  }
+
   // Half a contact's box, or a pixel.
   [[nodiscard]] double reach(const LayerState& state) const {
     return std::max(1.0, 0.5 * std::max<double>(state.box.width, grid_.aspect * state.box.height));
+  }
+
+  // Calls work(column, row, pressure) for the pixels of a state's box.
+  template <class Work>
+  static void for_each(const LayerState& state, const Work& work) {
+    if (state.pressure.empty()) return;
+    for (Index row = state.box.top; row < state.box.top + state.box.height; ++row) {
+      for (Index column = state.box.left; column < state.box.left + state.box.width; ++column) {
+        work(column, row, state.pressure[state.box.place(column, row)]);
+      }
+    }
   }
 
   // How much more than a force a contact bears, and its moments about the line, as shares of the
@@ -234,27 +310,70 @@ class PressedLayer {
                                         double force, const Vec2<double>& centre,
                                         double size) const {
     Vec3<double> sum = Vec3<double>::Zero();
-    std::size_t i = 0;
-    for (Index row = state.box.top; row < state.box.top + state.box.height; ++row) {
-      for (Index column = state.box.left; column < state.box.left + state.box.width; ++column) {
-        const double p = i < state.pressure.size() ? state.pressure.data()[i] : 0;
-        ++i;
-        sum += p * Vec3<double>(1, (column - object.axis.x() - centre.x()) / size,
-                                (grid_.aspect * (row - object.axis.y()) - centre.y()) / size);
-      }
-    }
+    for_each(state, [&](Index column, Index row, double pressure) {
+      sum += pressure * Vec3<double>(1, (column - object.axis.x() - centre.x()) / size,
+                                     (grid_.aspect * (row - object.axis.y()) - centre.y()) / size);
+    });
     return sum / force - Vec3<double>(1, 0, 0);
   }
 
-  // By Cramer's rule.
-  [[nodiscard]] static Vec3<double> solve(const Eigen::Matrix3d& a, const Vec3<double>& b) {
-    const Vec3<double> x = a.col(0), y = a.col(1), z = a.col(2);
-    const auto volume = [](const Vec3<double>& u, const Vec3<double>& v, const Vec3<double>& w) {
-      return u.x() * (v.y() * w.z() - v.z() * w.y()) - u.y() * (v.x() * w.z() - v.z() * w.x()) +
-             u.z() * (v.x() * w.y() - v.y() * w.x());
-    };
-    const double all = volume(x, y, z);
-    return Vec3<double>(volume(b, y, z), volume(x, b, z), volume(x, y, b)) / all;
+  // How a tilting object moves by what is missing, from what is missing beside a place. A contact
+  // along a line or at a pixel does not resist every motion: for these it is as good as soft.
+  template <class At>
+  [[nodiscard]] static Eigen::Matrix3d first_yielding(const Balance& here, const At& at) {
+    constexpr double step = 0.02, soft = 1e-3;
+    Eigen::Matrix3d rate;
+    for (int k = 0; k < 3; ++k) {
+      Vec3<double> place = here.place;
+      place[k] += step;
+      rate.col(k) = (at(place, here.state).left - here.left) / step;
+    }
+    const Eigen::Matrix3d even = 0.5 * (rate + rate.transpose());
+    const PrincipalAxes<double> principal = principal_axes(even);
+    Eigen::Matrix3d result = Eigen::Matrix3d::Zero();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double least = std::max(soft * principal.values[2], soft);
+      const Vec3<double>& axis = principal.axes[k];
+      result += axis * axis.transpose() / std::max(principal.values[k], least);
+    }
+    return result;
+  }
+
+  // The same after a step, and the change of what is missing by it.
+  static void yield_as(Eigen::Matrix3d& yielding, const Vec3<double>& step,
+                       const Vec3<double>& change) {
+    constexpr double rounding = 1e-10;
+    const double along = step.dot(change);
+    if (!(along > rounding * step.norm() * change.norm())) return;
+    const Eigen::Matrix3d rest = Eigen::Matrix3d::Identity() - change * step.transpose() / along;
+    yielding = (rest.transpose() * yielding * rest + step * step.transpose() / along).eval();
+  }
+
+  // Where the energy still falls along a step to `next`, but no more than half as steeply as at its
+  // start: beyond it where it has to be.
+  template <class At>
+  [[nodiscard]] static Balance descend(const Balance& start, Balance next, const At& at) {
+    constexpr int most_tries = 20;
+    const Vec3<double> step = next.place - start.place;
+    const double first = start.left.dot(step);
+    double low = 0, high = std::numeric_limits<double>::infinity(), share = 1;
+    double slope_low = first, slope_high = 0;
+    for (int i = 0; i < most_tries; ++i) {
+      const double slope = next.left.dot(step);
+      if (slope <= 0 && slope >= 0.5 * first) return next;
+      (slope > 0 ? high : low) = share;
+      (slope > 0 ? slope_high : slope_low) = slope;
+      if (std::isinf(high)) {
+        share *= 4;
+      } else if (i % 2 == 0) {
+        const double between = (0.25 * first - slope_low) / (slope_high - slope_low);
+        share = low + std::clamp(between, 0.01, 0.99) * (high - low);
+      } else {
+        share = low + 0.5 * (high - low);
+      }
+      next = at(start.place + share * step, start.state);
+    }
+    return next;
   }
 
   [[nodiscard]] bool is_layer() const { return std::isfinite(grid_.thickness); }
@@ -383,6 +502,15 @@ class PressedLayer {
       }
     }
     return is_wider ? reach_of(object, state.travel, through, true) : state.box;
+  }
+
+  // How far the surface is in the object where it is farthest.
+  [[nodiscard]] double deepest_in(const RigidObject& object, const LayerState& state) const {
+    double most = 0;
+    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(whole().area()); ++i) {
+      most = std::max(most, object.overlap[i] + state.travel - state.down[i]);
+    }
+    return most;
   }
 
   // What of the contact's equations does not change while they are solved.
