@@ -244,6 +244,31 @@ TEST_CASE("a thin gel that keeps its volume rises around a ball, a half-space si
   CHECK(at(0.5, inf) == doctest::Approx(at(0, inf)).epsilon(1e-9));
 }
 
+TEST_CASE(
+    "a block's plate on the gel that rises beside it is felt, at no Poisson ratio of a sudden") {
+  // The plate hangs 1 um above the gel at rest: only a gel that rises touches it.
+  const auto eye = camera(121, 101, 1e-4);
+  const Image<double> gel_at_rest(121, 101, rest);
+  constexpr double press = 2e-4;
+  const auto depth = object(eye, [](double x, double y) {
+    return std::max(std::abs(x), std::abs(y)) < 20 ? -press : 1e-6;
+  });
+  for (const double thickness : {3e-4, 8e-4}) {
+    for (int percent = 1; percent < 50; ++percent) {
+      const auto at = [&](double nu) {
+        return BulgingMembrane<double>(eye, rest, {1e5, nu, thickness}).depth(depth, gel_at_rest);
+      };
+      const auto before = at(percent / 100.0), after = at(percent / 100.0 + 1e-9);
+      double jump = 0;
+      for (std::size_t i = 0; i < before.pixels().size(); ++i) {
+        jump = std::max(jump, std::abs(after.pixels()[i] - before.pixels()[i]));
+      }
+      CAPTURE(percent);
+      CHECK(jump < 0.013 * press);
+    }
+  }
+}
+
 TEST_CASE("the same bits whatever the window, and whatever was pressed before") {
   const auto eye = camera(150, 110, 1e-4).cast<float>();
   const BulgingMembrane<float> membrane(eye, static_cast<float>(rest), {1e5, 0.49, 2e-3});
@@ -383,6 +408,9 @@ TEST_CASE("bad input is named") {
   CHECK(contains(says({}, {.kernels = 0}), "0 kernels"));
   CHECK(contains(says({}, {.iterations = 0}), "0 iterations"));
   CHECK(contains(says({}, {.tolerance = 0}), "tolerance 0"));
+  for (const double bad : {1.0, 7.0, inf}) {
+    CHECK(contains(says({}, {.tolerance = bad}), "is not between 0 and 1"));
+  }
   CHECK(contains(says({}, {}, -1), "rest depth -1"));
   const BulgingMembrane<double> membrane(eye, rest);
   CHECK(contains(refusal([&] { return membrane.make_workspace(30, 40); }), "30 x 40"));

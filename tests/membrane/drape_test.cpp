@@ -70,6 +70,15 @@ TEST_CASE_TEMPLATE("gel hangs from every pixel by the way to it", T, float, doub
       Image<T> same = depth;
       drape_into(same, same, rest, static_cast<T>(fall));
       CHECK(same == draped);
+      // Over the rest depth too; and over one that lies a row further on in the same memory.
+      same = rest;
+      drape_into(same, depth, same, static_cast<T>(fall));
+      CHECK(same == draped);
+      std::vector<T> memory(23 * 18);
+      std::copy(rest.pixels().begin(), rest.pixels().end(), memory.begin() + 23);
+      const ImageView<T> out(memory.data(), 23, 17);
+      drape_into(out, depth, ImageView<const T>(memory.data() + 23, 23, 17), static_cast<T>(fall));
+      CHECK(std::equal(draped.pixels().begin(), draped.pixels().end(), memory.begin()));
     }
   }
 }

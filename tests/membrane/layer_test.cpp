@@ -759,6 +759,12 @@ TEST_CASE("bad input is refused by name") {
   infinite.traction(3, 3).y() = -inf;
   CHECK(
       contains(refusal([&] { (void)rough.press(depth, {}, &infinite); }), "traction is infinite"));
+  for (const double bad : {inf, unknown}) {
+    auto nowhere = layer.press(depth);
+    nowhere.travel = bad;
+    CHECK(contains(refusal([&] { (void)layer.press(depth, {.force = 0.1}, &nowhere); }),
+                   "previous contact's travel"));
+  }
   for (const double bad : {-5.0, inf, unknown}) {
     CHECK(contains(refusal([&] { (void)ElasticLayer(eye, rest, {.tension = bad}); }), "tension"));
   }

@@ -184,6 +184,11 @@ TEST_CASE("the closed form of a disc that sticks, against Mindlin and against th
   CHECK(contains(refusal([&] { (void)DraggedMarkers::of_disc(centre, shift, 0, nu); }), "radius"));
   CHECK(
       contains(refusal([&] { (void)DraggedMarkers::of_disc(centre, shift, 1, 0.6); }), "Poisson"));
+  for (const double bad : {HUGE_VAL, std::nan("")}) {
+    const Vec2<double> off(1, bad);
+    CHECK(contains(refusal([&] { (void)DraggedMarkers::of_disc(off, shift, 1, nu); }), "centre"));
+    CHECK(contains(refusal([&] { (void)DraggedMarkers::of_disc(centre, off, 1, nu); }), "shift"));
+  }
 }
 
 TEST_CASE("three Gaussians: each does what it says") {

@@ -76,14 +76,15 @@ class BulgingMembrane {
  public:
   /// `rest_depth` is the gel's mean depth, in m, as are all depths. Throws InvalidInput for a
   /// camera that is not valid, a rest depth that is not positive and finite, a thickness below a
-  /// tenth of a pixel or not positive, a Poisson ratio outside of [0, 0.5], and options that are
-  /// not positive. (Neither the modulus nor friction and tension change the surface.)
+  /// tenth of a pixel or not positive, a Poisson ratio outside of [0, 0.5], options that are not
+  /// positive, and a tolerance of 1 or more. (Neither the modulus nor friction and tension change
+  /// the surface.)
   BulgingMembrane(const Camera<T>& camera, std::type_identity_t<T> rest_depth, const Gel& gel = {},
                   const BulgeOptions& options = {})
       : options_(options),
         width_(camera.width),
         height_(camera.height),
-        bulges_(gel.poisson_ratio > 0.4 && std::isfinite(gel.thickness)) {
+        bulges_(gel.poisson_ratio > hardly_rises && std::isfinite(gel.thickness)) {
     camera.require_valid();
     detail::require(rest_depth > 0 && std::isfinite(rest_depth), "rest depth ", rest_depth,
                     " is not positive and finite");
@@ -97,7 +98,8 @@ class BulgingMembrane {
     detail::require(options.cells > 0, options.cells, " cells are not positive");
     detail::require(options.kernels > 0, options.kernels, " kernels are not positive");
     detail::require(options.iterations > 0, options.iterations, " iterations are not positive");
-    detail::require(options.tolerance > 0, "tolerance ", options.tolerance, " is not positive");
+    detail::require(options.tolerance > 0 && options.tolerance < 1, "tolerance ", options.tolerance,
+                    " is not between 0 and 1");
     // No image has more cells than pixels.
     options_.cells = std::min(options.cells, std::max(width_, height_));
     const detail::LayerGrid pixels{width_, height_, aspect, gel.thickness / pixel,
@@ -176,6 +178,9 @@ class BulgingMembrane {
   }
 
  private:
+  // The Poisson ratio below which no gel rises by more than 1.3 % of the press.
+  static constexpr double hardly_rises = 0.25;
+
   struct Touch {
     Window pixels;
     T deepest = 0;

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <type_traits>
 
 #include "gelight/concepts/image.hpp"
@@ -54,6 +57,43 @@ void drape_pass(ImageView<T> depth, const R& rest, T fall, bool forwards) {
   }
 }
 
+/// Whether a pixel of an image lies in memory between a view's first pixel and its last. False
+/// where the image gives its pixels by value.
+template <class T, ImageLike R>
+[[nodiscard]] bool may_share_memory(ImageView<T> view, const R& image) {
+  if constexpr (std::is_lvalue_reference_v<decltype(ImageTraits<R>::pixel(image, 0, 0))>) {
+    if (view.width() == 0 || view.height() == 0) return false;
+    using Place = std::uintptr_t;
+    Place first = std::numeric_limits<Place>::max(), last = 0;
+    for (const Index y : {Index{0}, view.height() - 1}) {
+      for (const Index x : {Index{0}, view.width() - 1}) {
+        const auto place = reinterpret_cast<Place>(&view(x, y));
+        first = std::min(first, place);
+        last = std::max(last, place);
+      }
+    }
+    for (Index y = 0; y < view.height(); ++y) {
+      for (Index x = 0; x < view.width(); ++x) {
+        const auto place = reinterpret_cast<Place>(&ImageTraits<R>::pixel(image, x, y));
+        if (place >= first && place <= last) return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// The same as drape_into, where `out` shares no memory with the rest depth.
+template <std::floating_point T, ImageLike D, ImageLike R>
+void drape_beside(ImageView<T> out, const D& depth, const R& rest, T fall) {
+  for (Index y = 0; y < out.height(); ++y) {
+    for (Index x = 0; x < out.width(); ++x) {
+      out(x, y) = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
+    }
+  }
+  drape_pass<T>(out, rest, fall, true);
+  drape_pass<T>(out, rest, fall, false);
+}
+
 }  // namespace detail
 
 /// Lays gel over the outlines of what is pressed in, for objects that are in it past their widest
@@ -67,7 +107,8 @@ void drape_pass(ImageView<T> depth, const R& rest, T fall, bool forwards) {
 /// stairs of the outline, of which a smaller fall makes streaks. Ways are measured in steps to a
 /// pixel's sixteen nearest neighbours (Borgefors, Distance transformations in digital images, 1986,
 /// doi:10.1016/S0734-189X(86)80047-0). Pixels that are not known stay so. `out` may be the depth
-/// map itself, but not the rest depth, which is read while it is written. Takes two passes over the
+/// map itself; where it may share memory with the rest depth, that is copied first (not seen of
+/// image types that give their pixels by value: these must not share it). Takes two passes over the
 /// image. Throws InvalidInput, before anything is written, for images of different sizes and a fall
 /// that is not positive and finite.
 template <ImageLike D, ImageLike R>
@@ -79,13 +120,15 @@ void drape_into(std::type_identity_t<ImageView<PixelOf<D>>> out, const D& depth,
   detail::require_same_size(out, rest, "the output image", "the rest depth image");
   detail::require(fall > 0 && std::isfinite(fall), "a fall of ", fall,
                   " is not positive and finite");
+  if (!detail::may_share_memory<T>(out, rest))
+    return detail::drape_beside<T>(out, depth, rest, fall);
+  Image<T> copy(out.width(), out.height());
   for (Index y = 0; y < out.height(); ++y) {
     for (Index x = 0; x < out.width(); ++x) {
-      out(x, y) = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
+      copy(x, y) = static_cast<T>(ImageTraits<R>::pixel(rest, x, y));
     }
   }
-  detail::drape_pass<T>(out, rest, fall, true);
-  detail::drape_pass<T>(out, rest, fall, false);
+  detail::drape_beside<T>(out, depth, copy, fall);
 }
 
 /// The same as an image of its own.

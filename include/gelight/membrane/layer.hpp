@@ -290,6 +290,8 @@ class ElasticLayer {
     detail::LayerState state;
     if (contact == nullptr) return state;
     detail::require_camera_size(contact->pressure, camera_, "the previous contact's pressure");
+    detail::require(std::isfinite(contact->travel), "the previous contact's travel ",
+                    contact->travel, " is not finite");
     state.box = {0, 0, camera_.width, camera_.height};
     state.travel = contact->travel / pixel().x();
     for (const T p : contact->pressure.pixels()) {

@@ -33,11 +33,15 @@ struct DraggedMarkers {
 
   /// Those of a disc that sticks to a half-space: far away the same as Mindlin's exact solution
   /// (Compliance of elastic bodies in contact, 1949, doi:10.1115/1.4009973). Radius in pixels.
-  /// Throws InvalidInput for a radius that is not positive and a Poisson ratio outside of [0, 0.5].
+  /// Throws InvalidInput for a radius that is not positive, a centre or shift that is not finite
+  /// and a Poisson ratio outside of [0, 0.5].
   [[nodiscard]] static DraggedMarkers of_disc(const Vec2<double>& centre, const Vec2<double>& shift,
                                               double radius, double poisson_ratio) {
     detail::require(radius > 0 && std::isfinite(radius), "radius ", radius,
                     " is not positive and finite");
+    detail::require(centre.allFinite(), "centre (", centre.x(), ", ", centre.y(),
+                    ") is not finite");
+    detail::require(shift.allFinite(), "shift (", shift.x(), ", ", shift.y(), ") is not finite");
     detail::require(poisson_ratio >= 0 && poisson_ratio <= 0.5, "Poisson ratio ", poisson_ratio,
                     " is not between 0 and 0.5");
     const double nu = poisson_ratio;
