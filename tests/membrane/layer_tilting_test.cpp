@@ -99,7 +99,8 @@ TEST_CASE(
       return layer.press(feet, {.force = 1e-3, .centre = centre});
     };
     // Between feet, over nothing; and in a foot's corner, the last place there is.
-    for (const auto& [x, y] : {std::pair{0.0, -10.0}, {0.0, 0.0}, {3.0, -9.0}, {16.0, -11.0}}) {
+    for (const auto& at : {std::pair{0.0, -10.0}, {0.0, 0.0}, {3.0, -9.0}, {16.0, -11.0}}) {
+      const double x = at.first, y = at.second;
       CAPTURE(x);
       CAPTURE(y);
       const auto contact = press(x, y);
@@ -108,7 +109,8 @@ TEST_CASE(
       CHECK(std::abs(contact.moment.y() - x * pitch * 1e-3) < 2e-3 * 15 * pitch * 1e-3);
       CHECK(std::abs(contact.moment.x() + y * pitch * 1e-3) < 2e-3 * 15 * pitch * 1e-3);
     }
-    for (const auto& [x, y] : {std::pair{16.01, -11.0}, {0.0, -11.01}, {-12.0, 5.0}, {1e3, 1e3}}) {
+    for (const auto& at : {std::pair{16.01, -11.0}, {0.0, -11.01}, {-12.0, 5.0}, {1e3, 1e3}}) {
+      const double x = at.first, y = at.second;
       CAPTURE(x);
       CAPTURE(y);
       const std::string said = refusal([&] { (void)press(x, y); });
