@@ -9,7 +9,7 @@ esac
 cd "$(dirname "$0")/.."
 sh cmake/writable.sh build/python
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev pybind11-dev python3-dev python3-numpy \
-  python3-pytest libembree-dev?
+  python3-pytest libembree-dev? libstb-dev?
 python=${PYTHON:-/usr/bin/python3}
 command -v "$python" >/dev/null || python=python3
 cmake --preset python -DPython_EXECUTABLE="$(command -v "$python")" "$@"

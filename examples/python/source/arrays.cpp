@@ -62,6 +62,16 @@ Vec3<double> vector_in(py::handle object, const char* what) {
   return {numbers.data()[0], numbers.data()[1], numbers.data()[2]};
 }
 
+Vec2<double> pixel_in(py::handle object, const char* what) {
+  const auto numbers = numbers_in<double>(object, what);
+  gelight::detail::require(numbers.size() == 2, what, " has ", numbers.size(), " numbers, not 2");
+  return {numbers.data()[0], numbers.data()[1]};
+}
+
+std::string path_in(const py::object& path) {
+  return py::module_::import("os").attr("fsdecode")(path).cast<std::string>();
+}
+
 DepthImage::DepthImage(py::handle object, const char* what) {
   py::array array = array_in(object, "f", what);
   gelight::detail::require(array.ndim() == 2, what, " has shape ", shape_text(array),

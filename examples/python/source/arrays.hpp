@@ -193,6 +193,10 @@ Packed<Index> faces_in(py::handle object);
 Index index_in(py::handle object, const char* what);
 /// Three numbers.
 Vec3<double> vector_in(py::handle object, const char* what);
+/// Column and row of a pixel.
+Vec2<double> pixel_in(py::handle object, const char* what);
+/// A file's name: text, or what os.PathLike says.
+std::string path_in(const py::object& path);
 
 /// A depth image of float32 as it lies in memory, at any strides; a copy where its numbers are
 /// others, swapped or not aligned. Throws TypeError for whole numbers, ValueError for another

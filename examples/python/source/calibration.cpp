@@ -36,11 +36,6 @@ std::unique_ptr<AnyRenderer> calibrated_renderer(const Camera& camera,
 
 namespace {
 
-/// A file's name: text, or a Path.
-std::string path_in(const py::object& path) {
-  return py::module_::import("os").attr("fsdecode")(path).cast<std::string>();
-}
-
 py::tuple circle_of(const Circle& circle) {
   return py::make_tuple(circle.x, circle.y, circle.radius);
 }

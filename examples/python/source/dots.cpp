@@ -10,12 +10,6 @@ using Pixels = std::vector<Vec2<double>>;
 
 namespace {
 
-Vec2<double> pixel_in(py::handle object, const char* what) {
-  const auto numbers = numbers_in<double>(object, what);
-  gelight::detail::require(numbers.size() == 2, what, " has ", numbers.size(), " numbers, not 2");
-  return {numbers.data()[0], numbers.data()[1]};
-}
-
 void draw(const PrintedDots& dots, py::handle image, py::handle displacement) {
   OutputImage<Rgb8> out(image, "the image");
   if (displacement.is_none()) {

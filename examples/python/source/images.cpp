@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "gelight/image/normals.hpp"
+#include "gelight/image/plane_fit.hpp"
 #include "gelight/image/raster.hpp"
+#include "gelight/mesh/shapes.hpp"
 #include "gelight/sensor/noise.hpp"
 #include "one_at_a_time.hpp"
 #include "topics.hpp"
@@ -81,6 +83,27 @@ void bind_camera(py::module_& m) {
       "depth"_a, "camera"_a, "border"_a = BorderNormals::none,
       "The unit normal of the surface at every pixel of a depth image (h, w), towards the camera, "
       "float32 (h, w, 3); zero where no surface is seen around a pixel.");
+  m.def(
+      "central_normals",
+      [](py::handle depth, const Camera& camera) {
+        const DepthImage image(depth);
+        return array_of(
+            without_gil([&] { return gelight::central_normals(image.view(), camera); }));
+      },
+      "depth"_a, "camera"_a,
+      "The same from central differences of four neighbours: sharper, and more shaken by noise. "
+      "Zero on the outermost pixels, too.");
+  m.def(
+      "plane_fit_normals",
+      [](py::handle depth, const Camera& camera, Index radius) {
+        const DepthImage image(depth);
+        return array_of(
+            without_gil([&] { return gelight::plane_fit_normals(image.view(), camera, radius); }));
+      },
+      "depth"_a, "camera"_a, "radius"_a,
+      "The normal of the plane that fits the points of a (2 radius + 1)^2 window best, towards the "
+      "camera, float32 (h, w, 3), as in the STS sensor's simulator. Zero where no surface is seen "
+      "or the window's lie on a line of the image. Raises ValueError for a radius below 1.");
   m.def(
       "add_noise",
       [](py::handle image, double sigma, std::uint64_t seed, std::uint64_t frame) {
@@ -167,6 +190,18 @@ void bind_pose(py::module_& m) {
       .def_property_readonly(
           "translation", [](const Pose& pose) { return array_of(pose.translation); },
           "float64 (3,).");
+  m.def(
+      "placed",
+      [](const Surface& mesh, const Pose& pose) {
+        gelight::Mesh<double> copy;
+        for (Index v = 0; v < mesh.vertex_count(); ++v) {
+          const auto& p = mesh.position(v);
+          copy.positions.push_back({p[0], p[1], p[2]});
+        }
+        for (Index f = 0; f < mesh.face_count(); ++f) copy.faces.push_back(mesh.face(f));
+        return Surface(gelight::placed<double>(std::move(copy), pose.rotation, pose.translation));
+      },
+      "mesh"_a, "pose"_a, "A copy of a mesh turned, then moved, by a Pose.");
 }
 
 void bind_raster(py::module_& m) {

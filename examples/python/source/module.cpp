@@ -26,6 +26,7 @@ PYBIND11_MODULE(_gelight, m) {
 
   bind_points(m);
   bind_surface(m);
+  bind_operators(m);
   bind_paths_on(m);
   bind_solvers(m);
   bind_heat(m);
@@ -33,18 +34,26 @@ PYBIND11_MODULE(_gelight, m) {
   bind_paths(m);
   bind_smooth(m);
   bind_plan(m);
+  bind_rows(m);
   bind_transport(m);
   bind_images(m);
+  bind_similarity(m);
   bind_light(m);
 #if defined(GELIGHT_HAS_EMBREE)
   bind_traced(m);
 #endif
   bind_membranes(m);
+  bind_simulators(m);
   bind_renderers(m);
   bind_see_through(m);
   bind_dots(m);
+  bind_markers(m);
   bind_calibration(m);
+#if defined(GELIGHT_HAS_STB)
+  bind_files(m);
+#endif
   bind_presets(m);
+  bind_sensor_plan(m);
 
   bind_values();
   guard_classes(m);

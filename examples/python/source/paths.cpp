@@ -1,5 +1,6 @@
 // Paths between two points, straight on from one, and the lines and regions of distances.
 
+#include "any_solver.hpp"
 #include "gelight/geodesic/isoline.hpp"
 #include "gelight/geodesic/shortest_path.hpp"
 #include "gelight/geodesic/trace.hpp"
@@ -84,29 +85,43 @@ void bind_lines(py::module_& m) {
       "The area on which a value of the vertices, linear over each face, is below a level.");
 }
 
+// By the exact solver each site is solved where it is nearest alone, by others everywhere.
+template <class Ask>
+auto ask_solver(py::handle solver, const Ask& ask) {
+  if (py::isinstance<Exact>(solver)) {
+    const auto& exact = solver.cast<const Exact&>();
+    return array_of(without_gil([&] { return ask(exact); }));
+  }
+  const AnySolver any = any_solver(solver);
+  return array_of(without_gil([&] { return ask(any); }));
+}
+
 void bind_regions(py::module_& m) {
   m.def(
       "farthest_points",
-      [](const Exact& solver, Index count, py::handle first, py::object cancelled) {
+      [](py::handle solver, Index count, py::handle first, py::object cancelled) {
         const Index begin = index_in(first, "vertex");
         const auto hook = hook_of(std::move(cancelled));
-        return array_of(
-            without_gil([&] { return gelight::farthest_points(solver, count, begin, hook); }));
+        return ask_solver(solver, [&](const auto& by) {
+          return gelight::farthest_points(by, count, begin, hook);
+        });
       },
       "solver"_a, "count"_a, "first"_a = 0, "cancelled"_a = py::none(),
       "Vertices spread as far apart as they come, int32 (count,): each the one farthest from all "
-      "before it (Gonzalez 1985, doi:10.1016/0304-3975(85)90224-5).");
+      "before it (Gonzalez 1985, doi:10.1016/0304-3975(85)90224-5). By any distance solver; by "
+      "ExactSolver each point is solved where it is nearest alone.");
   m.def(
       "voronoi",
-      [](const Exact& solver, py::handle sites, py::object cancelled) {
+      [](py::handle solver, py::handle sites, py::object cancelled) {
         const auto vertices = indices_in(sites, "sites");
         const auto hook = hook_of(std::move(cancelled));
-        return array_of(
-            without_gil([&] { return gelight::voronoi(solver, span_of(vertices), hook); }));
+        return ask_solver(
+            solver, [&](const auto& by) { return gelight::voronoi(by, span_of(vertices), hook); });
       },
       "solver"_a, "sites"_a, "cancelled"_a = py::none(),
       "The nearest site of each vertex, int32 (n,), one of `sites`; -1 where no path leads to "
-      "any.");
+      "any. By any distance solver; by ExactSolver each site is solved where it is nearest "
+      "alone.");
 }
 
 }  // namespace

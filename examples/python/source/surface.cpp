@@ -230,6 +230,21 @@ void bind_shapes(py::module_& m) {
       "The membrane of a fingertip sensor: an open cylinder about the z axis from z = 0, closed by "
       "a hemisphere whose tip is at z = length. The defaults are the GelTip's, in m.");
   m.def(
+      "revolve",
+      [](py::handle profile, double edge_length) {
+        const auto rows = rows_in<double, 2>(profile, "profile");
+        std::vector<gelight::ProfilePoint<double>> points;
+        for (const auto& [radius, z] : rows_of<2>(rows)) points.push_back({radius, z});
+        return Surface(gelight::revolve<double>(points, edge_length));
+      },
+      "profile"_a, "edge_length"_a,
+      "The surface that an outline sweeps when it turns about the z axis: each point (distance "
+      "from "
+      "the axis, height) of the profile (n, 2) becomes a ring of vertices about `edge_length` "
+      "apart, or one vertex on the axis. Upwards on the outside has its normals outwards.\n\n"
+      "Raises ValueError for fewer than two points, a negative radius, two neighbours on the axis, "
+      "or an edge length that is not positive or makes more vertices than can be counted.");
+  m.def(
       "joined",
       [](const std::vector<Surface>& parts) {
         Mesh whole;

@@ -141,6 +141,8 @@ void keep_images() {
                 &Camera::height);
   using gelight::Pose;
   keep_by_value(&Pose::rotation, &Pose::translation);
+  using gelight::LevelDifference;
+  keep_by_value(&LevelDifference::pixels, &LevelDifference::worst, &LevelDifference::mean);
   keep_by_value(&Raster::depth, &Raster::face, &Raster::barycentric);
 }
 
@@ -176,6 +178,9 @@ void keep_gels() {
   using gelight::Gel;
   keep_by_value(&Gel::elastic_modulus, &Gel::poisson_ratio, &Gel::thickness, &Gel::friction,
                 &Gel::tension);
+  using gelight::ContactShadow;
+  keep_by_value(&ContactShadow::contact, &ContactShadow::sigma, &ContactShadow::radius,
+                &ContactShadow::gap);
   using Spring = gelight::SpringContact<float>;
   keep_by_value(&Spring::equilibrium, &Spring::displacement, &Spring::tilt, &Spring::force,
                 &Spring::residual_force, &Spring::residual_moment, &Spring::indentation,

@@ -55,6 +55,9 @@ def everything():
     costs = gelight.PlanCosts()
     costs.exact, costs.sample_share = cost, 0.5
     geodesic = gelight.GeodesicLight(surface)
+    plan = gelight.plan_sensor(lambda edge: gelight.gelsight_mini(48, 36, edge), tolerance=200.0,
+                               share=0.5, reference_edge=0.002, contacts=2,
+                               light=gelight.PlannedLight.linear)
     things = [
         surface, gelight.face_point(3, (0.2, 0.3, 0.5)), gelight.Source(5, 0.25),
         gelight.check(surface.vertices, np.concatenate([surface.faces, [[3, 3, 4]]])),
@@ -82,6 +85,13 @@ def everything():
         gelight.SeeThroughRenderer(camera, rest, [light]),
         gelight.PrintedDots(camera, rest, [(8, 6)], 0.001), presses[0], fitted.presses[0],
         fitted.regions[0], fitted.sensor, fitted, gelight.Falloff(2, 3), sensor,
+        gelight.level_difference(background, photograph), gelight.PyramidMembrane([3, 2]),
+        gelight.ContactShadow(contact=0.1, sigma=2, radius=5, gap=1),
+        gelight.ShadowedMembrane(camera), gelight.FlatGelSightMembrane(),
+        gelight.DraggedMarkers((1, 2), (3, 4), 5, 6),
+        gelight.GaussianMarkers([(1, 2, 3), (4, 5, 6)], (7, 8), shift=(9, 10), twist=0.1,
+                                push_decay=0.2, shift_decay=0.3, twist_decay=0.4),
+        plan, plan.steps[0],
     ]
     if hasattr(gelight, "LightTracer"):
         tracer = gelight.LightTracer(surface)
@@ -100,6 +110,7 @@ NOT_DATA = {
     "ParallelTransport", "RasterWorkspace", "LinearLight", "PlaneLight", "GeodesicLight",
     "TransportLight", "GelLight", "LightTracer", "SpringBed", "ElasticLayer", "Membrane",
     "GaussianMembrane", "BulgingMembrane", "SpringMembrane", "TensionMembrane", "LayerMembrane",
+    "PyramidMembrane", "ShadowedMembrane", "FlatGelSightMembrane",
     "TactileFrame", "TactileRenderer", "SeeThroughRenderer", "PrintedDots", "CalibratedSensor",
     "Calibration",
 }
