@@ -17,6 +17,15 @@ Packed<Index> narrowed(const py::array& array, const char* what) {
 
 }  // namespace
 
+void require_unmasked(py::handle object, const char* what) {
+  const bool may_be = py::isinstance<py::array>(object) &&
+                      Py_TYPE(object.ptr()) != py::detail::npy_api::get().PyArray_Type_;
+  if (!may_be || !py::hasattr(object, "mask")) return;
+  const auto hidden = py::module_::import("numpy").attr("count_nonzero")(object.attr("mask"));
+  gelight::detail::require(hidden.cast<py::ssize_t>() == 0, what, " has ",
+                           hidden.cast<py::ssize_t>(), " masked numbers");
+}
+
 py::array array_itself(py::handle object, const char* what) {
   if (!py::isinstance<py::array>(object)) {
     throw py::type_error(std::string(what) + " is " +
@@ -35,6 +44,13 @@ Packed<Index> indices_in(py::handle object, const char* what) {
   return narrowed<std::int64_t>(array, what);
 }
 
+Packed<Index> index_row_in(py::handle object, const char* what) {
+  Packed<Index> row = indices_in(object, what);
+  gelight::detail::require(row.ndim() == 1, what, " has shape ", shape_text(row),
+                           ", not that of a row of numbers");
+  return row;
+}
+
 Packed<Index> faces_in(py::handle object) {
   Packed<Index> faces = indices_in(object, "faces");
   gelight::detail::require(faces.size() == 0 || (faces.ndim() == 2 && faces.shape(1) == 3),
@@ -43,6 +59,10 @@ Packed<Index> faces_in(py::handle object) {
 }
 
 Index index_in(py::handle object, const char* what) {
+  if (PyBool_Check(object.ptr()) != 0) {  // a mask's, which would be vertices 0 and 1
+    throw py::type_error(std::string(what) + " is " + py::repr(object).cast<std::string>() +
+                         ", not a whole number");
+  }
   const auto whole = py::reinterpret_steal<py::object>(PyNumber_Index(object.ptr()));
   if (!whole) {
     PyErr_Clear();
@@ -69,7 +89,11 @@ Vec2<double> pixel_in(py::handle object, const char* what) {
 }
 
 std::string path_in(const py::object& path) {
-  return py::module_::import("os").attr("fsdecode")(path).cast<std::string>();
+  // As bytes: not every name is text.
+  auto name = py::module_::import("os").attr("fsencode")(path).cast<std::string>();
+  gelight::detail::require(name.find('\0') == std::string::npos, "the file's name ",
+                           py::repr(path).cast<std::string>(), " has a null character");
+  return name;
 }
 
 DepthImage::DepthImage(py::handle object, const char* what) {

@@ -121,9 +121,14 @@ py::array_t<Scalar> read_only(py::array_t<Scalar> array) {
 
 // --- in ----------------------------------------------------------------------------------------
 
+/// Throws ValueError for one of numpy.ma's arrays that hides some of its numbers: what lies under a
+/// mask would be taken for a value.
+void require_unmasked(py::handle object, const char* what);
+
 /// Whatever NumPy makes an array of. Throws TypeError unless its numbers are of one of the kinds
-/// named ("f", "i", "u").
+/// named ("f", "i", "u"), ValueError where some are masked.
 inline py::array array_in(py::handle object, const char* kinds, const char* what) {
+  require_unmasked(object, what);
   py::array array = py::array::ensure(object);
   if (!array) {
     PyErr_Clear();
@@ -186,6 +191,8 @@ std::span<const std::array<T, n>> rows_of(const Packed<T>& array) {
 
 /// Whole numbers, of any type of them, as indices. Throws ValueError for what none can be.
 Packed<Index> indices_in(py::handle object, const char* what);
+/// The same in a row. Throws ValueError for another shape.
+Packed<Index> index_row_in(py::handle object, const char* what);
 /// The vertices of faces, (m, 3).
 Packed<Index> faces_in(py::handle object);
 

@@ -113,7 +113,7 @@ void bind_regions(py::module_& m) {
   m.def(
       "voronoi",
       [](py::handle solver, py::handle sites, py::object cancelled) {
-        const auto vertices = indices_in(sites, "sites");
+        const auto vertices = index_row_in(sites, "sites");
         const auto hook = hook_of(std::move(cancelled));
         return ask_solver(
             solver, [&](const auto& by) { return gelight::voronoi(by, span_of(vertices), hook); });

@@ -204,7 +204,7 @@ gelight::PlanRequest request_of(double tolerance, ErrorNorm norm, DistanceTruth 
   request.sources = sources;
   request.samples = samples;
   if (!targets.is_none()) {
-    const auto vertices = indices_in(targets, "targets");
+    const auto vertices = index_row_in(targets, "targets");
     request.targets.assign(vertices.data(), vertices.data() + vertices.size());
   }
   request.time_limit = time_limit;

@@ -31,7 +31,8 @@ bool is_place(py::handle object) {
 }
 
 py::sequence sequence_in(py::handle object) {
-  if (!py::isinstance<py::sequence>(object) || py::isinstance<py::str>(object)) {
+  if (!py::isinstance<py::sequence>(object) || py::isinstance<py::str>(object) ||
+      py::isinstance<py::bytes>(object) || PyByteArray_Check(object.ptr()) != 0) {
     throw py::type_error(py::repr(object).cast<std::string>() + " is neither a vertex nor a point");
   }
   return py::reinterpret_borrow<py::sequence>(object);

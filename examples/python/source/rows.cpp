@@ -74,7 +74,8 @@ void bind_rows(py::module_& m) {
       "Distance of every vertex from each of k sources, float64 (k, n), in the unit of the "
       "positions: row i is bit for bit `solver.distance(sources[i])`.\n\n"
       "solver: any distance solver. threads: 0 for as many as the machine has; they share the "
-      "solver's factors. Raises ValueError, before any row is solved, for a source that is not of "
+      "solver's factors. Ctrl-C ends the work when the other threads' rows are done. Raises "
+      "ValueError, before any row is solved, for a source that is not of "
       "the surface.");
   m.def("distance_rows", &give_rows, "solver"_a, "sources"_a, "take"_a, py::kw_only(),
         "threads"_a = 1, "cancelled"_a = py::none(),

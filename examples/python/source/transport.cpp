@@ -120,7 +120,7 @@ void bind_vector_heat(py::module_& m) {
       .def(
           "extend",
           [](const VectorHeat& self, py::handle vertices, py::handle values) {
-            const auto v = indices_in(vertices, "vertices");
+            const auto v = index_row_in(vertices, "vertices");
             const auto numbers = numbers_in<double>(values, "values");
             return array_of(without_gil([&] { return self.extend(span_of(v), span_of(numbers)); }));
           },

@@ -189,3 +189,49 @@ def test_numbers_that_are_not_aligned():
     solver = gelight.DijkstraSolver(surface)
     with pytest.raises(ValueError, match="not aligned"):
         solver.distance_into(shifted(np.zeros(len(vertices))), 0)
+
+
+def test_what_lies_under_a_mask_is_no_value():
+    vertices, faces = sheet()
+    depth = np.full((48, 64), 2.0, np.float32)
+    hidden = np.zeros(depth.shape, bool)
+    hidden[3, 4] = True
+    for call in (lambda: gelight.Surface(np.ma.masked_greater(vertices, 1.5), faces),
+                 lambda: flat_renderer().render(np.ma.masked_array(depth, hidden)),
+                 lambda: gelight.DijkstraSolver(BALL).distance(np.ma.masked_equal([1, 2], 2))):
+        with pytest.raises(ValueError, match="masked numbers"):
+            call()
+    assert np.array_equal(gelight.Surface(np.ma.masked_greater(vertices, 9), faces).vertices, vertices)
+
+
+def test_bytes_and_truths_are_no_vertices():
+    solver = gelight.DijkstraSolver(BALL)
+    for sources in (True, [True, False], b"\1\2", bytearray(2)):
+        with pytest.raises(TypeError):
+            solver.distance(sources)
+    with pytest.raises(TypeError, match="True, not a whole number"):
+        gelight.vertex_point(True)
+    assert np.array_equal(solver.distance(np.uint8(2)), solver.distance([2]))
+
+
+def test_rows_of_vertices_are_rows():
+    solver, square = gelight.ExactSolver(BALL), np.array([[0, 1], [2, 3]])
+    for call in (lambda: gelight.voronoi(solver, square),
+                 lambda: gelight.DistancePlanner(BALL, targets=square),
+                 lambda: gelight.VectorHeatSolver(BALL).extend(square, [1.0, 2, 3, 4])):
+        with pytest.raises(ValueError, match=r"shape \(2, 2\)"):
+            call()
+
+
+@pytest.mark.skipif(not hasattr(gelight, "read_png"), reason="without stb's headers")
+def test_names_of_files(tmp_path):
+    """The whole of each: what stands behind a null character, too, and what is not text."""
+    image = np.zeros((2, 2, 3), np.uint8)
+    with pytest.raises(ValueError, match="null character"):
+        gelight.write_png(str(tmp_path / "a\0b.png"), image)
+    with pytest.raises(ValueError, match="null character"):
+        gelight.read_sensor("a\0b")
+    assert list(tmp_path.iterdir()) == []
+    name = bytes(tmp_path) + b"/\xff\xfe.png"
+    gelight.write_png(name, image)
+    assert np.array_equal(gelight.read_png(name), image)
