@@ -11,7 +11,7 @@ fi
 cd "$(dirname "$0")/.."
 sh cmake/writable.sh build/demo out examples/pictures
 sh cmake/dependencies.sh g++ make cmake libeigen3-dev libopenmesh-dev libstb-dev libcli11-dev \
-  libcairo2-dev pkg-config libwebp-dev fonts-dejavu-core pngquant
+  libcairo2-dev pkg-config libwebp-dev libembree-dev fonts-dejavu-core pngquant
 cmake --preset demo
 cmake --build --preset demo -j "$(getconf _NPROCESSORS_ONLN)" --target lessons
 lessons=$(sed -n 's/^\*\*\[.*(\([a-z_]*\)\.cpp).*/\1/p' examples/README.md)

@@ -262,6 +262,40 @@ TEST_CASE("absorption along the chords of a sphere") {
   }
 }
 
+TEST_CASE("paths one by one: the corners of Snell's law, and the very ones that are traced") {
+  const double angle = 0.5;
+  const std::vector<InnerLayer> layers{{sheet(10, 2), 1.0}, {sheet(10, 1), 1.6}};
+  const LightTracer tracer(sheet(10, 3), {.index = 1.41, .albedo = 0}, layers);
+  const TracedLed led{.place = {0, 0, 0},
+                      .axis = {std::sin(angle), 0, std::cos(angle)},
+                      .narrowness = 1e12,
+                      .layer = 2};
+  const TraceOptions options{.paths = 640, .seed = 7};
+  const auto paths = tracer.paths(led, options);
+  REQUIRE(paths.size() == 640);
+  const double in_air = std::asin(1.6 * std::sin(angle));
+  const double in_gel = std::asin(std::sin(in_air) / 1.41);
+  const std::vector<double> to_x{0, std::tan(angle), std::tan(in_air), std::tan(in_gel)};
+  double lost = 0, pieces = 0;
+  int direct = 0;
+  for (const auto& path : paths) {
+    REQUIRE(path.places.size() == path.layers.size() + 1);
+    lost += path.is_lost, pieces += double(path.layers.size()) + path.is_lost;
+    CHECK(path.is_lost == (path.places.back()[2] < 2.5));  // or it ended on the coating
+    if (path.layers != std::vector<Index>{2, 1, 0}) continue;
+    ++direct;
+    double x = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      x += to_x[k];
+      CHECK((path.places[k] - Vec3<double>(x, 0, double(k))).norm() < 1e-4);
+    }
+  }
+  CHECK(direct > 400);  // the first two panes let 0.92 and 0.89 of it through
+  const auto light = tracer.trace(led, options);
+  CHECK(light.balance.lost == doctest::Approx(lost / 640).epsilon(1e-12));
+  CHECK(light.balance.segments == pieces);
+}
+
 TEST_CASE("closed gel without absorption: all light ends in the coating, whatever is inside") {
   const Surface<double> ball(icosphere<double>(4, 1.0));
   for (const double inside : {1.0, 1.41, 1.6}) {
@@ -431,6 +465,8 @@ TEST_CASE("what is no sensor is refused") {
   CHECK_THROWS_AS((void)tracer.trace({.narrowness = -1}), InvalidInput);
   CHECK_THROWS_AS((void)tracer.trace({.layer = 1}), InvalidInput);
   CHECK_THROWS_AS((void)tracer.trace({}, {.paths = 0}), InvalidInput);
+  CHECK_THROWS_AS((void)tracer.paths({}, {.paths = 0}), InvalidInput);
+  CHECK_THROWS_AS((void)tracer.paths({.place = {nan, 0, 0}}), InvalidInput);
 }
 
 TEST_CASE("the hook cancels, and follows in shares that never decrease") {

@@ -62,9 +62,13 @@ class RayScene {
     check();
   }
 
-  /// Coordinates of the scene for a position, and lengths of the surfaces' unit for the scene's.
+  /// Coordinates of the scene for a position, and back, and lengths of the surfaces' unit for the
+  /// scene's.
   [[nodiscard]] Vec3<double> to_scene(const Vec3<double>& p) const {
     return (p - centre_) / scale_;
+  }
+  [[nodiscard]] Vec3<double> from_scene(const Vec3<double>& p) const {
+    return scale_ * p + centre_;
   }
   [[nodiscard]] double scale() const { return scale_; }
 
