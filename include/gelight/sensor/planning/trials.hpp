@@ -416,16 +416,30 @@ class SensorTrials {
     return mesh.seen[contact];
   }
 
+  // What a contact's window shows where pixels count, and nothing around: what is beyond only
+  // bends the membrane.
+  static Raster<double> counted_part(const Mesh& mesh, const TrialContact& contact) {
+    Raster<double> part{cut_out(mesh.rest->depth, contact.window),
+                        cut_out(mesh.rest->face, contact.window),
+                        cut_out(mesh.rest->barycentric, contact.window)};
+    const Window& counted = contact.counted;
+    for (Index y = 0; y < part.face.height(); ++y) {
+      for (Index x = 0; x < part.face.width(); ++x) {
+        const bool counts =
+            x >= counted.left && x < counted.right && y >= counted.top && y < counted.bottom;
+        if (!counts) part.face(x, y) = -1;
+      }
+    }
+    return part;
+  }
+
   // Light at the contacts' pixels, of all LEDs: one solve for each.
   const std::vector<Field>& fine_fields(std::size_t m, PlannedLight light, std::size_t contact) {
     Mesh& mesh = with_rest(m);
     auto& fields = mesh.fine[light];
     if (!fields.empty()) return fields[contact];
     std::vector<Raster<double>> parts;
-    for (const auto& one : contacts_) {
-      parts.push_back({cut_out(mesh.rest->depth, one.window), cut_out(mesh.rest->face, one.window),
-                       cut_out(mesh.rest->barycentric, one.window)});
-    }
+    for (const auto& one : contacts_) parts.push_back(counted_part(mesh, one));
     fields = by_part(baked(mesh, light, parts));
     return fields[contact];
   }
