@@ -372,7 +372,8 @@ template <std::floating_point T>
   const detail::SensorChoice choice{0, plan.light, plan.light_grid, plan.smoothing_radius,
                                     plan.single_precision};
   const auto background = detail::seen_coating(sensor, sensor.camera, rest);
-  return detail::renderer_of<T>(sensor, {sensor.camera, rest.depth, background}, fields, choice);
+  return detail::renderer_of<T>(sensor, {sensor.camera, rest.depth, background}, fields, choice,
+                                detail::membrane_of<T>(sensor, choice));
 }
 
 }  // namespace gelight

@@ -29,6 +29,23 @@ struct TrialContact {
   double weight = 1;    ///< how many pixels each of them stands for
   Index across = 0;     ///< columns that it stands in the membrane in
   Index down = 0;       ///< rows
+
+  /// The pixels that are lit, in the window: those that count and what their normals need.
+  [[nodiscard]] Window lit_in_window() const {
+    return counted.grown(2, window.right - window.left, window.bottom - window.top);
+  }
+  /// The same in the camera's image.
+  [[nodiscard]] Window lit() const { return moved(lit_in_window(), window.left, window.top); }
+  /// The pixels that count, in those that are lit.
+  [[nodiscard]] Window counted_in_lit() const {
+    const Window near = lit_in_window();
+    return moved(counted, -near.left, -near.top);
+  }
+
+ private:
+  [[nodiscard]] static Window moved(const Window& w, Index across, Index down) {
+    return {w.left + across, w.top + down, w.right + across, w.bottom + down};
+  }
 };
 
 /// Draws contacts: balls and, at a slant of up to 0.2 radians, boxes in turn, each where a pixel

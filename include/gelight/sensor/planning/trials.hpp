@@ -13,6 +13,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -24,6 +25,7 @@
 #include "gelight/image/filter.hpp"
 #include "gelight/image/raster.hpp"
 #include "gelight/light/field.hpp"
+#include "gelight/membrane/gaussian.hpp"
 #include "gelight/sensor/bake.hpp"
 #include "gelight/sensor/planning/contacts.hpp"
 #include "gelight/sensor/planning/membrane_lights.hpp"
@@ -96,7 +98,7 @@ class TrialErrors {
   void add(const TrialContact& contact, const TrialImages& ours, const TrialImages& truth) {
     auto& counts = counts_.emplace_back();
     const Index width = ours.pressed.width(), height = ours.pressed.height();
-    const Window counted = contact.counted.common({1, 1, width - 1, height - 1});
+    const Window counted = contact.counted_in_lit().common({1, 1, width - 1, height - 1});
     for (Index y = counted.top; y < counted.bottom; ++y) {
       for (Index x = counted.left; x < counted.right; ++x) {
         const Rgb8 &image = ours.pressed(x, y), &reference = truth.pressed(x, y);
@@ -176,12 +178,49 @@ template <class P>
   return result;
 }
 
-/// The renderer of a chain, for what a camera sees and each LED's light there.
+/// Depths in another precision.
 template <std::floating_point T>
-[[nodiscard]] TactileRenderer<T> renderer_of(const SensorPreset<double>& sensor,
-                                             const SeenMembrane& seen,
-                                             const std::vector<Image<Vec3<double>>>& fields,
-                                             const SensorChoice& choice) {
+[[nodiscard]] Image<T> rounded(const Image<double>& depth) {
+  Image<T> result(depth.width(), depth.height());
+  for (std::size_t i = 0; i < result.pixels().size(); ++i) {
+    result.pixels()[i] = static_cast<T>(depth.pixels()[i]);
+  }
+  return result;
+}
+
+/// The membrane of a chain.
+template <std::floating_point T>
+[[nodiscard]] GaussianMembrane<T> membrane_of(const SensorPreset<double>& sensor,
+                                              const SensorChoice& choice) {
+  return GaussianMembrane<T>(choice.radius == 0 ? 0 : sensor.options.smoothing_sigma, choice.radius,
+                             sensor.options.clip_to_rest);
+}
+
+/// A membrane whose surface is computed beforehand: that of an image, which may be another one from
+/// frame to frame.
+template <std::floating_point T>
+class KnownMembrane {
+ public:
+  struct Workspace {};
+  explicit KnownMembrane(const Image<T>& surface) : surface_(&surface) {}
+  [[nodiscard]] Index reach() const { return whole_image; }
+  [[nodiscard]] Workspace make_workspace(Index, Index) const { return {}; }
+  void press_into(ImageView<T> surface, const Press<T>& press, Workspace&) const {
+    const Window& window = press.window;
+    for (Index y = window.top; y < window.bottom; ++y) {
+      for (Index x = window.left; x < window.right; ++x) surface(x, y) = (*surface_)(x, y);
+    }
+  }
+
+ private:
+  const Image<T>* surface_;
+};
+
+/// The renderer of a chain, for what a camera sees, each LED's light there, and a membrane model.
+template <std::floating_point T, MembraneModel<T> Membrane>
+[[nodiscard]] TactileRenderer<T, Membrane> renderer_of(
+    const SensorPreset<double>& sensor, const SeenMembrane& seen,
+    const std::vector<Image<Vec3<double>>>& fields, const SensorChoice& choice, Membrane membrane) {
   const Index width = seen.camera.width, height = seen.camera.height;
   std::vector<Light<T>> lights;
   for (std::size_t k = 0; k < fields.size(); ++k) {
@@ -197,24 +236,23 @@ template <std::floating_point T>
     lights.push_back(std::move(light));
   }
   TactileOptions options = sensor.options;
-  if (choice.radius == 0) options.smoothing_sigma = 0;
-  options.smoothing_radius = choice.radius;
   options.rectify = is_tangent(choice.light);
   options.keep_strength = sensor.led_width.value_or(0) > 0;
-  Image<T> rest(width, height);
   Image<std::array<T, 3>> coating(width, height);
-  for (std::size_t i = 0; i < rest.pixels().size(); ++i) {
-    rest.pixels()[i] = static_cast<T>(seen.rest.pixels()[i]);
+  for (std::size_t i = 0; i < coating.pixels().size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
       coating.pixels()[i][c] = static_cast<T>(seen.coating.pixels()[i][c]);
     }
   }
+  const Camera<T> camera = seen.camera.template cast<T>();
+  const Image<T> rest = rounded<T>(seen.rest);
   // As the preset's own renderer has it.
-  if (!options.rectify) {
-    coating =
-        beside_lights(std::move(coating), seen.camera.template cast<T>(), rest, lights, options);
-  }
-  return {seen.camera.template cast<T>(), rest, lights, Background<T>(coating), options};
+  if (!options.rectify) coating = beside_lights(std::move(coating), camera, rest, lights, options);
+  return {camera, rest, std::move(membrane),
+          PhongLights<T>{std::move(lights), Background<T>(std::move(coating)), options.ambient,
+                         options.specular, options.rectify, options.keep_strength},
+          FrameOptions{options.darkening, options.darkening_depth, options.border_normals,
+                       options.skip_unchanged}};
 }
 
 /// How large what a sensor's chain works on is.
@@ -405,32 +443,34 @@ class SensorTrials {
   const SeenMembrane& seen(std::size_t m, std::size_t contact) {
     Mesh& mesh = with_rest(m);
     for (std::size_t i = mesh.seen.size(); i < contacts_.size(); ++i) {
-      const Window& window = contacts_[i].window;
+      const Window lit = contacts_[i].lit();
       Camera<double> camera = mesh.sensor.camera;
-      camera.cx -= window.left, camera.cy -= window.top;
-      camera.width = window.right - window.left, camera.height = window.bottom - window.top;
-      const Raster<double> part{cut_out(mesh.rest->depth, window), cut_out(mesh.rest->face, window),
-                                cut_out(mesh.rest->barycentric, window)};
+      camera.cx -= lit.left, camera.cy -= lit.top;
+      camera.width = lit.right - lit.left, camera.height = lit.bottom - lit.top;
+      const Raster<double> part{cut_out(mesh.rest->depth, lit), cut_out(mesh.rest->face, lit),
+                                cut_out(mesh.rest->barycentric, lit)};
       mesh.seen.push_back({camera, part.depth, seen_coating(mesh.sensor, camera, part)});
     }
     return mesh.seen[contact];
   }
 
-  // What a contact's window shows where pixels count, and nothing around: what is beyond only
-  // bends the membrane.
-  static Raster<double> counted_part(const Mesh& mesh, const TrialContact& contact) {
-    Raster<double> part{cut_out(mesh.rest->depth, contact.window),
-                        cut_out(mesh.rest->face, contact.window),
-                        cut_out(mesh.rest->barycentric, contact.window)};
-    const Window& counted = contact.counted;
-    for (Index y = 0; y < part.face.height(); ++y) {
-      for (Index x = 0; x < part.face.width(); ++x) {
-        const bool counts =
-            x >= counted.left && x < counted.right && y >= counted.top && y < counted.bottom;
-        if (!counts) part.face(x, y) = -1;
-      }
-    }
-    return part;
+  // The membrane under a contact where that is lit, smoothed from all of the contact's window.
+  template <std::floating_point T>
+  const Image<T>& pressed(const SensorChoice& choice, std::size_t contact) {
+    auto& surfaces = std::get<Surfaces<T>>(surfaces_);
+    const auto known = surfaces.find({choice.mesh, choice.radius, contact});
+    if (known != surfaces.end()) return known->second;
+    const TrialContact& object = contacts_[contact];
+    const Mesh& mesh = with_rest(choice.mesh);
+    const Image<T> depth = rounded<T>(object.depth);
+    const Image<T> rest = rounded<T>(cut_out(mesh.rest->depth, object.window));
+    Image<T> surface(depth.width(), depth.height());
+    const auto membrane = membrane_of<T>(mesh.sensor, choice);
+    auto work = membrane.make_workspace(depth.width(), depth.height());
+    const Window lit = object.lit_in_window();
+    membrane.press_into(surface, {depth, rest, lit}, work);
+    return surfaces.emplace(std::tuple(choice.mesh, choice.radius, contact), cut_out(surface, lit))
+        .first->second;
   }
 
   // Light at the contacts' pixels, of all LEDs: one solve for each.
@@ -439,7 +479,10 @@ class SensorTrials {
     auto& fields = mesh.fine[light];
     if (!fields.empty()) return fields[contact];
     std::vector<Raster<double>> parts;
-    for (const auto& one : contacts_) parts.push_back(counted_part(mesh, one));
+    for (const auto& one : contacts_) {
+      parts.push_back({cut_out(mesh.rest->depth, one.lit()), cut_out(mesh.rest->face, one.lit()),
+                       cut_out(mesh.rest->barycentric, one.lit())});
+    }
     fields = by_part(baked(mesh, light, parts));
     return fields[contact];
   }
@@ -502,7 +545,7 @@ class SensorTrials {
         resized.emplace_back();
         for (const Field& field : coarse) {
           resized.back().push_back(
-              resized_window(field, meshes_[choice.mesh]->sensor.camera, one.window));
+              resized_window(field, meshes_[choice.mesh]->sensor.camera, one.lit()));
         }
       }
     }
@@ -511,13 +554,14 @@ class SensorTrials {
 
   template <std::floating_point T>
   TrialImages images(const SensorChoice& choice, std::size_t contact) {
-    const auto renderer = renderer_of<T>(meshes_[choice.mesh]->sensor, seen(choice.mesh, contact),
-                                         fields(choice, contact), choice);
-    Image<T> depth(contacts_[contact].depth.width(), contacts_[contact].depth.height());
-    for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
-      depth.pixels()[i] = static_cast<T>(contacts_[contact].depth.pixels()[i]);
-    }
-    return {renderer.render(depth), renderer.rest_image()};
+    const SeenMembrane& there = seen(choice.mesh, contact);
+    Image<T> surface = rounded<T>(there.rest);
+    const auto renderer = renderer_of<T>(meshes_[choice.mesh]->sensor, there,
+                                         fields(choice, contact), choice, KnownMembrane(surface));
+    surface = pressed<T>(choice, contact);
+    const Window lit = contacts_[contact].lit_in_window();
+    return {renderer.render(rounded<T>(cut_out(contacts_[contact].depth, lit))),
+            renderer.rest_image()};
   }
 
   PlannedLight reference_light_;
@@ -526,6 +570,10 @@ class SensorTrials {
   double sigma_ = 0;
   std::vector<TrialContact> contacts_;
   std::vector<TrialImages> references_;
+  // By mesh, radius and contact.
+  template <class T>
+  using Surfaces = std::map<std::tuple<std::size_t, Index, std::size_t>, Image<T>>;
+  std::tuple<Surfaces<float>, Surfaces<double>> surfaces_;
   std::map<SensorChoice, TrialErrors> errors_;
 };
 
