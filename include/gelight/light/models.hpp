@@ -219,6 +219,8 @@ class GelLight {
     detail::require_led(led);
     detail::require(!led.emission.isZero(0), "light in a gel needs an LED with an emission");
     std::vector<Vec3<T>> positions, normals;
+    positions.reserve(points.size());
+    normals.reserve(points.size());
     for (const auto& point : points) {
       positions.push_back(surface_.position(point));
       normals.push_back(normal(point));

@@ -343,9 +343,11 @@ template <std::floating_point T = float>
 
 namespace detail {
 
-/// What a camera sees of a sensor's coating: the sensor's own, or a part of its image.
+/// What a camera sees of a sensor's coating: the sensor's own, or a part of its image. The surface
+/// is that of the sensor's membrane.
 template <std::floating_point T>
 [[nodiscard]] Image<std::array<T, 3>> seen_coating(const SensorPreset<T>& sensor,
+                                                   const Surface<T>& surface,
                                                    const Camera<T>& camera, const Raster<T>& rest) {
   require(sensor.leds.size() == sensor.colours.size(), "there are ", sensor.leds.size(),
           " LEDs and ", sensor.colours.size(), " colours");
@@ -355,7 +357,6 @@ template <std::floating_point T>
               ", which is not in shares of full light from 0 to 1");
     }
   }
-  const Surface<T> surface(sensor.membrane);
   Image<std::array<T, 3>> seen(camera.width, camera.height);
   std::vector<T> distances;
   std::vector<std::array<T, 3>*> pixels;
@@ -397,7 +398,7 @@ template <std::floating_point T>
 /// Throws InvalidInput unless there is a colour for each LED, and as `strength` does.
 template <std::floating_point T>
 [[nodiscard]] Background<T> coating_light(const SensorPreset<T>& sensor, const Raster<T>& rest) {
-  return detail::seen_coating(sensor, sensor.camera, rest);
+  return detail::seen_coating(sensor, Surface<T>(sensor.membrane), sensor.camera, rest);
 }
 
 namespace detail {
@@ -553,9 +554,9 @@ template <std::floating_point T, LightModel<T> Model>
                                                   const Model& model) {
   const Raster<T> rest = rasterize(sensor.membrane, sensor.camera);
   detail::require_seen(rest);
-  auto coating = detail::seen_coating(sensor, sensor.camera, rest);
-  const auto points = pixel_points(rest);
   const Surface<T> surface(sensor.membrane);
+  auto coating = detail::seen_coating(sensor, surface, sensor.camera, rest);
+  const auto points = pixel_points(rest);
   std::vector<Light<T>> lights;
   for (std::size_t k = 0; k < sensor.leds.size(); ++k) {
     lights.push_back({bake(led_field(sensor, surface, k, model, points), rest), sensor.colours[k],

@@ -57,6 +57,9 @@ class MembraneLights {
   explicit MembraneLights(const SensorPreset<double>& sensor)
       : sensor_(sensor), surface_(sensor.membrane) {}
 
+  /// Of the sensor's membrane.
+  [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+
   [[nodiscard]] LightField<double> field(PlannedLight light, std::size_t led,
                                          std::span<const SurfacePoint<double>> points,
                                          const CancelHook& cancelled) const {
@@ -71,7 +74,7 @@ class MembraneLights {
       case PlannedLight::transport:
         return by(transport_.get([&] { return TransportLight<double>(surface_); }));
       case PlannedLight::gel:
-        return by(gel_light(sensor_));
+        return by(gel_.get([&] { return gel_light(sensor_); }));
       default:
         return by(geodesic_.get([&] { return GeodesicLight<double>(surface_); }));
     }
@@ -80,6 +83,7 @@ class MembraneLights {
  private:
   const SensorPreset<double>& sensor_;
   Surface<double> surface_;
+  Lazy<GelLight<double>> gel_;
   Lazy<TransportLight<double>> transport_;
   Lazy<GeodesicLight<double>> geodesic_;
 };

@@ -449,7 +449,8 @@ class SensorTrials {
       camera.width = lit.right - lit.left, camera.height = lit.bottom - lit.top;
       const Raster<double> part{cut_out(mesh.rest->depth, lit), cut_out(mesh.rest->face, lit),
                                 cut_out(mesh.rest->barycentric, lit)};
-      mesh.seen.push_back({camera, part.depth, seen_coating(mesh.sensor, camera, part)});
+      mesh.seen.push_back(
+          {camera, part.depth, seen_coating(mesh.sensor, mesh.lights.surface(), camera, part)});
     }
     return mesh.seen[contact];
   }
