@@ -7,9 +7,11 @@
 //   levels_X   what a membrane tilted by 20 degrees (eight ways) changes in brightness, with light
 //              from X instead of the traced light: mean difference in grey levels. One gain, the
 //              best, for the whole sensor; 100 levels are the 99th percentile of the traced change
-//   given_X    the same, were X everywhere as strong as the traced light: direction alone counts
-//   levels_none  the same with no light at all: a model that is not below this is of no use
-//   tilt, directed, falloff: of the traced light, weighted by irradiance; the 5th percentile of the
+//   contact_X  the same of what balls change that are pressed in, pixel by pixel
+//   given_X    the same as levels_X, were X everywhere as strong as the traced light: direction
+//   alone counts levels_none  the same with no light at all: a model that is not below this is of
+//   no use tilt, directed, falloff: of the traced light, weighted by irradiance; the 5th percentile
+//   of the
 //              irradiance over the 95th
 //   seconds_X  to make the field, set-up and all (of the geodesic and `gel`)
 // `linear_dimmed` and `geodesic_dimmed` fall off with distance (`Falloff`), `near` with its square
@@ -19,6 +21,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -31,6 +34,9 @@
 #include <vector>
 
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/image/camera.hpp"
+#include "gelight/image/normals.hpp"
+#include "gelight/image/raster.hpp"
 #include "gelight/light/field.hpp"
 #include "gelight/light/gel.hpp"
 #include "gelight/light/geodesic.hpp"
@@ -38,6 +44,7 @@
 #include "gelight/light/plane.hpp"
 #include "gelight/light/traced.hpp"
 #include "gelight/light/transport.hpp"
+#include "gelight/membrane/gaussian.hpp"
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/transport/vector_heat.hpp"
@@ -62,6 +69,7 @@ struct Sensor {
   Surface<double> surface;
   Index led;
   Vec3<double> axis;
+  double camera_behind;  // the origin, where the camera looks along z
 };
 
 Surface<double> turned(double height, const auto& radius_at, int rings) {
@@ -96,19 +104,21 @@ Surface<double> sheet(double curvature) {
 std::vector<Sensor> sensors() {
   constexpr double radius = 0.01146, half = 0.012, curvature = 50;
   const auto with_led = [](const char* name, const Surface<double>& surface,
-                           const Vec3<double>& led, const Vec3<double>& axis) {
-    return Sensor{name, surface, nearest_vertex<double>(surface, led), axis.normalized()};
+                           const Vec3<double>& led, const Vec3<double>& axis,
+                           double camera_behind = 0) {
+    return Sensor{name, surface, nearest_vertex<double>(surface, led), axis.normalized(),
+                  camera_behind};
   };
   return {with_led("fingertip", Surface<double>(membrane<double>(radius, 0.0455, edge)),
                    {radius, 0, 0}, {0, 0, 1}),
           with_led("dome", dome(radius), {radius, 0, 0}, {0, 0, 1}),
-          with_led("flat pad", sheet(0), {0, -half, 0}, {0, 1, 0}),
+          with_led("flat pad", sheet(0), {0, -half, 0}, {0, 1, 0}, half),
           with_led("cylinder",
                    turned(
                        0.045, [](double) { return radius; }, 40),
                    {radius, 0, 0}, {0, 0, 1}),
           with_led("saddle", sheet(curvature), {0, -half, -curvature / 2 * half * half},
-                   {0, 1, curvature * half})};
+                   {0, 1, curvature * half}, half)};
 }
 
 std::vector<Vec3<double>> normals_of(const Surface<double>& surface) {
@@ -254,15 +264,14 @@ double percentile(std::vector<double> values, double share) {
 
 // Mean difference in grey levels, with the gain that makes it least.
 double levels(const std::vector<double>& truth, const std::vector<double>& model,
-              const Places& places) {
+              const std::vector<double>& areas) {
   std::vector<double> sizes;
   for (const double t : truth) sizes.push_back(std::abs(t));
   const double unit = 100 / percentile(sizes, 0.99);
   const auto off = [&](double gain) {
     double sum = 0, weights = 0;
     for (std::size_t i = 0; i < truth.size(); ++i) {
-      const double area = places.areas[places.vertices[i / 8]];
-      sum += area * std::abs(truth[i] - gain * model[i]), weights += area;
+      sum += areas[i] * std::abs(truth[i] - gain * model[i]), weights += areas[i];
     }
     return unit * sum / weights;
   };
@@ -276,6 +285,87 @@ double levels(const std::vector<double>& truth, const std::vector<double>& model
     (off(a) <= off(b) ? high : low) = off(a) <= off(b) ? b : a;
   }
   return off((low + high) / 2);
+}
+
+// The area of each place, as often as it is tilted.
+std::vector<double> areas_of(const Places& places) {
+  std::vector<double> all;
+  for (const std::size_t v : places.vertices) all.insert(all.end(), 8, places.areas[v]);
+  return all;
+}
+
+/// Pixels that balls change which are pressed into a membrane, seen from within.
+struct Contacts {
+  struct Pixel {
+    std::array<Index, 3> corners;         // vertices of the face that it sees
+    Vec3<double> weights, rest, pressed;  // barycentric; normals outwards
+  };
+  std::vector<Pixel> pixels;
+};
+
+// Towards where light comes to, as the membrane's are.
+Image<Vec3<double>> outward_normals(const Image<double>& depth, const Camera<double>& camera) {
+  auto normals = sobel_normals(depth, camera);
+  for (Index y = 0; y < camera.height; ++y) {
+    for (Index x = 0; x < camera.width; ++x) {
+      if (normals(x, y).dot(camera.ray(x, y)) < 0) normals(x, y) = -normals(x, y);
+    }
+  }
+  return normals;
+}
+
+Contacts contacts_of(const Sensor& sensor) {
+  constexpr double radius = 0.004, pressed_by = 0.0008;
+  const auto camera = Camera<double>::from_vertical_fov(pi / 2, 160, 120);
+  Mesh<double> mesh;
+  for (Index v = 0; v < sensor.surface.vertex_count(); ++v) {
+    const Vec3<double> p = sensor.surface.position(v) + Vec3<double>(0, 0, sensor.camera_behind);
+    mesh.positions.push_back({p[0], p[1], p[2]});
+  }
+  for (Index f = 0; f < sensor.surface.face_count(); ++f)
+    mesh.faces.push_back(sensor.surface.face(f));
+  const auto rest = rasterize(mesh, camera);
+  const auto at_rest = outward_normals(rest.depth, camera);
+  const GaussianMembrane<double> membrane(2, 8);
+  auto work = membrane.make_workspace(camera.width, camera.height);
+  Contacts contacts;
+  // Three by three over the image.
+  for (Index i = 0; i < 9; ++i) {
+    const Index u = (2 * (i % 3) + 1) * camera.width / 6, v = (2 * (i / 3) + 1) * camera.height / 6;
+    if (rest.face(u, v) < 0 || !at_rest(u, v).allFinite()) continue;
+    const Vec3<double> centre =
+        rest.depth(u, v) * camera.ray(u, v) + (radius - pressed_by) * at_rest(u, v);
+    const auto ball =
+        placed<double>(icosphere<double>(5, radius), Eigen::Matrix3d::Identity(), centre);
+    const Image<double> object = rasterize(ball, camera).depth;
+    Image<double> surface(camera.width, camera.height);
+    membrane.press_into(surface, {object, rest.depth, {0, 0, camera.width, camera.height}}, work);
+    const auto pressed = outward_normals(surface, camera);
+    for (Index y = 0; y < camera.height; ++y) {
+      for (Index x = 0; x < camera.width; ++x) {
+        const Vec3<double>&before = at_rest(x, y), &after = pressed(x, y);
+        if (rest.face(x, y) < 0 || !before.allFinite() || !after.allFinite()) continue;
+        if ((after - before).norm() < 0.02) continue;
+        const auto& [a, b, c] = rest.barycentric(x, y);
+        contacts.pixels.push_back({sensor.surface.face(rest.face(x, y)), {a, b, c}, before, after});
+      }
+    }
+  }
+  return contacts;
+}
+
+// By how much the contacts change the light on each pixel.
+std::vector<double> changes(const Field& light, const Contacts& contacts) {
+  std::vector<double> all;
+  for (const auto& pixel : contacts.pixels) {
+    Vec3<double> here(0, 0, 0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      here +=
+          pixel.weights[static_cast<int>(k)] * light[static_cast<std::size_t>(pixel.corners[k])];
+    }
+    all.push_back(std::max(0.0, here.dot(pixel.pressed)) - std::max(0.0, here.dot(pixel.rest)));
+  }
+  return all;
 }
 
 void measure(benchmark::State& state, const Sensor& sensor, const std::vector<Model>& cheap,
@@ -320,6 +410,11 @@ void measure(benchmark::State& state, const Sensor& sensor, const std::vector<Mo
   models.push_back({"none", Field(places.normals.size(), Vec3<double>(0, 0, 0)), 0});
 
   const auto truth = changes(light.vector, places);
+  const auto areas = areas_of(places);
+  const Contacts contacts = contacts_of(sensor);
+  const auto pressed = changes(light.vector, contacts);
+  const std::vector<double> alike(pressed.size(), 1);
+  if (pressed.size() < 1000) state.SkipWithError("the camera sees no contacts");
   double weights = 0, tilt = 0, directed = 0, error = 0;
   std::vector<double> irradiance;
   for (const std::size_t v : places.vertices) {
@@ -345,7 +440,9 @@ void measure(benchmark::State& state, const Sensor& sensor, const std::vector<Mo
     const auto is_one_of = [&](std::initializer_list<const char*> names) {
       return std::find(names.begin(), names.end(), model.name) != names.end();
     };
-    state.counters["levels_" + model.name] = levels(truth, changes(model.field, places), places);
+    state.counters["levels_" + model.name] = levels(truth, changes(model.field, places), areas);
+    state.counters["contact_" + model.name] =
+        levels(pressed, changes(model.field, contacts), alike);
     // Where a field differs from another by its strength alone, its direction is that one's.
     if (is_one_of({"none", "linear_dimmed", "geodesic_dimmed"})) continue;
     state.counters["angle_" + model.name] = off;
@@ -355,7 +452,7 @@ void measure(benchmark::State& state, const Sensor& sensor, const std::vector<Mo
     for (std::size_t v = 0; v < as_strong.size(); ++v) {
       as_strong[v] = light.vector[v].norm() * detail::direction_of(model.field[v]);
     }
-    state.counters["given_" + model.name] = levels(truth, changes(as_strong, places), places);
+    state.counters["given_" + model.name] = levels(truth, changes(as_strong, places), areas);
   }
   const auto& b = light.balance;
   const double sum = b.coating + b.gel + b.lost + b.cut;

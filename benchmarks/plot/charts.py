@@ -940,44 +940,44 @@ TRACED = {"linear": ("#0072B2", "v"), "geodesic": ("#000000", "o"), "near": ("#0
 NOT_IN_TRACED = ("plane", "transport", "mirrored", "rectified", "radial", "linear_dimmed", "geodesic_dimmed")
 
 
-def share_left(row, model):
+def share_left(row, model, kind="levels_"):
     """What a light field is off in grey levels, as a share of what no light at all is."""
-    return row["levels_" + model] / row["levels_none"]
+    return row[kind + model] / row[kind + "none"]
 
 
-def claim_of_traced(rows, names, models):
+def claim_of_traced(rows, names, models, kind="levels_"):
     """Which field leaves least of the error, and whether every mark of every panel says so."""
     marks = list(dict.fromkeys((r["path"][1], r["path"][2]) for r in rows))
-    left = {m: [mean(share_left(r, m) for r in rows if tuple(r["path"][1:3]) == mark) for mark in marks]
-            for m in models if all("levels_" + m in r for r in rows)}
+    left = {m: [mean(share_left(r, m, kind) for r in rows if tuple(r["path"][1:3]) == mark) for mark in marks]
+            for m in models if all(kind + m in r for r in rows)}
     if not left:
         return "Light fields beside traced light"
     nearest = min(left, key=lambda m: mean(left[m]))
     is_everywhere = all(left[nearest][i] == min(of[i] for of in left.values()) for i in range(len(marks)))
-    all_left = {m: percent(mean(share_left(r, m) for r in rows)) for m in left}
+    all_left = {m: percent(mean(share_left(r, m, kind) for r in rows)) for m in left}
     return (("On every sensor, in every gel " if is_everywhere and len(names) > 1 else "In the mean ") +
             f"\u201c{nearest}\u201d leaves the least error: {all_left[nearest]}" + "".join(
                 f", \u201c{m}\u201d {all_left[m]}" for m in ("geodesic",) if m in left and m != nearest))
 
 
-def chart_traced(rows, folder):
+def chart_traced(rows, folder, kind="levels_", file="traced"):
     """Light fields beside traced light, a panel a sensor: the share of the error in grey levels that each leaves."""
-    rows = [r for r in rows if r["path"][0] == "traced" and "levels_none" in r]
+    rows = [r for r in rows if r["path"][0] == "traced" and kind + "none" in r]
     if not rows:
         return
     models = dict(TRACED)
     for row in rows:  # fields that are not named above
         for key in row:
-            if key.startswith("levels_") and key[7:] not in list(models) + list(NOT_IN_TRACED) + ["none"]:
-                models[key[7:]] = SPARE[len(models) % len(SPARE)]
+            if key.startswith(kind) and key[len(kind):] not in list(models) + list(NOT_IN_TRACED) + ["none"]:
+                models[key[len(kind):]] = SPARE[len(models) % len(SPARE)]
     names = list(dict.fromkeys(r["path"][1] for r in rows))
     last_of = {m: r["path"][1] for m in models for r in sorted(rows, key=lambda r: names.index(r["path"][1]))
-               if "levels_" + m in r}
+               if kind + m in r}
     figure, axes = plt.subplots(1, len(names), figsize=(max(8.5, 1.6 + 2.0 * len(names)), 4.3), sharey=True,
                                 squeeze=False)
     figure.subplots_adjust(left=0.85 / figure.get_figwidth(), right=1 - 0.95 / figure.get_figwidth(), bottom=0.17,
                            top=0.76, wspace=0.12)
-    figure.suptitle(claim_of_traced(rows, names, models), fontsize=13, fontweight="bold")
+    figure.suptitle(claim_of_traced(rows, names, models, kind), fontsize=13, fontweight="bold")
     figure.text(0.5, 0.865, "Lower is nearer to light that is traced ray by ray. Marks: mean over the coatings, bars: "
                 "from the least to the most.", fontsize=9, ha="center", color="0.25")
     drawn = []  # panels that are the last to show a field
@@ -988,7 +988,7 @@ def chart_traced(rows, folder):
         for k, (model, (colour, shape)) in enumerate(models.items()):
             points = []
             for x, gel in enumerate(gels):
-                shares = [100 * share_left(r, model) for r in here if r["path"][2] == gel and "levels_" + model in r]
+                shares = [100 * share_left(r, model, kind) for r in here if r["path"][2] == gel and kind + model in r]
                 if shares:
                     points.append((x + 0.06 * (k - 1.5), mean(shares)))
                     place.plot([points[-1][0]] * 2, [min(shares), max(shares)], color=colour, linewidth=1.2, alpha=0.5)
@@ -1011,7 +1011,12 @@ def chart_traced(rows, folder):
     for place, ends in drawn:
         label_beside(place, ends)
     axes[0, 0].set_ylabel("grey levels off, % of those\nwithout any light")
-    save(figure, folder, "traced", rows)
+    save(figure, folder, file, rows)
+
+
+def chart_contacts(rows, folder):
+    """The same of what balls change that are pressed in."""
+    chart_traced(rows, folder, "contact_", "traced_contacts")
 
 
 LIGHT_FIELDS = {"linear": "#0072B2", "plane": "#B07800", "geodesic": "#000000", "transport": "#A0527F",
@@ -1115,6 +1120,18 @@ def words_traced(rows, folder):
     nearer = {m: sum(r["angle_" + m] < r["angle_geodesic"] for r in curved) for m in
               ("linear", "rectified")}
     left = [r["levels_gel"] / min(r["levels_" + m] for m in four) for r in rows]
+    if all("contact_none" in r for r in rows):
+        best = min(four, key=lambda m: mean(share_left(r, m, "contact_") for r in rows))
+        contacts = ("- Of balls that are pressed in, pixel by pixel: no light at all is off by "
+                    f"{mean(r['contact_none'] for r in rows):.0f} grey levels in the mean, `gel_field` by "
+                    f"{mean(r['contact_gel'] for r in rows):.1f}, near light by "
+                    f"{mean(r['contact_near'] for r in rows):.1f}, the best of the four ({best}) by "
+                    f"{mean(r['contact_' + best] for r in rows):.1f}, geodesic light by "
+                    f"{mean(r['contact_geodesic'] for r in rows):.1f}. `gel_field` is the nearest of these in "
+                    f"{sum(all(r['contact_gel'] < r['contact_' + m] for m in four + ['near']) for r in rows)} "
+                    f"of {len(rows)} cases.")
+    else:
+        contacts = None
     lines += ["", "In degrees, and as shares of the error without any light.", "",
               "- On curved membranes the straight line is nearer to the light than the geodesic in "
               f"{nearer['linear']} of {len(curved)} cases; laid into the membrane in "
@@ -1142,6 +1159,7 @@ def words_traced(rows, folder):
               "Directions are known to "
               f"{max(r['direction_error'] for r in rows):.1f} degrees (standard error), at "
               f"{span([r['rays_a_second'] / 1e6 for r in rows], 1)} million rays a second."]
+    lines += [contacts] if contacts else []
     write_between(os.path.join(folder, "README.md"), "traced", lines)
 
 
@@ -1411,7 +1429,8 @@ def main():
         return 2
     rows, failed = load(folder)
     charts = (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images, chart_scene,
-              chart_stability, chart_light_fields, chart_traced, chart_membranes, chart_calibration, chart_scaling)
+              chart_stability, chart_light_fields, chart_traced, chart_contacts, chart_membranes, chart_calibration,
+              chart_scaling)
     words = (words_distances, words_sphere, words_certificate, words_planner, words_images, words_scene,
              words_stability, words_light_fields, words_traced, words_membranes, words_calibration)
     for make in words if KIND == "words" else charts + words:
