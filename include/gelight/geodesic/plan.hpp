@@ -323,6 +323,8 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   // The shares of a query after which a method and all of its checks are done, where exact
   // distances may have to follow; and of one method that the solver takes.
   static constexpr double first_method = 0.3, solving = 0.6;
+  // And of a certificate its lower bounds.
+  static constexpr double lower_bounds = 0.4;
 
   void require_request() const {
     const PlanRequest& r = request_;
@@ -730,14 +732,14 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     const detail::BoundFinder<Real> finder(surface_, solvers_->faces());
     detail::Array<double> potential(ways.size());
     std::copy(ways.begin(), ways.end(), potential.begin());
-    const auto lower = finder.lower(query.sources, potential);
-    hook.check(0.5, "the certificate");
+    const auto lower = finder.lower(query.sources, potential, hook.part(0, lower_bounds));
     const double least_error = error_between(lower, potential, answer);
     if (least_error > share_of_method() && may_escalate()) {
       return {Assurance::expected, least_error,
               "no more can be proved than to be within " + in_words(least_error)};
     }
-    const double error = error_between(lower, finder.upper(query.sources), answer);
+    const double error =
+        error_between(lower, finder.upper(query.sources, hook.part(lower_bounds, 1)), answer);
     return {Assurance::certified, error, "proved to be within " + in_words(error)};
   }
 
