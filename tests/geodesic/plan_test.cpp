@@ -12,6 +12,7 @@
 #include <numbers>
 #include <numeric>
 #include <random>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -465,6 +466,38 @@ TEST_CASE("a query can be cancelled wherever it asks, tells how far it is, and c
       }
     }
   }
+}
+
+TEST_CASE("the methods that a planner chooses ask its hook while they march") {
+  const auto mesh = icosphere<double>(6);
+  std::set<std::string> chosen;
+  for (const double tolerance : {0.3, 0.01}) {
+    int asked = 0, last = -1;
+    double told = 0;
+    const CancelHook hook = [&](double done) {
+      CHECK(done >= told);
+      told = done;
+      return ++asked == last;
+    };
+    PlanRequest request{.tolerance = tolerance, .assurance = Assurance::expected};
+    const DistancePlanner plain(mesh, request);
+    request.cancelled = hook;
+    const DistancePlanner planner(mesh, request);
+    const auto answer = planner.solve(130);
+    CAPTURE(answer.method);
+    chosen.insert(answer.method);
+    asked = 0, told = 0;
+    CHECK(planner.solve(131).distance == plain.solve(131).distance);
+    CHECK(asked > 4);
+    const int all = asked;
+    for (last = 1; last <= all; ++last) {
+      asked = 0, told = 0;
+      CHECK_THROWS_AS((void)planner.solve(131), Cancelled);
+    }
+    asked = 0, told = 0;
+    CHECK(planner.solve(130).distance == answer.distance);
+  }
+  CHECK(chosen == std::set<std::string>{"dijkstra", "fast_marching"});
 }
 
 TEST_CASE("samples are exact distances, from vertices and from other points") {

@@ -174,12 +174,12 @@ class PlannedSolvers {
     cancelled.check(0, "the planned query");
     switch (method) {
       case Method::dijkstra:
-        return dijkstra_.get([&] { return DijkstraSolver<Real>(surface_); }).distance(from);
+        return made(dijkstra_, DijkstraOptions{.cancelled = cancelled.part(0, 0)}).distance(from);
       case Method::virtual_source:
-        return virtual_source_.get([&] { return VirtualSourceSolver<Real>(surface_); })
+        return made(virtual_source_, VirtualSourceOptions{.cancelled = cancelled.part(0, 0)})
             .distance(from);
       case Method::fast_marching:
-        return fast_marching_.get([&] { return FastMarchingSolver<Real>(surface_); })
+        return made(fast_marching_, FastMarchingOptions{.cancelled = cancelled.part(0, 0)})
             .distance(from);
       default:
         return exact(from, cancelled);
@@ -200,6 +200,13 @@ class PlannedSolvers {
   }
 
  private:
+  // A planner has one hook, and asks its first method with the same part of it every time. That is
+  // asked in a set-up and in queries, each of which would tell of its own progress.
+  template <class Solver>
+  [[nodiscard]] const Solver& made(const Lazy<Solver>& solver, const auto& options) const {
+    return solver.get([&] { return Solver(surface_, options); });
+  }
+
   [[nodiscard]] std::vector<Real> exact(std::span<const Source<Real>> from,
                                         const CancelHook& cancelled) const {
     const auto& solver = exact_.get([&] { return ExactSolver<Real>(surface_, options_); });
