@@ -13,7 +13,7 @@ target_compile_options(gelight_own INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow $<$<BOOL:${GELIGHT_NATIVE}>:-march=native>)
 
 # What programs link that are only run: the compiled library where it is built, which it is where
-# tests are, else the headers alone. (Of the tests, g++'s link it and clang++'s do not.)
+# tests are, else the headers alone.
 add_library(gelight_once INTERFACE)
 if(GELIGHT_BUILD_COMPILED)
   target_link_libraries(gelight_once INTERFACE gelight::compiled)
