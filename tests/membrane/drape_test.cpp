@@ -108,6 +108,45 @@ TEST_CASE("a ball past its middle leaves no step in the membrane, and one before
   }
 }
 
+TEST_CASE("what is written may lie anywhere over the depth map and the rest depth") {
+  constexpr Index size = 11, count = size * size;
+  using View = ImageView<double>;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(0.5, 1.5);
+  std::vector<double> before(3 * count);
+  for (double& z : before) z = uniform(random);
+  // Packed, moved by a pixel and by a row, transposed, and turned by half a turn.
+  const auto views = [](std::vector<double>& memory) {
+    double* const first = memory.data() + count;
+    return std::vector{View(first, size, size),
+                       View(first + 1, size, size),
+                       View(first - 1, size, size),
+                       View(first + size, size, size),
+                       View(first, size, size).transposed(),
+                       View(first + count - 1, size, size, -size, -1)};
+  };
+  const std::size_t all = views(before).size();
+  for (std::size_t i = 0; i < all; ++i) {
+    for (std::size_t j = 0; j < all; ++j) {
+      for (std::size_t k = 0; k < all; ++k) {
+        CAPTURE(i);
+        CAPTURE(j);
+        CAPTURE(k);
+        auto apart = before;
+        const auto expected = drape(views(before)[j], views(apart)[k], 0.07);
+        auto memory = before;
+        const auto over = views(memory);
+        drape_into(over[i], over[j], over[k], 0.07);
+        bool is_same = true;
+        for (Index y = 0; y < size; ++y) {
+          for (Index x = 0; x < size; ++x) is_same = is_same && over[i](x, y) == expected(x, y);
+        }
+        CHECK(is_same);
+      }
+    }
+  }
+}
+
 TEST_CASE("what is not known stays so, and bad input is refused before anything is written") {
   const Image<float> rest(9, 9, 1.0f);
   Image<float> depth(9, 9, std::numeric_limits<float>::infinity());

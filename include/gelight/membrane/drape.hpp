@@ -82,7 +82,35 @@ template <class T, ImageLike R>
   return false;
 }
 
-/// The same as drape_into, where `out` shares no memory with the rest depth.
+/// Whether every pixel of an image is the view's own at that place.
+template <class T, ImageLike D>
+[[nodiscard]] bool is_same_memory(ImageView<T> view, const D& image) {
+  if constexpr (std::is_lvalue_reference_v<decltype(ImageTraits<D>::pixel(image, 0, 0))>) {
+    for (Index y = 0; y < view.height(); ++y) {
+      for (Index x = 0; x < view.width(); ++x) {
+        if (&view(x, y) != &ImageTraits<D>::pixel(image, x, y)) return false;
+      }
+    }
+    return true;
+  }
+  return false;
+}
+
+/// An image's numbers in memory of their own.
+template <std::floating_point T, ImageLike D>
+[[nodiscard]] Image<T> copy_of(const D& image) {
+  Image<T> copy(static_cast<Index>(ImageTraits<D>::width(image)),
+                static_cast<Index>(ImageTraits<D>::height(image)));
+  for (Index y = 0; y < copy.height(); ++y) {
+    for (Index x = 0; x < copy.width(); ++x) {
+      copy(x, y) = static_cast<T>(ImageTraits<D>::pixel(image, x, y));
+    }
+  }
+  return copy;
+}
+
+/// The same as drape_into, where `out` shares no memory with the rest depth, nor with the depth
+/// map but pixel by pixel.
 template <std::floating_point T, ImageLike D, ImageLike R>
 void drape_beside(ImageView<T> out, const D& depth, const R& rest, T fall) {
   for (Index y = 0; y < out.height(); ++y) {
@@ -107,10 +135,10 @@ void drape_beside(ImageView<T> out, const D& depth, const R& rest, T fall) {
 /// stairs of the outline, of which a smaller fall makes streaks. Ways are measured in steps to a
 /// pixel's sixteen nearest neighbours (Borgefors, Distance transformations in digital images, 1986,
 /// doi:10.1016/S0734-189X(86)80047-0). Pixels that are not known stay so. `out` may be the depth
-/// map itself; where it may share memory with the rest depth, that is copied first (not seen of
-/// image types that give their pixels by value: these must not share it). Takes two passes over the
-/// image. Throws InvalidInput, before anything is written, for images of different sizes and a fall
-/// that is not positive and finite.
+/// map itself; where it may share memory with the rest depth, or with the depth map's pixels
+/// elsewhere, that is copied first (not seen of image types that give their pixels by value: these
+/// must not share it). Takes two passes over the image. Throws InvalidInput, before anything is
+/// written, for images of different sizes and a fall that is not positive and finite.
 template <ImageLike D, ImageLike R>
 requires std::floating_point<PixelOf<D>>
 void drape_into(std::type_identity_t<ImageView<PixelOf<D>>> out, const D& depth, const R& rest,
@@ -120,15 +148,11 @@ void drape_into(std::type_identity_t<ImageView<PixelOf<D>>> out, const D& depth,
   detail::require_same_size(out, rest, "the output image", "the rest depth image");
   detail::require(fall > 0 && std::isfinite(fall), "a fall of ", fall,
                   " is not positive and finite");
-  if (!detail::may_share_memory<T>(out, rest))
-    return detail::drape_beside<T>(out, depth, rest, fall);
-  Image<T> copy(out.width(), out.height());
-  for (Index y = 0; y < out.height(); ++y) {
-    for (Index x = 0; x < out.width(); ++x) {
-      copy(x, y) = static_cast<T>(ImageTraits<R>::pixel(rest, x, y));
-    }
-  }
-  detail::drape_beside<T>(out, depth, copy, fall);
+  if (detail::may_share_memory<T>(out, depth) && !detail::is_same_memory<T>(out, depth))
+    return drape_into(out, detail::copy_of<T>(depth), rest, fall);
+  if (detail::may_share_memory<T>(out, rest))
+    return detail::drape_beside<T>(out, depth, detail::copy_of<T>(rest), fall);
+  detail::drape_beside<T>(out, depth, rest, fall);
 }
 
 /// The same as an image of its own.
