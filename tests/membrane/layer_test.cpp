@@ -644,6 +644,30 @@ TEST_CASE("where nothing touches, nothing moves; what is not known stays so") {
   CHECK(warm.force.z() == doctest::Approx(some.force.z()).epsilon(1e-3));
 }
 
+TEST_CASE("where there is no gel, it does not matter how the rest depth says so") {
+  const auto eye = camera(31, 27);
+  const auto depth = object(eye, ball(8, 0.5));
+  Image<double> bent(31, 27, rest);
+  bent(0, 0) = bent(15, 12) = unknown;
+  const auto expected = ElasticLayer<double>(eye, bent).press(depth);
+  CHECK(expected.unknown == 2);
+  CHECK(-expected.force.z() > 0);
+  const auto same = [](const Image<double>& a, const Image<double>& b) {
+    return std::equal(
+        a.pixels().begin(), a.pixels().end(), b.pixels().begin(),
+        [](double u, double v) { return u == v || (std::isnan(u) && std::isnan(v)); });
+  };
+  for (const double none : {0.0, -1.0, -inf, inf}) {
+    CAPTURE(none);
+    bent(0, 0) = bent(15, 12) = none;
+    const auto contact = ElasticLayer<double>(eye, bent).press(depth);
+    CHECK(contact.unknown == 2);
+    CHECK(same(contact.depth, expected.depth));
+    CHECK(same(contact.pressure, expected.pressure));
+    CHECK(contact.force == expected.force);
+  }
+}
+
 TEST_CASE("a single pixel, and a copy") {
   const Camera<double> eye{300, 300, 0, 0, 1, 1};
   const ElasticLayer layer(eye, rest, {1e5, 0.3, inf, inf});

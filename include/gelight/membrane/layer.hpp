@@ -191,11 +191,12 @@ class ElasticLayer {
     const detail::LayerState state = load.force ? balance(object, load, start, effort)
                                                 : layer_->settle(object, 0, start, effort);
     LayerContact<T> contact = report(state, unknown_pixels, effort);
+    // First: where there is no gel, zero and negative depths stand for that.
+    if (unknown_pixels > 0) clear_unknown(contact, depth);
     for (const T z : contact.depth.pixels()) {
       detail::require(!(z <= 0), "a force of ", load.force.value_or(0),
                       " N would bring the gel's surface behind the camera");
     }
-    if (unknown_pixels > 0) clear_unknown(contact, depth);
     return contact;
   }
 
