@@ -59,8 +59,8 @@ void lay_row(T* __restrict surface, const T* depth, const T* rest, const T* down
 /// Against a converged ElasticLayer normals are more than twice as near as the best Gaussian's (of
 /// a sigma that nobody knows beforehand), and four times in the geometric mean, for balls, ridges,
 /// gratings, blocks and two points on gels of Poisson ratio 0.3 to 0.5; but not those of steep
-/// edges, nor in a compressible gel that is no thicker than a few cells: there a Gaussian may be
-/// nearer.
+/// edges, nor in a compressible gel that is no thicker than a few cells, nor of what repeats within
+/// six cells: there a Gaussian may be nearer, and of ridges two cells apart even the gel at rest.
 ///
 /// The cells, of two pixels or more, stay where they are on the image. A move by two moves the
 /// surface with the object, to 0.2 % of the press; one by a pixel also changes it, beside the
