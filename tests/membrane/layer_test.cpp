@@ -770,6 +770,7 @@ TEST_CASE("bad input is refused by name") {
   }
   CHECK(contains(press(depth, {.shift = {unknown, 0}}), "sideways motion"));
   CHECK(contains(press(depth, {.twist = inf}), "sideways motion"));
+  CHECK(contains(press(depth, {.shift = {0, 1e150}}), "sideways motion"));
   CHECK(contains(press(Image<double>(20, 16, inf), {.force = 1}), "no object"));
   auto deep = depth;
   deep(3, 7) = rest - 11 * pitch;

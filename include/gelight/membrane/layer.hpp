@@ -179,9 +179,10 @@ class ElasticLayer {
     detail::require(!load.centre || load.centre->allFinite(), "the force's centre (",
                     load.centre.value_or(Vec2<double>::Zero()).x(), ", ",
                     load.centre.value_or(Vec2<double>::Zero()).y(), ") is not finite");
-    detail::require(load.shift.allFinite() && std::isfinite(load.twist), "the sideways motion (",
-                    load.shift.x(), ", ", load.shift.y(), ") turning by ", load.twist,
-                    " is not finite");
+    detail::require(std::abs(load.shift.x()) <= farthest && std::abs(load.shift.y()) <= farthest &&
+                        std::abs(load.twist) <= farthest,
+                    "the sideways motion (", load.shift.x(), ", ", load.shift.y(), ") turning by ",
+                    load.twist, " is not finite or beyond ", farthest);
     const auto [object, unknown_pixels] = see(depth, load);
     detail::Effort effort{options_.cancelled, options_.tolerance, options_.most_iterations};
     detail::require(load.force || object.deepest * pixel().x() < gel_.thickness, "at pixel (",
@@ -259,6 +260,9 @@ class ElasticLayer {
     detail::require(options_.most_iterations > 0, "number of iterations ", options_.most_iterations,
                     " is not positive");
   }
+
+  // A sideways motion whose square is a number, in m and in pixels.
+  static constexpr double farthest = 1e100;
 
   // What the object is to the layer, in pixels' widths, and how many pixels' depth is not known.
   template <class D>
