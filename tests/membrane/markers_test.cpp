@@ -191,6 +191,26 @@ TEST_CASE("the closed form of a disc that sticks, against Mindlin and against th
   }
 }
 
+TEST_CASE("a dragged contact that says nothing is refused by name") {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto asked = [](const DraggedMarkers& markers) {
+    return refusal([&] { (void)markers({0, 0}); });
+  };
+  for (const double bad : {0.0, -0.0, -1.0, nan, inf, 1e-200, 1e200}) {
+    CAPTURE(bad);
+    CHECK(contains(asked({{0, 0}, {1, 0}, bad, 0}), "reach"));
+  }
+  for (const double bad : {nan, inf}) {
+    CHECK(contains(asked({{bad, 0}, {1, 0}, 1, 0}), "centre"));
+    CHECK(contains(asked({{0, 0}, {0, bad}, 1, 0}), "shift"));
+    CHECK(contains(asked({{0, 0}, {1, 0}, 1, bad}), "stretch"));
+  }
+  const DraggedMarkers none{{0, 0}, {1, 0}, 0, 0};
+  CHECK(contains(refusal([&] { (void)marker_displacement<double>(4, 4, none); }), "reach 0"));
+  // The least that is taken is still a number at its centre.
+  CHECK((DraggedMarkers{{0, 0}, {1, 2}, 1e-150, 0}({0, 0}) - Vec2<double>(1, 2)).norm() < 1e-14);
+}
+
 TEST_CASE("three Gaussians: each does what it says") {
   GaussianMarkers markers;
   markers.centre = {10, 5};

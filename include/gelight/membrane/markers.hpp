@@ -33,23 +33,37 @@ struct DraggedMarkers {
 
   /// Those of a disc that sticks to a half-space: far away the same as Mindlin's exact solution
   /// (Compliance of elastic bodies in contact, 1949, doi:10.1115/1.4009973). Radius in pixels.
-  /// Throws InvalidInput for a radius that is not positive, a centre or shift that is not finite
-  /// and a Poisson ratio outside of [0, 0.5].
+  /// Throws InvalidInput for a radius that is not positive and finite, a Poisson ratio outside of
+  /// [0, 0.5], and as require_valid does.
   [[nodiscard]] static DraggedMarkers of_disc(const Vec2<double>& centre, const Vec2<double>& shift,
                                               double radius, double poisson_ratio) {
     detail::require(radius > 0 && std::isfinite(radius), "radius ", radius,
                     " is not positive and finite");
-    detail::require(centre.allFinite(), "centre (", centre.x(), ", ", centre.y(),
-                    ") is not finite");
-    detail::require(shift.allFinite(), "shift (", shift.x(), ", ", shift.y(), ") is not finite");
     detail::require(poisson_ratio >= 0 && poisson_ratio <= 0.5, "Poisson ratio ", poisson_ratio,
                     " is not between 0 and 0.5");
     const double nu = poisson_ratio;
-    return {centre, shift, 4 * radius * (1 - nu) / (std::numbers::pi * (2 - nu)), nu / (1 - nu)};
+    const DraggedMarkers markers{
+        centre, shift, 4 * radius * (1 - nu) / (std::numbers::pi * (2 - nu)), nu / (1 - nu)};
+    markers.require_valid();
+    return markers;
   }
 
-  /// How far a marker moves that was at a pixel.
+  /// Throws InvalidInput for a reach that is not positive or whose square no double holds, and for
+  /// a centre, a shift and a stretch that are not finite.
+  void require_valid() const {
+    detail::require(centre.allFinite(), "centre (", centre.x(), ", ", centre.y(),
+                    ") is not finite");
+    detail::require(shift.allFinite(), "shift (", shift.x(), ", ", shift.y(), ") is not finite");
+    detail::require(reach > 0 && std::isfinite(reach), "reach ", reach,
+                    " is not positive and finite");
+    detail::require(std::isnormal(reach * reach), "reach ", reach, " has a square that no double",
+                    " holds");
+    detail::require(std::isfinite(stretch), "stretch ", stretch, " is not finite");
+  }
+
+  /// How far a marker moves that was at a pixel. Throws InvalidInput as require_valid does.
   [[nodiscard]] Vec2<double> operator()(const Vec2<double>& pixel) const {
+    require_valid();
     const double x = pixel.x() - centre.x(), y = pixel.y() - centre.y();
     const double square = x * x + y * y + reach * reach, near = reach / std::sqrt(square);
     const double along = stretch * (x * shift.x() + y * shift.y()) / square;
