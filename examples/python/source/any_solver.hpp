@@ -13,22 +13,25 @@
 class AnySolver : public gelight::detail::DistanceQueries<AnySolver, double> {
  public:
   using From = std::span<const gelight::Source<double>>;
+  using Solve = std::function<std::vector<double>(From)>;
 
+  /// Solves by a function of the sources.
+  AnySolver(Surface surface, Solve solve)
+      : surface_(std::move(surface)), solve_(std::move(solve)) {}
   /// Of a solver that lives longer.
   template <class Solver>
   explicit AnySolver(const Solver& solver)
-      : surface_(solver.surface()),
-        solve_([&solver](From from) { return solver.distance(from); }) {}
+      : AnySolver(solver.surface(), [&solver](From from) { return solver.distance(from); }) {}
 
   [[nodiscard]] const Surface& surface() const { return surface_; }
-  [[nodiscard]] std::vector<double> solve_vertices(
-      const std::vector<gelight::Source<double>>& sources) const {
-    return solve_(sources);
+  void solve_vertices(gelight::detail::DistanceQuery<double>& query) const {
+    const std::vector<double> found = solve_(query.sources);
+    query.distance.assign(found.begin(), found.end());
   }
 
  private:
   Surface surface_;
-  std::function<std::vector<double>(From)> solve_;
+  Solve solve_;
 };
 
 static_assert(gelight::DistanceSolver<AnySolver, double>);
