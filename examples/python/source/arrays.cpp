@@ -15,6 +15,15 @@ Packed<Index> narrowed(const py::array& array, const char* what) {
   return Packed<Index>(array);
 }
 
+// Python's or NumPy's, or an array of one.
+bool is_truth(py::handle object) {
+  if (PyLong_Check(object.ptr()) != 0) return PyBool_Check(object.ptr()) != 0;
+  if (!py::hasattr(object, "dtype")) return false;
+  const py::array array = py::array::ensure(object);
+  PyErr_Clear();
+  return array && array.dtype().kind() == 'b';
+}
+
 }  // namespace
 
 void require_unmasked(py::handle object, const char* what) {
@@ -32,6 +41,7 @@ py::array array_itself(py::handle object, const char* what) {
                          py::repr(py::type::handle_of(object)).cast<std::string>() +
                          ", not an array to be written to");
   }
+  require_unmasked(object, what);  // what is written beneath a mask, nobody would see
   return py::reinterpret_borrow<py::array>(object);
 }
 
@@ -59,7 +69,7 @@ Packed<Index> faces_in(py::handle object) {
 }
 
 Index index_in(py::handle object, const char* what) {
-  if (PyBool_Check(object.ptr()) != 0) {  // a mask's, which would be vertices 0 and 1
+  if (is_truth(object)) {  // a mask's, which would be vertices 0 and 1
     throw py::type_error(std::string(what) + " is " + py::repr(object).cast<std::string>() +
                          ", not a whole number");
   }

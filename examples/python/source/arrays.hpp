@@ -150,7 +150,8 @@ inline bool is_aligned(const py::array& array) {
   return (array.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) != 0;
 }
 
-/// An array that is written to. Throws TypeError for anything else.
+/// An array that is written to. Throws TypeError for anything else, ValueError where some of its
+/// numbers are masked.
 py::array array_itself(py::handle object, const char* what);
 
 inline std::string shape_text(const py::array& array) {

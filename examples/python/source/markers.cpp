@@ -73,12 +73,15 @@ void bind_dragged(py::module_& m) {
       "doi:10.1017/CBO9781139171731, section 3.6). Everything in pixels.");
   dragged
       .def(py::init([](py::handle centre, py::handle shift, double reach, double stretch) {
-             return DraggedMarkers{pixel_in(centre, "centre"), pixel_in(shift, "shift"), reach,
-                                   stretch};
+             const DraggedMarkers markers{pixel_in(centre, "centre"), pixel_in(shift, "shift"),
+                                          reach, stretch};
+             markers.require_valid();
+             return markers;
            }),
            "centre"_a, "shift"_a, "reach"_a = 1.0, "stretch"_a = 0.0,
            "centre: column and row (2,); shift of what touches the gel (2,). Each dot r away moves "
-           "by reach (shift / rho + stretch r (r . shift) / rho^3), rho^2 = |r|^2 + reach^2.")
+           "by reach (shift / rho + stretch r (r . shift) / rho^3), rho^2 = |r|^2 + reach^2. "
+           "Raises ValueError for a reach that is not positive, and for what is not finite.")
       .def_static(
           "of_disc",
           [](py::handle centre, py::handle shift, double radius, double poisson_ratio) {

@@ -204,13 +204,32 @@ def test_what_lies_under_a_mask_is_no_value():
     assert np.array_equal(gelight.Surface(np.ma.masked_greater(vertices, 9), faces).vertices, vertices)
 
 
+def test_nothing_is_written_beneath_a_mask():
+    depth = np.ma.masked_array(np.full((48, 64), 2.0, np.float32), False)
+    depth[3, 4] = np.ma.masked
+    distances = np.ma.masked_array(np.full(BALL.vertex_count, 7.0), False)
+    distances[5] = np.ma.masked
+    for call in (lambda: gelight.rasterize_into(depth, BALL, HERE, CAMERA),
+                 lambda: gelight.DijkstraSolver(BALL).distance_into(distances, 0)):
+        with pytest.raises(ValueError, match="1 masked numbers"):
+            call()
+    assert (depth.data == 2).all() and (distances.data == 7).all()
+    unmasked = np.ma.masked_array(np.zeros(BALL.vertex_count))
+    gelight.DijkstraSolver(BALL).distance_into(unmasked, 0)
+    assert np.array_equal(unmasked.data, gelight.DijkstraSolver(BALL).distance(0))
+
+
 def test_bytes_and_truths_are_no_vertices():
     solver = gelight.DijkstraSolver(BALL)
     for sources in (True, [True, False], b"\1\2", bytearray(2)):
         with pytest.raises(TypeError):
             solver.distance(sources)
-    with pytest.raises(TypeError, match="True, not a whole number"):
-        gelight.vertex_point(True)
+    for truth in (True, np.True_, np.array(True), np.array([True])[0]):
+        with pytest.raises(TypeError, match="True.*, not a whole number"):
+            gelight.vertex_point(truth)
+        for sources in (truth, [truth], [0, truth]):
+            with pytest.raises(TypeError):
+                solver.distance(sources)
     assert np.array_equal(solver.distance(np.uint8(2)), solver.distance([2]))
 
 

@@ -2,7 +2,9 @@
 files and plans of sensors."""
 
 import copy
+import os
 import pickle
+import signal
 import struct
 import threading
 import zlib
@@ -92,6 +94,47 @@ def test_what_take_raises_ends_the_rows(threads):
         gelight.distance_matrix(gelight.ExactSolver(gelight.icosphere(3)), range(100),
                                 threads=threads, cancelled=lambda done: shares.append(done) or True)
     assert len(shares) == 1 and 0 <= shares[0] < 1
+
+
+class WhenBothWork:
+    """A solver's hook that acts once two threads solve, and notes who is asked how far it is."""
+
+    def __init__(self, act):
+        self.act, self.shares, self.asked_after = act, {}, 0
+
+    def __call__(self, done):
+        self.asked_after += self.act is None
+        self.shares[threading.get_ident()] = done
+        if len(self.shares) == 2 and self.act is not None:
+            act, self.act = self.act, None
+            act()
+        return False
+
+
+def raise_enough():
+    raise KeyError("enough")
+
+
+@pytest.mark.parametrize("act, error", [
+    (raise_enough, KeyError), (lambda: os.kill(os.getpid(), signal.SIGINT), KeyboardInterrupt)])
+def test_what_ends_one_row_ends_those_of_other_threads(act, error):
+    ask, taken = WhenBothWork(act), []
+    solver = gelight.ExactSolver(gelight.icosphere(6), cancelled=ask)
+    # Where Python was begun in the background, it ignores the signal.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        for rows in (lambda: gelight.distance_matrix(solver, [0, 1], threads=2),
+                     lambda: gelight.distance_rows(solver, [0, 1], lambda *r: taken.append(r),
+                                                   threads=2)):
+            ask.__init__(act)
+            with pytest.raises(error):
+                rows()
+            assert ask.act is None and len(ask.shares) == 2
+            assert max(ask.shares.values()) < 0.9 and taken == []
+            if error is KeyError:
+                assert ask.asked_after <= 1  # it was asking already
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_take_may_ask_the_library_and_other_threads_too():
@@ -373,6 +416,9 @@ def test_markers_of_a_dragged_disc():
     assert np.abs(middle - [23, 14]).max() < 0.2
     for bad in (lambda: disc((1, 2, 3)), lambda: disc(3), lambda: disc.image(-1, 3),
                 lambda: gelight.DraggedMarkers((1, 2, 3), (0, 0)),
+                lambda: gelight.DraggedMarkers((1, 2), (0, 0), 0.0),
+                lambda: gelight.DraggedMarkers((1, 2), (0, 0), np.nan),
+                lambda: gelight.DraggedMarkers((1, np.inf), (0, 0)),
                 lambda: gelight.DraggedMarkers.of_disc((0, 0), (1, 0), -1, 0.4),
                 lambda: gelight.DraggedMarkers.of_disc((0, 0), (1, 0), 1, 0.6)):
         with pytest.raises(gelight.InvalidInput):
