@@ -342,9 +342,9 @@ class PressedLayer {
   // The same after a step, and the change of what is missing by it.
   static void yield_as(Eigen::Matrix3d& yielding, const Vec3<double>& step,
                        const Vec3<double>& change) {
-    constexpr double rounding = 1e-10;
+    constexpr double least_share = 1e-10;
     const double along = step.dot(change);
-    if (!(along > rounding * step.norm() * change.norm())) return;
+    if (!(along > least_share * step.norm() * change.norm())) return;
     const Eigen::Matrix3d rest = Eigen::Matrix3d::Identity() - change * step.transpose() / along;
     yielding = (rest.transpose() * yielding * rest + step * step.transpose() / along).eval();
   }
