@@ -42,8 +42,8 @@ struct DraggedMarkers {
     detail::require(poisson_ratio >= 0 && poisson_ratio <= 0.5, "Poisson ratio ", poisson_ratio,
                     " is not between 0 and 0.5");
     const double nu = poisson_ratio;
-    const DraggedMarkers markers{
-        centre, shift, 4 * radius * (1 - nu) / (std::numbers::pi * (2 - nu)), nu / (1 - nu)};
+    DraggedMarkers markers{centre, shift, 4 * radius * (1 - nu) / (std::numbers::pi * (2 - nu)),
+                           nu / (1 - nu)};
     markers.require_valid();
     return markers;
   }
