@@ -19,7 +19,6 @@ class Array : public std::vector<T> {
 template <class T>
 class Slice : public std::span<T> {
  public:
-  Slice() = default;
   using std::span<T>::span;
   Slice(std::span<T> whole) : std::span<T>(whole) {}
   [[nodiscard]] T& operator[](std::ptrdiff_t i) const { return this->data()[i]; }

@@ -980,7 +980,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
                                  const detail::Starts<Real>& starts) const {
     Limits limits;
     limits.distance = Real{options.max_distance} - starts.common;
-    limits.starts = starts.of_vertex;
+    if (!starts.of_vertex.empty()) limits.starts = &starts.of_vertex;
     limits.cancelled = options.cancelled;
     limits.memory = options.max_memory;
     limits.keep_windows = options.keep_windows;

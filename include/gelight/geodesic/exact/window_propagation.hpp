@@ -69,7 +69,7 @@ struct PropagationLimits {
 
   /// A limit as distances at a vertex count, given what those count from. Rounded up, lest a
   /// target itself is beyond.
-  [[nodiscard]] static Real counted_from(Slice<const Real> starts, Real limit, Index v) {
+  [[nodiscard]] static Real counted_from(const Array<Real>& starts, Real limit, Index v) {
     if (starts.empty() || limit == unreachable<Real>) return limit;
     return limit - starts[v] + rounding * (std::fabs(limit) + std::fabs(starts[v]));
   }
@@ -77,7 +77,8 @@ struct PropagationLimits {
   Real distance = unreachable<Real>;
   std::vector<SegmentFront<Real>> fronts;  // segments that waves leave at a right angle
   Real size = 0;                           // of the mesh, where there are any
-  Slice<const Real> starts;     // of each vertex, where not empty: what its distances count from
+  // What distances count from at each vertex, where that differs.
+  const Array<Real>* starts = nullptr;
   std::vector<Target> targets;  // propagation ends when all of these are known
   CancelHook cancelled;
   std::size_t memory = std::numeric_limits<std::size_t>::max();  // that windows may take, in bytes
@@ -122,7 +123,7 @@ class WindowPropagation {
   ///@{
   [[nodiscard]] Real bound() const { return bound_; }
   [[nodiscard]] Real bound_at(Index v) const {
-    return Limits::counted_from(limits_->starts, bound_, v);
+    return limits_->starts ? Limits::counted_from(*limits_->starts, bound_, v) : bound_;
   }
   ///@}
 
@@ -529,7 +530,7 @@ class WindowPropagation {
       Real nearest = unreachable<Real>;
       for (std::size_t k = 0; k < 3; ++k) {
         const Index corner = target.corners[k];
-        const Real start = limits_->starts.empty() ? 0 : limits_->starts[corner];
+        const Real start = limits_->starts ? (*limits_->starts)[corner] : 0;
         nearest = std::min(nearest, start + distances[corner] + target.gaps[k]);
       }
       farthest = std::max(farthest, nearest);
