@@ -181,9 +181,9 @@ class TransportLight {
 /// The gel of a sensor, as its light sees it.
 template <std::floating_point T>
 struct GelSheet {
-  T thickness = T(0.003);    ///< in the unit of the positions; air is behind it
+  T thickness = T(0.003);   ///< in the unit of the positions; air is behind it
   T full_within = T(0.01);  ///< the distance on an LED's axis within which its light is full
-  T index = T(1.41);         ///< refractive
+  T index = T(1.41);        ///< refractive
 };
 
 /// Light that goes straight through gel with air behind it, and across the hollow: see `gel_field`.
