@@ -1,9 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <atomic>
 #include <cstddef>
-#include <cstdlib>
-#include <new>
 #include <random>
 #include <span>
 #include <string>
@@ -14,35 +11,8 @@
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/heap_count.hpp"
 #include "support/scan_meshes.hpp"
-
-// Every byte that this program takes from the heap is counted.
-namespace {
-
-std::atomic<std::size_t> bytes_taken = 0;
-
-}  // namespace
-
-// (Not inlined, or g++ takes what is allocated here and freed there for a mistake.)
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  bytes_taken += size;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
-  bytes_taken += size;
-  const auto step = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 using namespace gelight;
 
@@ -108,9 +78,9 @@ void check_queries(const auto& make_solver, const std::string& name) {
   // Buffers change places while they grow, so some rounds until each has been everywhere.
   for (int round = 0; round < 4; ++round) ask_all(solver, asked, out, [] {});
 
-  const std::size_t before = bytes_taken;
+  const std::size_t before = test::bytes_taken;
   ask_all(solver, asked, out, [] {});
-  CHECK(bytes_taken - before == 0);
+  CHECK(test::bytes_taken - before == 0);
 
   // What is left of other questions changes no answer.
   std::vector<std::vector<T>> answers;

@@ -3,12 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
 #include <limits>
-#include <new>
 #include <random>
 #include <string>
 #include <utility>
@@ -16,21 +14,7 @@
 
 #include "gelight/image/raster.hpp"
 #include "gelight/mesh/shapes.hpp"
-
-// Every byte that this program takes from the heap is counted.
-namespace {
-
-std::atomic<std::size_t> bytes_taken = 0;
-
-}  // namespace
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  bytes_taken += size;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "support/heap_count.hpp"
 
 using namespace gelight;
 
@@ -150,11 +134,11 @@ TEST_CASE("frames take no memory; a workspace takes some once") {
   for (int frame = 0; frame < 12; ++frame) {
     for (const auto& mesh : meshes) {
       const Pose pose = random_pose(random, frame);
-      const std::size_t before = bytes_taken;
+      const std::size_t before = test::bytes_taken;
       rasterize_into(depth, mesh, pose, camera);
-      CHECK(bytes_taken == before);
+      CHECK(test::bytes_taken == before);
       rasterize_into(depth, mesh, pose, camera, &work);
-      if (frame > 0) CHECK(bytes_taken == before);
+      if (frame > 0) CHECK(test::bytes_taken == before);
     }
   }
 }

@@ -1,12 +1,9 @@
 #include <doctest/doctest.h>
 
 #include <array>
-#include <atomic>
 #include <cstddef>
-#include <cstdlib>
 #include <initializer_list>
 #include <limits>
-#include <new>
 #include <vector>
 
 #include "gelight/membrane/bulge.hpp"
@@ -14,34 +11,7 @@
 #include "gelight/membrane/pyramid.hpp"
 #include "gelight/membrane/shadowed.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
-
-// Every byte that this program takes from the heap is counted.
-namespace {
-
-std::atomic<std::size_t> bytes_taken = 0;
-
-}  // namespace
-
-// (Not inlined, or g++ takes what is allocated here and freed there for a mistake.)
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  bytes_taken += size;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
-  bytes_taken += size;
-  const auto step = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "support/heap_count.hpp"
 
 using namespace gelight;
 
@@ -59,10 +29,10 @@ void check_frames(const Renderer& renderer) {
   auto frame = renderer.rest_frame();
   for (const auto* depth :
        std::initializer_list<const Image<float>*>{&rest, &contact, &holed, &everywhere, &contact}) {
-    const std::size_t before = bytes_taken;
+    const std::size_t before = test::bytes_taken;
     renderer.render_into(out, *depth);
     renderer.render_next_into(frame, *depth);
-    CHECK(bytes_taken - before == 0);
+    CHECK(test::bytes_taken - before == 0);
   }
 }
 

@@ -96,9 +96,9 @@ struct SmoothPath {
 /// over it, which `position` tells.
 ///
 /// Construction is linear in the mesh. A solve takes an exact one and a step for each face that
-/// each vertex's path crosses: 4 to 5.5 times the exact one's time on a sphere of 10,242
-/// vertices, as benchmarks/pareto_benchmark.cpp prints, 7 times on one of 40,962. Queries are const
-/// and safe from several threads.
+/// each vertex's path crosses: 4.4 to 7 times the exact one's time on 10,242 vertices of a sphere
+/// and of needles, as benchmarks/pareto_benchmark.cpp prints, and more on larger meshes, whose
+/// paths cross more faces. Queries are const and safe from several threads.
 ///
 /// Distances that are not exact are no shorter way to the same: it is the paths that take the time.
 /// On smooth meshes of 2,562 to 10,368 vertices, paths to which those of fast marching or virtual
