@@ -43,8 +43,9 @@
   how template LightField<T> geodesic_field<T>(const ExactSolver<T>&, std::span<const Source<T>>, \
                                                std::span<const SurfacePoint<T>>,                  \
                                                const CancelHook&);
-#define GELIGHT_FOR_MESH(how, T, M) \
-  how template auto Surface<T>::snapshot<M>(const M&)->std::shared_ptr<const Data>;
+#define GELIGHT_FOR_MESH(how, T, M)                                      \
+  how template auto Surface<T>::snapshot<M>(const M&, const CancelHook&) \
+      ->std::shared_ptr<const Data>;
 #define GELIGHT_FOR_ALL(how)                     \
   GELIGHT_FOR_SCALAR(how, float)                 \
   GELIGHT_FOR_SCALAR(how, double)                \

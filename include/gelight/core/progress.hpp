@@ -23,7 +23,8 @@ class MemoryLimit : public std::runtime_error {
 };
 
 /// The one hook of all long work: asked now and then while it lasts, some milliseconds apart, it
-/// answers true to have the work end with Cancelled.
+/// answers true to have the work end with Cancelled. Steps of a solver's set-up that are linear in
+/// the mesh, of a microsecond a vertex at most, may be one step each.
 ///
 /// Made from any callable `() -> bool`, or `(double done) -> bool` that is also told how much of
 /// the work is done: a share from 0 to 1 that never decreases, an estimate where the work is not

@@ -7,12 +7,12 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/periodic_check.hpp"
 #include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/marching/bucket_queue.hpp"
-#include "gelight/geodesic/marching/periodic_check.hpp"
 #include "gelight/geodesic/marching/steiner_graph.hpp"
 #include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -47,7 +47,7 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   /// makes more nodes than an Index counts.
   template <TriangleMesh M>
   explicit DijkstraSolver(const M& mesh, const DijkstraOptions& options = {})
-      : surface_(mesh), cancelled_(options.cancelled) {
+      : surface_(mesh, options.cancelled.part(0, 0)), cancelled_(options.cancelled) {
     set_up(options);
   }
 

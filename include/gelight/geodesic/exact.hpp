@@ -841,7 +841,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   /// Throws InvalidInput as Surface does, and for options that do not fit the mesh. The options
   /// hold for every query that is not given its own.
   explicit ExactSolver(const TriangleMesh auto& mesh, ExactOptions<T> options = {})
-      : surface_(mesh), options_(std::move(options)) {
+      : surface_(mesh, options.cancelled.part(0, 0)), options_(std::move(options)) {
     set_up();
   }
 

@@ -8,13 +8,13 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/periodic_check.hpp"
 #include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/marching/bucket_queue.hpp"
 #include "gelight/geodesic/marching/one_ring.hpp"
-#include "gelight/geodesic/marching/periodic_check.hpp"
 #include "gelight/geodesic/marching/prefetch_ring.hpp"
 #include "gelight/geodesic/marching/waves.hpp"
 #include "gelight/mesh/intrinsic.hpp"
@@ -64,7 +64,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
   explicit FastMarchingSolver(const M& mesh, const FastMarchingOptions& options = {})
-      : surface_(mesh), cancelled_(options.cancelled) {
+      : surface_(mesh, options.cancelled.part(0, 0)), cancelled_(options.cancelled) {
     set_up();
   }
 

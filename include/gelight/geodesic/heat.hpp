@@ -250,7 +250,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   /// radius or a number of refinements that is negative.
   template <TriangleMesh M>
   explicit HeatSolver(const M& mesh, const HeatOptions& options = {})
-      : HeatSolver(Surface<Real>(mesh), options, nullptr) {}
+      : HeatSolver(Surface<Real>(mesh, options.cancelled.part(0, 0)), options, nullptr) {}
 
   /// Shares the factored systems of another solver of the same surface, where there is one; their
   /// time factor, triangulation and backend then hold instead of the options'. Throws InvalidInput

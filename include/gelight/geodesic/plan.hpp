@@ -280,7 +280,9 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   /// error that is negative or NaN, a method that nothing makes.
   template <TriangleMesh M>
   explicit DistancePlanner(const M& mesh, PlanRequest request = {})
-      : surface_(mesh), request_(std::move(request)), statistics_(surface_) {
+      : surface_(mesh, request.cancelled.part(0, 0)),
+        request_(std::move(request)),
+        statistics_(surface_) {
     set_up();
   }
 

@@ -112,15 +112,16 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
   /// With normals fitted to the vertices around each. Throws InvalidInput as Surface does, for a
   /// crease angle that is not between 0 and pi, a crease that is no edge.
   explicit SmoothDistanceSolver(const TriangleMesh auto& mesh, SmoothOptions<T> options = {})
-      : SmoothDistanceSolver(Surface<Real>(mesh), std::span<const std::array<T, 3>>(), false,
-                             std::move(options)) {}
+      : SmoothDistanceSolver(Surface<Real>(mesh, options.cancelled.part(0, 0)),
+                             std::span<const std::array<T, 3>>(), false, options) {}
 
   /// With the surface's unit normals at the vertices, all on one side of it. At creases, where a
   /// vertex has several, they are fitted. Throws InvalidInput besides for normals that are not as
   /// many as vertices, not unit by more than 0.005, or against the faces where most are along them.
   SmoothDistanceSolver(const TriangleMesh auto& mesh, std::span<const std::array<T, 3>> normals,
                        SmoothOptions<T> options = {})
-      : SmoothDistanceSolver(Surface<Real>(mesh), normals, true, std::move(options)) {}
+      : SmoothDistanceSolver(Surface<Real>(mesh, options.cancelled.part(0, 0)), normals, true,
+                             options) {}
 
   /// The mesh.
   [[nodiscard]] const Surface<double>& surface() const { return exact_.surface(); }

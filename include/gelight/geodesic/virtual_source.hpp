@@ -11,6 +11,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/periodic_check.hpp"
 #include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
@@ -18,7 +19,6 @@
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/marching/bucket_queue.hpp"
 #include "gelight/geodesic/marching/one_ring.hpp"
-#include "gelight/geodesic/marching/periodic_check.hpp"
 #include "gelight/geodesic/marching/prefetch_ring.hpp"
 #include "gelight/geodesic/marching/waves.hpp"
 #include "gelight/mesh/intrinsic.hpp"
@@ -63,7 +63,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
   explicit VirtualSourceSolver(const M& mesh, const VirtualSourceOptions& options = {})
-      : surface_(mesh), cancelled_(options.cancelled) {
+      : surface_(mesh, options.cancelled.part(0, 0)), cancelled_(options.cancelled) {
     set_up();
   }
 

@@ -14,7 +14,9 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
+#include "gelight/core/periodic_check.hpp"
 #include "gelight/core/prefetch.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -60,7 +62,12 @@ class Surface {
   /// and two faces with the same three vertices. An edge of less than 1e-75 counts as of no length;
   /// a mesh of such edges only is refused.
   template <TriangleMesh M>
-  requires(!std::same_as<M, Surface>) explicit Surface(const M& mesh) : data_(snapshot(mesh)) {}
+  requires(!std::same_as<M, Surface>) explicit Surface(const M& mesh,
+                                                       const CancelHook& cancelled = {})
+      : data_(snapshot(mesh, cancelled)) {}
+
+  /// A copy, which is no work to ask about: where a mesh may be a Surface.
+  Surface(const Surface& surface, const CancelHook& /*cancelled*/) : Surface(surface) {}
 
   /// The parts of the mesh, numbered as they were in the mesh that it is a snapshot of.
   ///@{
@@ -224,12 +231,15 @@ class Surface {
   }
 
   template <TriangleMesh M>
-  static std::shared_ptr<const Data> snapshot(const M& mesh);
+  static std::shared_ptr<const Data> snapshot(const M& mesh, const CancelHook& cancelled);
+
+  static constexpr const char* reading = "the reading of a mesh";
 
   template <TriangleMesh M>
-  static void copy_positions(const M& mesh, Data& data) {
+  static void copy_positions(const M& mesh, Data& data, const CancelHook& cancelled) {
     const auto count = checked_count(MeshTraits<M>::vertex_count(mesh), 1, "vertices");
     data.positions.resize(static_cast<std::size_t>(count));
+    detail::PeriodicCheck progress(cancelled, count, reading);
     for (Index v = 0; v < count; ++v) {
       const auto& p = MeshTraits<M>::position(mesh, v);
       const Vec3<T> q(static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2]));
@@ -237,6 +247,7 @@ class Surface {
       const double largest = std::max({x, y, std::fabs(double{q[2]})});
       if (!(x + y + largest <= detail::largest_coordinate)) require_in_reach(v, q);
       data.positions[v] = q;
+      progress.step();
     }
   }
 
@@ -251,11 +262,12 @@ class Surface {
   }
 
   template <TriangleMesh M>
-  static void copy_faces(const M& mesh, Data& data) {
+  static void copy_faces(const M& mesh, Data& data, const CancelHook& cancelled) {
     const auto count = checked_count(MeshTraits<M>::face_count(mesh), 3, "faces");
     const auto vertices = static_cast<Index>(data.positions.size());
     data.vertices.resize(3 * static_cast<std::size_t>(count));
     Index* to = data.vertices.data();
+    detail::PeriodicCheck progress(cancelled, count, reading);
     for (Index f = 0; f < count; ++f, to += 3) {
       const std::array<Index, 3> face = MeshTraits<M>::face(mesh, f);
       const auto [a, b, c] = face;
@@ -267,6 +279,7 @@ class Surface {
       to[0] = a;
       to[1] = b;
       to[2] = c;
+      progress.step();
     }
   }
 
@@ -316,7 +329,7 @@ class Surface {
 
   // Joins the half-edges of each edge into a cycle in the order of their numbers, at its lower
   // vertex, and measures it, once for all of them.
-  static void link_edges(Data& data) {
+  static void link_edges(Data& data, const CancelHook& cancelled) {
     data.twins.resize(data.vertices.size());
     data.lengths.resize(data.vertices.size());
     detail::Array<Latest> latest(data.positions.size());
@@ -324,6 +337,7 @@ class Surface {
     const auto half_edges = static_cast<Index>(data.vertices.size());
     double longest = 0;
     bool any_crowded = false;  // an edge of three faces or more
+    detail::PeriodicCheck progress(cancelled, count, reading);
     for (Index v = 0; v < count; ++v) {
       const auto join = [&](Index h, Index end, Index apex) {
         if (end < v) return;
@@ -352,6 +366,7 @@ class Surface {
         join(out, tip, from);
         join(in, from, tip);
       }
+      progress.step();
     }
     if (any_crowded) require_different_faces(data);
     detail::require(longest == 0 || longest >= detail::shortest_length, "the longest edge is ",
@@ -404,16 +419,19 @@ class Surface {
 /// The data of a mesh, checked.
 template <std::floating_point T>
 template <TriangleMesh M>
-auto Surface<T>::snapshot(const M& mesh) -> std::shared_ptr<const Data> {
+auto Surface<T>::snapshot(const M& mesh, const CancelHook& cancelled)
+    -> std::shared_ptr<const Data> {
   auto data = std::make_shared<Data>();
-  copy_positions(mesh, *data);
-  copy_faces(mesh, *data);
+  copy_positions(mesh, *data, cancelled.part(0, 0.1));
+  copy_faces(mesh, *data, cancelled.part(0.1, 0.4));
   link_corners(*data);
-  link_edges(*data);
+  link_edges(*data, cancelled.part(0.4, 1));
   return data;
 }
 
 template <TriangleMesh M>
 explicit Surface(const M&) -> Surface<MeshScalar<M>>;
+template <TriangleMesh M>
+Surface(const M&, const CancelHook&) -> Surface<MeshScalar<M>>;
 
 }  // namespace gelight

@@ -8,6 +8,8 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/periodic_check.hpp"
+#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -59,19 +61,25 @@ template <std::floating_point Real>
 class TangentFrames {
  public:
   /// Throws InvalidInput as require_oriented does. Linear in the faces.
-  explicit TangentFrames(const Surface<Real>& surface)
-      : TangentFrames(surface, intrinsic_triangulation(surface)) {}
+  explicit TangentFrames(const Surface<Real>& surface, const CancelHook& cancelled = {})
+      : TangentFrames(surface, intrinsic_triangulation(surface), cancelled) {}
 
   /// With the angles of other edge lengths, the half-edges being the same.
-  TangentFrames(const Surface<Real>& surface, const IntrinsicTriangulation<Real>& mesh)
+  TangentFrames(const Surface<Real>& surface, const IntrinsicTriangulation<Real>& mesh,
+                const CancelHook& cancelled = {})
       : surface_(surface) {
     require_oriented(surface);
-    measure_corners(mesh);
+    measure_corners(mesh, cancelled.part(0, 0.5));
     const auto halfedges = static_cast<std::size_t>(surface.halfedge_count());
     bases_.resize(static_cast<std::size_t>(surface.vertex_count()));
     angles_.resize(halfedges);
     far_angles_.resize(halfedges);
-    for (Index v = 0; v < surface.vertex_count(); ++v) place(v);
+    const CancelHook later = cancelled.part(0.5, 1);
+    detail::PeriodicCheck progress(later, surface.vertex_count(), "the set-up of tangent planes");
+    for (Index v = 0; v < surface.vertex_count(); ++v) {
+      place(v);
+      progress.step();
+    }
   }
 
   /// The plane at a vertex.
@@ -93,14 +101,17 @@ class TangentFrames {
   }
 
  private:
-  void measure_corners(const IntrinsicTriangulation<Real>& mesh) {
+  void measure_corners(const IntrinsicTriangulation<Real>& mesh, const CancelHook& cancelled) {
     const auto faces = planar_faces(mesh);
+    detail::PeriodicCheck progress(cancelled, surface_.face_count(),
+                                   "the set-up of tangent planes");
     corners_.resize(static_cast<std::size_t>(surface_.halfedge_count()));
     for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto& [x1, x2, y2] = faces[f];
       corners_[3 * f] = std::atan2(y2, x2);
       corners_[3 * f + 1] = std::atan2(y2, x1 - x2);
       corners_[3 * f + 2] = std::atan2(x1 * y2, y2 * y2 - x2 * (x1 - x2));
+      progress.step();
     }
   }
 

@@ -123,7 +123,8 @@ class ExactLogMapSolver {
   /// more than two faces.
   template <TriangleMesh M>
   explicit ExactLogMapSolver(const M& mesh, const ExactLogMapOptions& options = {})
-      : planes_(std::make_shared<const detail::TangentPlanes<Real>>(Surface<Real>(mesh))),
+      : planes_(std::make_shared<const detail::TangentPlanes<Real>>(
+            Surface<Real>(mesh, options.cancelled.part(0, 0)), options.cancelled.part(0, 0))),
         solver_(planes_->surface()),
         cancelled_(options.cancelled) {}
 

@@ -62,11 +62,13 @@ template <std::floating_point Real>
 class TangentPlanes {
  public:
   /// Throws InvalidInput as TangentFrames does.
-  explicit TangentPlanes(const Surface<Real>& surface) : surface_(surface), frames_(surface) {}
+  explicit TangentPlanes(const Surface<Real>& surface, const CancelHook& cancelled = {})
+      : surface_(surface), frames_(surface, cancelled) {}
 
   /// With the angles of other edge lengths, the half-edges being the same.
-  TangentPlanes(const Surface<Real>& surface, const IntrinsicTriangulation<Real>& mesh)
-      : surface_(surface), frames_(surface, mesh) {}
+  TangentPlanes(const Surface<Real>& surface, const IntrinsicTriangulation<Real>& mesh,
+                const CancelHook& cancelled)
+      : surface_(surface), frames_(surface, mesh, cancelled) {}
 
   [[nodiscard]] const Surface<Real>& surface() const { return surface_; }
   [[nodiscard]] const TangentFrames<Real>& frames() const { return frames_; }

@@ -96,7 +96,7 @@ class VectorHeatSolver {
   /// extend, one more for the log map.
   template <TriangleMesh M>
   explicit VectorHeatSolver(const M& mesh, const VectorHeatOptions& options = {})
-      : VectorHeatSolver(Surface<double>(mesh), nullptr, options) {}
+      : VectorHeatSolver(Surface<double>(mesh, options.cancelled.part(0, 0)), nullptr, options) {}
 
   /// Shares the matrices of a HeatSolver, and its time factor and triangulation. Throws
   /// InvalidInput as above for its surface.
@@ -239,8 +239,10 @@ class VectorHeatSolver {
                    const VectorHeatOptions& options)
       : surface_(std::move(surface)),
         cancelled_(options.cancelled),
-        planes_(surface_, options.intrinsic_delaunay ? detail::mollified_triangulation(surface_, 1)
-                                                     : intrinsic_triangulation(surface_)),
+        planes_(surface_,
+                options.intrinsic_delaunay ? detail::mollified_triangulation(surface_, 1)
+                                           : intrinsic_triangulation(surface_),
+                cancelled_.part(0, 0)),
         system_(system ? std::move(system)
                        : std::make_shared<detail::HeatSystem<Real>>(
                              surface_, options.time_factor, options.intrinsic_delaunay, nullptr,

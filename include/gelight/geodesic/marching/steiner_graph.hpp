@@ -15,7 +15,7 @@
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/marching/bucket_queue.hpp"
-#include "gelight/geodesic/marching/periodic_check.hpp"
+#include "gelight/core/periodic_check.hpp"
 #include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 

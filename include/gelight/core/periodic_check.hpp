@@ -8,7 +8,7 @@
 
 namespace gelight::detail {
 
-/// Asks a hook once in a while (some milliseconds) as vertices have their turn.
+/// Asks a hook once in a while (some milliseconds) as vertices or faces have their turn.
 class PeriodicCheck {
  public:
   /// `steps` is how many are expected; where there are more, the share done stays at 1.
