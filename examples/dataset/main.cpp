@@ -28,24 +28,24 @@ struct Settings {
   int threads = 0;
 };
 
-/// The sensors of a scene, and the presses and clocks of each thread.
+/// The sensors of a scene, and the samplers and clocks of each thread.
 struct Workshop {
   const Scene& scene;
   LitSensors sensors;
-  std::vector<Press> presses;
+  std::vector<Sampler> samplers;
   std::vector<Stopwatch> watches;
 
   Workshop(const Scene& of, int threads)
       : scene(of), sensors(of), watches(static_cast<std::size_t>(threads)) {
-    for (int t = 0; t < threads; ++t) presses.emplace_back(scene, sensors);
+    for (int t = 0; t < threads; ++t) samplers.emplace_back(scene, sensors);
   }
 
   void make_part(const PartedFile& file, int number, int thread) {
-    Press& press = presses[static_cast<std::size_t>(thread)];
+    Sampler& sampler = samplers[static_cast<std::size_t>(thread)];
     Stopwatch& watch = watches[static_cast<std::size_t>(thread)];
     Part part = file.new_part(number);
     for (std::uint64_t row = 0; row < file.rows_of(number); ++row) {
-      const Sample& sample = press.sample(file.first_row(number) + row, watch);
+      const Sample& sample = sampler.sample(file.first_row(number) + row, watch);
       put_sample(part, file.columns(), row, sample);
       watch.lap(Stage::compress);
     }

@@ -82,12 +82,12 @@ LitSensors::LitSensors(const Scene& scene) {
 }
 LitSensors::~LitSensors() = default;
 
-Press::Press(const Scene& scene, const LitSensors& sensors)
+Sampler::Sampler(const Scene& scene, const LitSensors& sensors)
     : scene_(scene), kinds_(sensors.kinds()) {}
-Press::~Press() = default;
-Press::Press(Press&&) noexcept = default;
+Sampler::~Sampler() = default;
+Sampler::Sampler(Sampler&&) noexcept = default;
 
-const Sample& Press::sample(std::uint64_t number, Stopwatch& watch) {
+const Sample& Sampler::sample(std::uint64_t number, Stopwatch& watch) {
   watch.restart();
   take_sensor(number / scene_.sensor_every);
   watch.lap(Stage::sensor);
@@ -110,7 +110,7 @@ const Sample& Press::sample(std::uint64_t number, Stopwatch& watch) {
   return sample_;
 }
 
-void Press::take_sensor(std::uint64_t number) {
+void Sampler::take_sensor(std::uint64_t number) {
   if (built_ && number_ == number) return;
   number_ = number;
   const DrawnSensor drawn = drawn_sensor(scene_, kinds_, number);
@@ -125,7 +125,7 @@ void Press::take_sensor(std::uint64_t number) {
 }
 
 // Drawn anew where there is no membrane.
-std::pair<Vec3<double>, Vec3<double>> Press::place(const Draws& draws, const LitSensor& sensor) {
+std::pair<Vec3<double>, Vec3<double>> Sampler::place(const Draws& draws, const LitSensor& sensor) {
   const auto& camera = sensor.preset.camera;
   for (std::uint32_t attempt = 0; attempt < Distribution::most_attempts; ++attempt) {
     const auto at = [&](const Distribution& share, Drawn what, Index size) {
@@ -144,7 +144,7 @@ std::pair<Vec3<double>, Vec3<double>> Press::place(const Draws& draws, const Lit
                            Distribution::most_attempts, " times"});
 }
 
-void Press::place_object(const Draws& draws, const LitSensor& sensor) {
+void Sampler::place_object(const Draws& draws, const LitSensor& sensor) {
   const auto [point, out] = place(draws, sensor);
   const auto which = static_cast<std::size_t>(draws.uniforms(Drawn::object)[0] *
                                               static_cast<double>(scene_.objects.size()));
@@ -188,7 +188,7 @@ void Press::place_object(const Draws& draws, const LitSensor& sensor) {
 }
 
 // The faces that have a vertex below this height, and their vertices, in the object's order.
-void Press::take_near_part(const gelight::Mesh<float>& object, double height) {
+void Sampler::take_near_part(const gelight::Mesh<float>& object, double height) {
   near_part_.positions.clear();
   near_part_.faces.clear();
   numbers_.assign(object.positions.size(), -1);
@@ -210,7 +210,7 @@ void Press::take_near_part(const gelight::Mesh<float>& object, double height) {
   }
 }
 
-void Press::label(const LitSensor& sensor) {
+void Sampler::label(const LitSensor& sensor) {
   const Stored& store = scene_.store;
   const auto& camera = sensor.preset.camera;
   const float* const rest = sensor.rest.depth.pixels().data();
@@ -241,7 +241,7 @@ void Press::label(const LitSensor& sensor) {
 // object; the spring under it stands where the normal through that point meets the membrane, which
 // is another place than where the pixel saw the membrane at rest. Between the springs of four
 // pixels that are neighbours, they are pressed as those are in the mean.
-void Press::press_back(const LitSensor& sensor) {
+void Sampler::press_back(const LitSensor& sensor) {
   const auto camera = sensor.preset.camera.template cast<double>();
   struct Spring {
     Vec3<double> foot, normal;
@@ -298,7 +298,7 @@ void Press::press_back(const LitSensor& sensor) {
 
 // Markers on a grid over the image where the camera sees the membrane at rest, dragged by a disc as
 // large as the contact.
-void Press::drag_markers(const LitSensor& sensor) {
+void Sampler::drag_markers(const LitSensor& sensor) {
   const auto& camera = sensor.preset.camera;
   const auto columns = static_cast<std::size_t>(scene_.marker_columns);
   const auto rows = static_cast<std::size_t>(scene_.marker_rows);

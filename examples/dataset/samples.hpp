@@ -79,11 +79,11 @@ class LitSensors {
 };
 
 /// Makes samples, for one thread. Those that follow each other share a sensor.
-class Press {
+class Sampler {
  public:
-  Press(const Scene& scene, const LitSensors& sensors);
-  ~Press();
-  Press(Press&&) noexcept;
+  Sampler(const Scene& scene, const LitSensors& sensors);
+  ~Sampler();
+  Sampler(Sampler&&) noexcept;
 
   /// The sample of this number; it stays until the next call.
   [[nodiscard]] const Sample& sample(std::uint64_t number, Stopwatch& watch);
