@@ -514,12 +514,15 @@ template <std::floating_point T>
                                                     const TactileOptions& options) {
   if (!(options.ambient > 0)) return coating;
   const auto normals = sobel_normals(rest, camera.template cast<double>(), options.border_normals);
+  const bool is_gated = options.specular == Specular::gated;
+  const double least_seen = is_gated ? double{facing_rounding(camera)} : -2;  // as it is rendered
   for (Index y = 0; y < coating.height(); ++y) {
     for (Index x = 0; x < coating.width(); ++x) {
       const Vec3<double> eye =
           -direction_of<double>(camera.template cast<double>().ray(double(x), double(y)));
       for (const Light<T>& light : lights) {
         const Vec3<double> to_light = -light.direction(x, y).template cast<double>();
+        if (normals(x, y).dot(to_light) <= least_seen) continue;
         const double shares = phong<double>(normals(x, y), to_light, eye, light.diffuse,
                                             light.specular, light.shininess, options.specular);
         for (std::size_t c = 0; c < 3; ++c) {

@@ -129,8 +129,7 @@ struct LightColour {
   /// Cosines whose power is not a normal number count as 0: it cannot be seen, and numbers below
   /// the normal ones are slow to work with.
   T least_cosine;
-  /// N.L counts for so much less: as much as rounding may leave of a direction that was made
-  /// tangent.
+  /// N.L counts for so much less: as much as rounding may leave of a light along the membrane.
   T tangent = 0;
 };
 

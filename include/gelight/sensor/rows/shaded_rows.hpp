@@ -57,6 +57,27 @@ void multiply_rows(T* __restrict out, const T* a, const T* b, std::ptrdiff_t cou
   for (std::ptrdiff_t i = 0; i < count; ++i) out[i] = a[i] * b[i];
 }
 
+/// By how much N.L may be rounded, of a membrane's normal from its depths as a camera sees them and
+/// a direction to a light: of a light along the membrane the sign is unknown, and with it the
+/// gloss.
+template <std::floating_point T>
+[[nodiscard]] T facing_rounding(const Camera<T>& camera) {
+  // A coordinate of a normal is rounded some five times on the way, one of a direction twice, and
+  // their sum of products five times.
+  constexpr T roundings = 16;
+  // Sums of two depths are rounded before their difference is taken, which over twice the depth
+  // and times the focal length is a slope.
+  const T of_slopes = std::max(camera.fx, camera.fy);
+  // Coordinates are as long as the rays at most, which are longest in a corner.
+  T longest = 0;
+  for (const Index y : {Index{0}, camera.height - 1}) {
+    for (const Index x : {Index{0}, camera.width - 1}) {
+      longest = std::max(longest, camera.ray(static_cast<T>(x), static_cast<T>(y)).norm());
+    }
+  }
+  return (roundings + of_slopes) * std::numeric_limits<T>::epsilon() * longest;
+}
+
 /// The colours of a membrane, up to a tile of a row at a time: background and lights, which do not
 /// change from frame to frame, on normals that do. In shares of 255, so that they need only be
 /// truncated.
@@ -89,8 +110,7 @@ class ShadedRows {
     keep_background(background, static_cast<T>(255 * ambient));
     for (std::size_t k = 0; k < lights.size(); ++k) {
       const T least_seen = keep_direction(lights[k].direction, k, rectified_to, keep_strength);
-      const bool is_tangent = rectified_to != nullptr && form == Specular::gated;
-      keep_colour(lights[k], form, is_tangent ? least_seen : 0);
+      keep_colour(lights[k], form, form == Specular::gated ? least_seen : 0);
     }
   }
 
@@ -220,12 +240,6 @@ class ShadedRows {
   // Returns by how much the product of a unit normal with a kept direction may be rounded.
   T keep_direction(const Image<Vec3<T>>& travel, std::size_t k,
                    const Image<Vec3<double>>* rectified_to, bool keep_strength) {
-    // A coordinate of a normal is rounded some five times on the way, one of a direction twice and
-    // by half a step of its code, and their sum of products five times.
-    constexpr T roundings = 16;
-    // Sums of two depths are rounded before their difference is taken, which over twice the depth
-    // and times the focal length is a slope.
-    const T of_slopes = std::max(camera_.fx, camera_.fy);
     const auto camera = camera_.template cast<double>();
     T steps = 0;
     std::array<std::array<double, tile_width>, 3> planes{};
@@ -257,14 +271,7 @@ class ShadedRows {
         steps = std::max(steps, step);
       }
     }
-    // Coordinates are as long as the rays at most, which are longest in a corner.
-    T longest = 0;
-    for (const Index y : {Index{0}, camera_.height - 1}) {
-      for (const Index x : {Index{0}, camera_.width - 1}) {
-        longest = std::max(longest, camera_.ray(static_cast<T>(x), static_cast<T>(y)).norm());
-      }
-    }
-    return steps / 2 + (roundings + of_slopes) * std::numeric_limits<T>::epsilon() * longest;
+    return steps / 2 + facing_rounding(camera_);  // half a step of each coordinate's code
   }
 
   // Keeps a tile of a coordinate of a light.
