@@ -45,12 +45,13 @@ std::string prose(std::string text) {
   return text;
 }
 
-// Compiles and runs the program of a document by its line, in a folder; what it prints.
+// Compiles and runs a document's program that holds some words, by the line that names its source,
+// in a folder; what it prints.
 std::string run(const std::filesystem::path& document, const std::filesystem::path& folder,
-                const std::string& source) {
+                const std::string& source, const std::string& words = "int main()") {
   const std::string text = text_of(top / document);
-  const std::string program = block(text, "cpp", "int main()");
-  const std::string line = block(text, "sh", "g++ ");
+  const std::string program = block(text, "cpp", words);
+  const std::string line = block(text, "sh", " " + source + " ");
   REQUIRE(!program.empty());
   REQUIRE(line.rfind("g++ ", 0) == 0);
   std::filesystem::remove_all(folder);
@@ -89,6 +90,19 @@ TEST_CASE("the README's program, compiled and run as it says, makes the picture 
   CHECK(lit > image.pixels().size() * 9 / 10);
   CHECK(coloured > image.pixels().size() / 2);
   CHECK(worst <= 1);
+
+  // With the renderer that its text tells to take for another light.
+  const std::string text = text_of(top / "README.md"), made = "gelight::tactile_renderer(tip);";
+  const std::size_t at = text.find("`gelight::tactile_renderer(tip, ");
+  REQUIRE(at != std::string::npos);
+  std::string program = block(text, "cpp", "int main()");
+  REQUIRE(program.find(made) != std::string::npos);
+  program.replace(program.find(made), made.size(),
+                  text.substr(at + 1, text.find('`', at + 1) - at - 1) + ";");
+  std::ofstream(folder / "other.cpp") << program;
+  std::string line = block(text, "sh", " tactile.cpp ");
+  line = line.substr(0, line.find(" tactile.cpp")) + " -fsyntax-only other.cpp";
+  CHECK(std::system(("cd '" + folder.string() + "' && " + line).c_str()) == 0);
   std::filesystem::remove_all(folder);
 }
 
@@ -134,6 +148,21 @@ TEST_CASE("the simulator's loop, compiled and run as its page says") {
   std::string line = block(text, "sh", "g++ ");
   line = line.substr(0, line.find(" simulator.cpp")) + " -fsyntax-only draped.cpp";
   CHECK(std::system(("cd '" + folder.string() + "' && " + line).c_str()) == 0);
+  std::filesystem::remove_all(folder);
+}
+
+TEST_CASE(
+    "a contact by its force, compiled and run as the simulator's page says, says what stands "
+    "there") {
+  const auto folder = std::filesystem::temp_directory_path() / "gelight_dragged";
+  std::string said = run("examples/simulator.md", folder, "dragged.cpp", "dragged.png");
+  REQUIRE(!said.empty());
+  said.pop_back();  // the line's end
+  CAPTURE(said);
+  CHECK(text_of(top / "examples/simulator.md").find("It says `" + said + "`") != std::string::npos);
+  const auto image = gelight::read_png((folder / "dragged.png").string());
+  CHECK(image.width() == 320);
+  CHECK(image.height() == 240);
   std::filesystem::remove_all(folder);
 }
 
