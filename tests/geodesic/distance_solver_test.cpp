@@ -240,3 +240,49 @@ TEST_CASE("a start distance and a way that float holds, but not their sum") {
   CHECK_THROWS_AS(solver.distance_into(out, std::span<const Source<float>>(sources)), InvalidInput);
   CHECK(out == std::vector<float>(25, -1));
 }
+
+namespace {
+
+// A method of a caller's own, as CONTRIBUTING tells to write one: straight through space, to what
+// is nearer than some distance. It replaces what it reaches, and nothing else.
+class NearSolver : public detail::DistanceQueries<NearSolver, double> {
+ public:
+  NearSolver(const Mesh<double>& mesh, double reach) : surface_(mesh), reach_(reach) {}
+  [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+
+ private:
+  friend class detail::DistanceQueries<NearSolver, double>;
+
+  void solve_vertices(detail::DistanceQuery<double>& query) const {
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      for (const auto& [point, start] : query.sources) {
+        const double way = start + (surface_.position(v) - surface_.position(point)).norm();
+        if (way < reach_) query.distance[v] = std::min(query.distance[v], way);
+      }
+    }
+  }
+
+  Surface<double> surface_;
+  double reach_;
+};
+
+}  // namespace
+
+TEST_CASE("a solver of a caller's own replaces distances that are infinite before, each time") {
+  const auto mesh = grid<double>(8, 8, 8.0, 8.0);
+  const NearSolver solver(mesh, 3.5);
+  for (const Index source : {Index{0}, Index{80}, Index{40}}) {
+    const auto distance = solver.distance(source);
+    REQUIRE(distance.size() == 81);
+    for (Index v = 0; v < 81; ++v) {
+      // Of a grid whose vertices stand in rows of nine.
+      const double way = std::hypot(v % 9 - source % 9, v / 9 - source / 9);
+      const double d = distance[static_cast<std::size_t>(v)];
+      if (way < 3.5) {
+        CHECK(d == doctest::Approx(way));
+      } else {
+        CHECK(d == std::numeric_limits<double>::infinity());
+      }
+    }
+  }
+}

@@ -70,7 +70,6 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
 
   void solve_along_edges(detail::DistanceQuery<Real>& query) const {
     detail::Array<Real>& distance = query.distance;
-    distance.assign(static_cast<std::size_t>(surface_.vertex_count()), unreachable<Real>);
     const typename detail::Pool<Queue>::Borrowed borrowed(*queues_);
     Queue& queue = *borrowed;
     queue.reset(step_);

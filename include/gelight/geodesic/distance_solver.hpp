@@ -160,7 +160,7 @@ template <std::floating_point Real>
 struct DistanceQuery {
   std::vector<Source<Real>> sources;
   Starts<Real> starts;
-  Array<Real> distance;  // of each vertex
+  Array<Real> distance;  // of each vertex; +infinity before it is solved
 };
 
 /// Whether T holds a distance: +infinity means unreachable and 0 no way at all, so that a number
@@ -186,7 +186,8 @@ template <std::floating_point T>
 }
 
 /// The overloads of DistanceSolver over one function of Solver,
-/// `void solve_vertices(DistanceQuery<double>&) const`, which fills in the distances.
+/// `void solve_vertices(DistanceQuery<double>&) const`, which replaces the distance of each vertex
+/// that it reaches, +infinity before.
 template <class Solver, std::floating_point T>
 class DistanceQueries {
  public:
@@ -243,6 +244,7 @@ auto DistanceQueries<Solver, T>::with_distances(std::span<const Place> sources,
   const typename Pool<Query>::Borrowed borrowed(*queries_);
   Query& query = *borrowed;
   query.sources = checked_sources(surface(), sources, std::move(query.sources));
+  query.distance.assign(static_cast<std::size_t>(surface().vertex_count()), unreachable<double>);
   solver().solve_vertices(query);
   return take(query.distance);
 }
