@@ -91,9 +91,10 @@ void draw(const std::string& path, const std::vector<BallPress>& tests,
 }
 
 int run(const std::string& fit_folder, const std::string& test_folder, const std::string& out) {
-  make_folder(out);
   const PressFolder known = gelight::read_presses(fit_folder);
   const PressFolder tests = gelight::read_presses(test_folder);
+  require_comparable(tests.background, tests.presses, known.background);
+  make_folder(out);
   std::vector<std::string> lines;
   const struct {
     const char* name;

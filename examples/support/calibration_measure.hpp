@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 #include "gelight/image/similarity.hpp"
 #include "gelight/membrane/tension.hpp"
@@ -61,6 +62,23 @@ class BallRenderer {
                            gelight::CalibratedReflectance<float>>
       renderer_;
 };
+
+/// Throws InvalidInput, naming the press, unless a sensor with that background can be compared with
+/// each: of its size, with a circle of the ball's.
+inline void require_comparable(const gelight::Image<gelight::Rgb8>& untouched,
+                               const std::vector<gelight::BallPress>& tests,
+                               const gelight::Image<gelight::Rgb8>& background) {
+  gelight::detail::require(!tests.empty(), "no presses to compare with");
+  gelight::detail::require(
+      untouched.width() == background.width() && untouched.height() == background.height(),
+      "the background to compare with has ", untouched.width(), " x ", untouched.height(),
+      " pixels, the sensor's ", background.width(), " x ", background.height());
+  for (const gelight::BallPress& test : tests) {
+    gelight::detail::require_press(test, background);
+    gelight::detail::require(!gelight::detail::has_no_circle(test), test.name,
+                             " has no circle: it cannot be compared with");
+  }
+}
 
 /// An image so many grey levels brighter.
 [[nodiscard]] inline gelight::Image<gelight::Rgb8> with_level(gelight::Image<gelight::Rgb8> image,

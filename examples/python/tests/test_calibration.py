@@ -67,6 +67,23 @@ def test_presses_that_cannot_be_used():
     press = gelight.BallPress(photograph(40, 30, 11), BALL, (400, 30, 11), "far out")
     with pytest.raises(ValueError, match="far out|constant"):
         gelight.calibrate(grey, [press])
+    random = np.random.default_rng(1)
+    background = (grey + random.integers(0, 3, grey.shape)).astype(np.uint8)
+    for contact in ((40, 30, 11), None):
+        press = gelight.BallPress(background, BALL, contact, "untouched")
+        with pytest.raises(ValueError, match="untouched shows no press"):
+            gelight.calibrate(background, [press])
+    seen = photograph(40, 30, 11)
+    for photo, ball, contact, said in (
+            (seen, BALL, (40, np.nan, 11), "has contact.y nan, which is not finite"),
+            (seen, BALL, (40, 30, 0), "has contact.radius 0, which is not positive"),
+            (seen, 0, (40, 30, 11), "has ball radius 0, which is not positive"),
+            (seen[:0], BALL, (40, 30, 11), "has 80 x 0 pixels"),
+            (seen[:, :0], BALL, (40, 30, 11), "has 0 x 60 pixels")):
+        with pytest.raises(ValueError, match="spoilt " + said):
+            gelight.calibrate(background, [gelight.BallPress(photo, ball, contact, "spoilt")])
+        with pytest.raises(ValueError):
+            gelight.calibrate(background[:0], [gelight.BallPress(photo, ball, contact, "spoilt")])
     with pytest.raises(TypeError):
         gelight.BallPress(np.zeros((5, 5, 3)), BALL)
     with pytest.raises(ValueError, match="cannot be opened"):
