@@ -54,6 +54,41 @@ TEST_CASE("about a ball the slope goes on and decays as K1, and the contact is t
   }
 }
 
+// Of a long bulge that an image cuts: the slope, which light goes by, is that of gel that goes on.
+TEST_CASE("the image's border does not show in the bulge") {
+  const double ball = 40, contact = 22, length = 30;
+  const double rim_slope = contact / std::sqrt(ball * ball - contact * contact);
+  const double k1 = std::cyl_bessel_k(1.0, contact / length);
+  const double rim = rim_slope * length * std::cyl_bessel_k(0.0, contact / length) / k1;
+  const double deep = ball - std::sqrt(ball * ball - contact * contact) + rim;
+  const double cx = 45, cy = 60;
+  Image<double> depth(121, 141, std::numeric_limits<double>::infinity()), rest(121, 141, 100);
+  for (Index y = 0; y < 141; ++y) {
+    for (Index x = 0; x < 121; ++x) {
+      const double left = ball * ball - (x - cx) * (x - cx) - (y - cy) * (y - cy);
+      if (left > 0) depth(x, y) = 100 - (deep - ball + std::sqrt(left));
+    }
+  }
+  const auto surface = surface_of(depth, rest, length);
+  double mean = 0, count = 0, worst = 0;
+  for (Index y = 1; y < 140; ++y) {
+    for (Index x = 1; x < 120; ++x) {
+      const double r = std::hypot(x - cx, y - cy);
+      if (r < contact + 2) continue;
+      const double truth = rim_slope * std::cyl_bessel_k(1.0, r / length) / k1;
+      const Vec2<double> slope((surface(x + 1, y) - surface(x - 1, y)) / 2,
+                               (surface(x, y + 1) - surface(x, y - 1)) / 2);
+      const double off = (slope - truth / r * Vec2<double>(x - cx, y - cy)).norm() / rim_slope;
+      mean += off;
+      worst = std::max(worst, off);
+      ++count;
+    }
+  }
+  MESSAGE("slopes off by " << mean / count << " of the rim's, at most " << worst);
+  CHECK(mean / count < 0.015);
+  CHECK(worst < 0.1);
+}
+
 TEST_CASE("objects are not gone through, nothing stays at rest, and any window is the same") {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> high(-3, 2);

@@ -16,7 +16,8 @@
 namespace gelight {
 
 /// A membrane under tension on an elastic foundation: beside an object its slope goes on and decays
-/// over a length. What calibrate() fits to photographs, for any object and for the renderer.
+/// over a length. What calibrate() fits to photographs, for any object and for the renderer. The
+/// gel goes on beyond the image, where what leaves it decays over that length.
 ///
 /// Solves w - length^2 laplace(w) = p, p >= 0, w >= u, p (w - u) = 0 for the height w of the
 /// surface over rest, with u the object's, by over-relaxed sweeps projected onto w >= u (Cryer, The
@@ -81,9 +82,10 @@ class TensionMembrane {
     }
   }
 
-  // Red and black pixels in turn; beyond the border the surface goes on level.
+  // Red and black pixels in turn; beyond the border the surface decays as a straight bulge does.
   void relax(Workspace& work, Index width, Index height) const {
     const double square = length_ * length_, share = square / (1 + 4 * square);
+    const double beyond = std::exp(-1 / length_);
     const double jacobi = 4 * share;
     const double relaxation = 2 / (1 + std::sqrt(1 - jacobi * jacobi));
     const std::ptrdiff_t stride = width + 2;
@@ -92,13 +94,13 @@ class TensionMembrane {
     for (int sweep = 0; sweep < 20000; ++sweep) {
       double change = 0, highest = 0;
       for (Index x = 1; x <= width; ++x) {
-        w[x] = w[stride + x];
-        w[(height + 1) * stride + x] = w[height * stride + x];
+        w[x] = beyond * w[stride + x];
+        w[(height + 1) * stride + x] = beyond * w[height * stride + x];
       }
       for (Index y = 1; y <= height; ++y) {
         double* const row = w + y * stride;
-        row[0] = row[1];
-        row[width + 1] = row[width];
+        row[0] = beyond * row[1];
+        row[width + 1] = beyond * row[width];
       }
       for (const Index colour : {0, 1}) {
         for (Index y = 1; y <= height; ++y) {
