@@ -128,24 +128,30 @@ namespace detail {
   return t > 30 ? x : softness * std::log1p(std::exp(t));
 }
 
-/// What a light of intensity one gives at a point with normal n, diffuse and specular, that it does
-/// not give at rest.
+/// What a light of that strength, that comes from the direction l, gives at a point with normal n,
+/// diffuse and specular, that it does not give at rest.
 struct LightTerms {
   double diffuse = 0, specular = 0;
 };
+[[nodiscard]] inline LightTerms terms_of(const LightsReflectance& model, double strength,
+                                         const Vec3<double>& l, const Vec3<double>& n,
+                                         const Vec3<double>& rest, const Vec3<double>& to_eye) {
+  const auto shine = [&](const Vec3<double>& normal) {
+    const double mirrored = 2 * std::max(0.0, normal.dot(l)) * normal.dot(to_eye) - l.dot(to_eye);
+    return std::pow(std::max(0.0, mirrored), model.shininess);
+  };
+  const double lit = soft_positive(n.dot(l), model.softness);
+  return {strength * (lit - soft_positive(rest.dot(l), model.softness)),
+          strength * (shine(n) - shine(rest))};
+}
+/// The same of a light at a place near flat gel that is seen from above.
 [[nodiscard]] inline LightTerms light_terms(const LightsReflectance& model,
                                             const Vec3<double>& light, const Vec3<double>& n,
                                             double x, double y) {
   const Vec3<double> way(light.x() - x, light.y() - y * model.height, light.z());
   const double distance = way.norm();
-  const double share = std::pow(distance, -model.falloff);
-  const Vec3<double> l = way / distance;
-  const auto shine = [&](double nz, double cosine) {
-    return std::pow(std::max(0.0, 2 * cosine * nz - l.z()), model.shininess);
-  };
-  const double cosine = n.dot(l);
-  return {share * (soft_positive(cosine, model.softness) - soft_positive(l.z(), model.softness)),
-          share * (shine(n.z(), std::max(0.0, cosine)) - shine(1, std::max(0.0, l.z())))};
+  const Vec3<double> up(0, 0, 1);
+  return terms_of(model, std::pow(distance, -model.falloff), way / distance, n, up, up);
 }
 
 // The change by a model whose coefficients are, for each factor of the normal, those of the place.
