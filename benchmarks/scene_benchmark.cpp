@@ -1,14 +1,26 @@
 // No more than the scene needs: what each choice of a simulator's author changes in the images of a
 // fingertip sensor, in grey levels, and what it costs.
 //
-// scene_benchmark [--tolerance=LEVELS] [--width=W] [--height=H] [--fov=DEGREES] [--leds=N] prints,
+// scene_benchmark [--tolerance=LEVELS] [--width=W] [--height=H] [--fov=DEGREES] [--leds=N]
+// [--sensors=N] [--seed=S] prints,
 // after the benchmarks, a table and for each topic the cheapest choice that leaves 99 % of the
 // pixels that a contact changes within the tolerance (default 1) of the reference: edges of 0.4 mm,
 // exact geodesic light at every pixel, Gaussian cut off at 8 sigma. Other light models are no
 // approximations of that one; their rows say how much the choice of the model matters.
+//
+// Rows `scene/planned/...` are plan_sensor's, for sensors and contacts at random (--sensors=N,
+// --seed=S; tests/support/random_sensors.hpp):
+//   asked, kept   share of the pixels that contacts change to be within the request's `tolerance`,
+//                 and that of 40 contacts that the planner had not tried
+//   dearer        what the plan costs over what the cheapest costs of all that it might have
+//                 chosen, among those that keep the share over 12 other contacts; 1: none is
+//                 cheaper
+//   plan_seconds  processor time to plan
+// A sensor that could not be planned for has `refused`, 1.
 
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <functional>
 #include <span>
 #include <stdexcept>
@@ -27,6 +39,7 @@
 #include "gelight/sensor/bake.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "support/pareto.hpp"
+#include "support/random_sensors.hpp"
 
 namespace {
 
@@ -38,6 +51,7 @@ constexpr double radius = 0.01146, length = 0.0455, press_depth = 0.002, sigma =
 
 struct Settings {
   double tolerance = 1, width = 640, height = 480, fov = 90, leds = 3;
+  double sensors = 30, seed = 1;  // to plan for
 };
 
 enum class LightModel { geodesic, plane, transport, linear };
@@ -208,6 +222,7 @@ void measure(benchmark::State& state, const Settings& settings, const Frames& re
 }
 
 void print(const Settings& settings, const std::vector<Row>& all) {
+  if (std::any_of(all.begin(), all.end(), [](const Row& row) { return row.ssim == 0; })) return;
   std::printf("\n%-20s %-22s %10s %9s %9s %8s\n", "topic", "choice", "ms", "99 %", "worst", "SSIM");
   for (const Row& row : all) {
     std::printf("%-20s %-22s %10.1f %9.0f %9.0f %8.4f\n", row.topic.c_str(), row.name.c_str(),
@@ -227,12 +242,71 @@ void print(const Settings& settings, const std::vector<Row>& all) {
   std::printf("Times: the light fields of all LEDs, once a sensor; smoothing: once a frame.\n");
 }
 
+/// What became of one sensor's plan.
+struct Planned {
+  bool is_refused = false;
+  double asked = 0, kept = 0, dearer = 1, seconds = 0;
+};
+
+void plan(benchmark::State& state, std::uint32_t seed, int sensor, Planned& result) {
+  test::SensorRandom random(1000 * seed + static_cast<std::uint32_t>(sensor));
+  const SensorAt sensor_at = test::random_sensor(random);
+  const SensorPlanRequest request = test::random_request(random);
+  SensorPlan made;
+  for (auto _ : state) {
+    const std::clock_t before = std::clock();
+    made = plan_sensor(sensor_at, request);
+    result.seconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+    state.SetIterationTime(result.seconds);
+  }
+  result.asked = request.share;
+  result.is_refused = !made.satisfies;
+  state.counters["tolerance"] = request.tolerance;
+  state.counters["asked"] = request.share;
+  state.counters["plan_seconds"] = result.seconds;
+  if (result.is_refused) {
+    state.counters["refused"] = 1;
+    return;
+  }
+  result.kept = test::seen_by(sensor_at, request, made, 40, random).share();
+  const double cheapest = test::cheapest_in_hindsight(sensor_at, request, random(), made.cost);
+  result.dearer = std::max(1.0, made.cost / cheapest);
+  state.counters["kept"] = result.kept;
+  state.counters["dearer"] = result.dearer;
+  // What the tests hold it to.
+  if (1 - result.kept > 2 * (1 - result.asked)) {
+    state.SkipWithError("more than twice the pixels are off that may be");
+  }
+}
+
+void print(const std::vector<Planned>& plans) {
+  int planned = 0, kept = 0, cheap = 0;
+  double most_lost = 0, dearest = 1, longest = 0;
+  for (const Planned& one : plans) {
+    longest = std::max(longest, one.seconds);
+    if (one.is_refused || one.asked == 0) continue;  // not run
+    ++planned;
+    kept += one.kept >= one.asked ? 1 : 0;
+    cheap += one.dearer <= 1.5 ? 1 : 0;
+    most_lost = std::max(most_lost, (1 - one.kept) / (1 - one.asked));
+    dearest = std::max(dearest, one.dearer);
+  }
+  if (planned == 0) return;
+  std::printf(
+      "\nPlanned for %d sensors of %zu at random: %d keep the share asked for (of the pixels that "
+      "may\nbe off, at most %.2f times as many are); %d cost no more than 1.5 times the cheapest "
+      "in\nhindsight, the dearest %.2f times; planned in %.2f s at most.\n",
+      planned, plans.size(), kept, most_lost, cheap, dearest, longest);
+}
+
 double* setting(Settings& settings, const std::string& name) {
   if (name == "--tolerance") return &settings.tolerance;
   if (name == "--width") return &settings.width;
   if (name == "--height") return &settings.height;
   if (name == "--fov") return &settings.fov;
   if (name == "--leds") return &settings.leds;
+  if (name == "--sensors") return &settings.sensors;
+  if (name == "--seed") return &settings.seed;
   return nullptr;
 }
 
@@ -263,8 +337,22 @@ int main(int argc, char** argv) try {
         ->Iterations(1)
         ->Unit(benchmark::kMillisecond);
   }
+  std::vector<Planned> plans(static_cast<std::size_t>(settings.sensors));
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    char name[40];
+    std::snprintf(name, sizeof name, "scene/planned/seed %g, sensor %zu", settings.seed, i + 1);
+    benchmark::RegisterBenchmark(name,
+                                 [&, i](benchmark::State& state) {
+                                   plan(state, static_cast<std::uint32_t>(settings.seed),
+                                        static_cast<int>(i), plans[i]);
+                                 })
+        ->UseManualTime()
+        ->Iterations(1)
+        ->Unit(benchmark::kMillisecond);
+  }
   const int result = run(argc, argv);
   print(settings, all);
+  print(plans);
   return result;
 } catch (...) {
   return told();
