@@ -9,8 +9,10 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "gelight/membrane/layer.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/random_sensors.hpp"
 #include "support/refusal.hpp"
@@ -77,6 +79,95 @@ TEST_CASE("light through the gel is planned, and the share holds, where that is 
     REQUIRE(seen.all > 500);
     CHECK(1 - seen.good / seen.all <= 2 * (1 - request.share));
   }
+}
+
+// Light by the fine mesh on the surface that an elastic layer has, to a tenth of what it is by
+// default off: rendered as an object that the membrane follows, wherever that is.
+class LayerReference {
+ public:
+  explicit LayerReference(SensorPreset<double> sensor)
+      : layer_(sensor.camera, detail::rest_of<double>(rasterize(sensor.membrane, sensor.camera)),
+               sensor.gel, {.tolerance = 1e-4, .sideways = false}),
+        renderer_(following(std::move(sensor))) {}
+
+  [[nodiscard]] Image<Rgb8> render(const Image<double>& depth) const {
+    return renderer_.render(layer_.press(depth).depth);
+  }
+  [[nodiscard]] const Image<Rgb8>& rest_image() const { return renderer_.rest_image(); }
+
+ private:
+  static TactileRenderer<double> following(SensorPreset<double> sensor) {
+    sensor.options.smoothing_sigma = 0;
+    sensor.options.smoothing_radius = 0;
+    sensor.options.clip_to_rest = false;
+    return tactile_renderer(sensor);
+  }
+
+  ElasticLayer<double> layer_;
+  TactileRenderer<double> renderer_;
+};
+
+TEST_CASE("the membrane is as cheap as the gel's elastic layer lets it be") {
+  struct Asked {
+    double poisson_ratio, thickness, tolerance, share;
+    PlannedMembrane chosen;
+  };
+  Random random(3);
+  for (const auto& [poisson_ratio, thickness, tolerance, share, chosen] :
+       {Asked{0.3, 0.004, 12, 0.93, PlannedMembrane::gaussian},
+        Asked{0.49, 0.002, 3, 0.85, PlannedMembrane::bulging},
+        Asked{0.49, 0.002, 3, 0.93, PlannedMembrane::layer}}) {
+    const SensorAt pad =
+        [gel = Gel{.poisson_ratio = poisson_ratio, .thickness = thickness}](double edge) {
+          auto sensor = gelsight_mini<double>(96, 72, edge);
+          sensor.gel = gel;
+          sensor.led_width = 0;
+          return sensor;
+        };
+    SensorPlanRequest request{.tolerance = tolerance,
+                              .share = share,
+                              .contact_radius = 0.003,
+                              .press_depth = 0.0005,
+                              .membrane = PlannedMembrane::layer,
+                              .reference_edge = 0.0009};
+    const SensorPlan plan = plan_sensor(pad, request);
+    CAPTURE(plan.reason);
+    REQUIRE(plan.satisfies);
+    CHECK(plan.membrane == chosen);
+    // The step tells how far the model alone is off.
+    CHECK(plan.steps[3].error <= tolerance);
+    CHECK((plan.steps[3].error == 0) == (chosen == PlannedMembrane::layer));
+    const LayerReference layer(pad(request.reference_edge));
+    const auto beside = [&](const auto& renderer) {
+      return test::seen_beside(pad, request, layer, renderer, 40, random);
+    };
+    const SeenPixels seen =
+        plan.single_precision
+            ? beside(planned_renderer<float, AnyPlannedMembrane<float>>(pad, plan))
+            : beside(planned_renderer<double, AnyPlannedMembrane<double>>(pad, plan));
+    REQUIRE(seen.all > 500);
+    CHECK(1 - seen.share() <= 2 * (1 - request.share));
+    if (chosen == PlannedMembrane::gaussian) continue;
+    CHECK(test::refusal([&] {
+            (void)planned_renderer<double>(pad, plan);
+          }).starts_with("the plan's membrane is the "));
+    // The preset's own Gaussian is farther off.
+    SensorPlan cheap = plan;
+    cheap.membrane = PlannedMembrane::gaussian;
+    cheap.smoothing_sigma = pad(0.01).options.smoothing_sigma;
+    cheap.smoothing_radius = static_cast<Index>(4 * cheap.smoothing_sigma);
+    const SeenPixels worse =
+        test::seen_beside(pad, request, layer, planned_renderer<double>(pad, cheap), 40, random);
+    CHECK(worse.share() < seen.share());
+  }
+}
+
+TEST_CASE("an elastic layer is the truth where the membrane lies across the camera's axis only") {
+  const SensorAt tip = [](double edge) { return geltip<double>(96, 72, edge); };
+  const SensorPlanRequest request{.membrane = PlannedMembrane::layer, .reference_edge = 0.0015};
+  CHECK(test::refusal([&] {
+          (void)plan_sensor(tip, request);
+        }).find("from across the camera's axis is no layer") != std::string::npos);
 }
 
 TEST_CASE(

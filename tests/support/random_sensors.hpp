@@ -147,7 +147,7 @@ inline double cheapest_in_hindsight(const SensorAt& sensor_at, const SensorPlanR
                                     std::uint64_t seed, double most) {
   detail::SensorTrials trials(sensor_at, request.reference_edge,
                               {request.contact_radius, request.press_depth, 12, seed},
-                              request.light, {});
+                              request.light, request.membrane, {});
   const detail::SensorCosts costs(trials.sizes());
   const auto cost = [&](const detail::SensorChoice& choice) {
     return costs.once(choice) + request.frames * costs.frame(choice);

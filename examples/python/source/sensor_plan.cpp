@@ -11,6 +11,7 @@
 
 using namespace py::literals;
 using gelight::PlannedLight;
+using gelight::PlannedMembrane;
 using gelight::SensorPlan;
 using gelight::SensorPlanRequest;
 using gelight::SensorPlanStep;
@@ -79,6 +80,10 @@ void bind_results(py::module_& m) {
       .value("plane", PlannedLight::plane)
       .value("transport", PlannedLight::transport)
       .value("geodesic", PlannedLight::geodesic);
+  py::enum_<PlannedMembrane>(m, "PlannedMembrane", "The membrane models that a plan chooses among.")
+      .value("gaussian", PlannedMembrane::gaussian)
+      .value("bulging", PlannedMembrane::bulging)
+      .value("layer", PlannedMembrane::layer);
   py::class_<SensorPlanStep>(m, "SensorPlanStep", "One of the things that a plan chooses, and why.")
       .def_readonly("topic", &SensorPlanStep::topic,
                     "Mesh edges, light model, light grid, smoothing or precision.")
@@ -99,6 +104,7 @@ void bind_results(py::module_& m) {
       .def_readwrite("light", &SensorPlan::light, "The light model, a PlannedLight.")
       .def_readwrite("light_grid", &SensorPlan::light_grid,
                      "Pixels between the places where light is computed.")
+      .def_readwrite("membrane", &SensorPlan::membrane, "The membrane model, a PlannedMembrane.")
       .def_readwrite("smoothing_sigma", &SensorPlan::smoothing_sigma,
                      "Pixels, of the Gaussian membrane; 0: it follows the object.")
       .def_readwrite("smoothing_radius", &SensorPlan::smoothing_radius,
@@ -119,17 +125,17 @@ void bind_results(py::module_& m) {
   keep_by_value(&SensorPlanStep::topic, &SensorPlanStep::choice, &SensorPlanStep::error,
                 &SensorPlanStep::seconds, &SensorPlanStep::reason);
   keep_by_value(&SensorPlan::satisfies, &SensorPlan::needed, &SensorPlan::edge_length,
-                &SensorPlan::light, &SensorPlan::light_grid, &SensorPlan::smoothing_sigma,
-                &SensorPlan::smoothing_radius, &SensorPlan::single_precision, &SensorPlan::share,
-                &SensorPlan::share_error, &SensorPlan::error, &SensorPlan::seconds_once,
-                &SensorPlan::seconds_a_frame, &SensorPlan::cost, &SensorPlan::steps,
-                &SensorPlan::reason);
+                &SensorPlan::light, &SensorPlan::light_grid, &SensorPlan::membrane,
+                &SensorPlan::smoothing_sigma, &SensorPlan::smoothing_radius,
+                &SensorPlan::single_precision, &SensorPlan::share, &SensorPlan::share_error,
+                &SensorPlan::error, &SensorPlan::seconds_once, &SensorPlan::seconds_a_frame,
+                &SensorPlan::cost, &SensorPlan::steps, &SensorPlan::reason);
 }
 
 SensorPlan planned(const py::object& sensor, double tolerance, double share, double contact_radius,
-                   double press_depth, PlannedLight light, double reference_edge,
-                   double frames_a_second, double frames, double slowness, Index contacts,
-                   std::uint64_t seed, py::object cancelled) {
+                   double press_depth, PlannedLight light, PlannedMembrane membrane,
+                   double reference_edge, double frames_a_second, double frames, double slowness,
+                   Index contacts, std::uint64_t seed, py::object cancelled) {
   const py::function make = callable_in(sensor);
   SensorPlanRequest request;
   request.tolerance = tolerance;
@@ -137,6 +143,7 @@ SensorPlan planned(const py::object& sensor, double tolerance, double share, dou
   request.contact_radius = contact_radius;
   request.press_depth = press_depth;
   request.light = light;
+  request.membrane = membrane;
   request.reference_edge = reference_edge;
   request.frames_a_second = frames_a_second;
   request.frames = frames;
@@ -149,12 +156,17 @@ SensorPlan planned(const py::object& sensor, double tolerance, double share, dou
 
 std::unique_ptr<AnyRenderer> renderer_by(const py::object& sensor, const SensorPlan& plan,
                                          py::object cancelled) {
-  using Made = gelight::TactileRenderer<float>;
+  using Gaussian = gelight::GaussianMembrane<float>;
+  using Any = gelight::AnyPlannedMembrane<float>;
   const py::function make = callable_in(sensor);
   const auto hook = hook_of(std::move(cancelled));
-  return without_gil([&] {
-    return std::make_unique<RendererOf<Made>>(
-        gelight::planned_renderer<float>(sensor_at(make), plan, hook));
+  const auto made = [&]<class Membrane>() -> std::unique_ptr<AnyRenderer> {
+    return std::make_unique<RendererOf<gelight::TactileRenderer<float, Membrane>>>(
+        gelight::planned_renderer<float, Membrane>(sensor_at(make), plan, hook));
+  };
+  return without_gil([&]() -> std::unique_ptr<AnyRenderer> {
+    return plan.membrane == PlannedMembrane::gaussian ? made.template operator()<Gaussian>()
+                                                      : made.template operator()<Any>();
   });
 }
 
@@ -166,16 +178,17 @@ void bind_sensor_plan(py::module_& m) {
   m.def(
       "plan_sensor", &planned, "sensor"_a, py::kw_only(), "tolerance"_a = d.tolerance,
       "share"_a = d.share, "contact_radius"_a = d.contact_radius, "press_depth"_a = d.press_depth,
-      "light"_a = d.light, "reference_edge"_a = d.reference_edge,
+      "light"_a = d.light, "membrane"_a = d.membrane, "reference_edge"_a = d.reference_edge,
       "frames_a_second"_a = d.frames_a_second, "frames"_a = d.frames, "slowness"_a = d.slowness,
       "contacts"_a = d.contacts, "seed"_a = d.seed, "cancelled"_a = py::none(),
       "Chooses the cheapest chain from mesh to image whose images are as good as asked for, a "
-      "SensorPlan: how fine a mesh, which light model and on how coarse a grid, how the protrusion "
-      "is smoothed, and in which precision.\n\n"
+      "SensorPlan: how fine a mesh, which light model and on how coarse a grid, which membrane "
+      "model, or how the protrusion is smoothed, and in which precision.\n\n"
       "sensor(edge_length) makes the SensorPreset, with edges of so many m: `lambda edge: "
       "gelight.geltip(320, 240, edge)`. tolerance: grey levels, of 255, that a colour may be off, "
-      "in `share` of the pixels that contacts of that radius and depth (m) change. light: the one "
-      "that is right. reference_edge: of the mesh of the images that others are compared with, m. "
+      "in `share` of the pixels that contacts of that radius and depth (m) change. light, "
+      "membrane: those that are right. reference_edge: of the mesh of the images that others are "
+      "compared with, m. "
       "frames_a_second: needed at least; frames: over which the work that is done once is spread. "
       "slowness: against a machine of 2e9 operations a second. contacts, seed: tried at random.\n\n"
       "Raises ValueError as the sensor does at the reference's edges, for a number that cannot be, "

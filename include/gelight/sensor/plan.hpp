@@ -11,8 +11,10 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
+#include "gelight/concepts/membrane.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
@@ -20,10 +22,12 @@
 #include "gelight/image/filter.hpp"
 #include "gelight/image/raster.hpp"
 #include "gelight/light/field.hpp"
+#include "gelight/membrane/gaussian.hpp"
 #include "gelight/sensor/bake.hpp"
 #include "gelight/sensor/planning/contacts.hpp"
 #include "gelight/sensor/planning/costs.hpp"
 #include "gelight/sensor/planning/membrane_lights.hpp"
+#include "gelight/sensor/planning/membranes.hpp"
 #include "gelight/sensor/planning/trials.hpp"
 #include "gelight/sensor/presets.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
@@ -46,6 +50,9 @@ struct SensorPlanRequest {
   double press_depth = 0.0008;    ///< m
   /// The light that is right; the planner takes another only where that makes no difference.
   PlannedLight light = PlannedLight::geodesic;
+  /// The membrane that is right, likewise: the preset's Gaussian, or what its `gel` does, of which
+  /// an elastic layer is the truth where the membrane lies about across the camera's axis.
+  PlannedMembrane membrane = PlannedMembrane::gaussian;
   /// m: the mesh edges of the images that others are compared with. Meshes with edges of twice as
   /// much and more are chosen among.
   double reference_edge = 0.0004;
@@ -76,7 +83,8 @@ struct SensorPlan {
 
   double edge_length = 0;                       ///< of the mesh, m
   PlannedLight light = PlannedLight::geodesic;  ///< the light model
-  Index light_grid = 1;          ///< pixels between the places where light is computed
+  Index light_grid = 1;  ///< pixels between the places where light is computed
+  PlannedMembrane membrane = PlannedMembrane::gaussian;  ///< the membrane model
   double smoothing_sigma = 0;    ///< pixels, of the Gaussian membrane; 0: it follows the object
   Index smoothing_radius = 0;    ///< pixels: where the Gaussian is cut off
   bool single_precision = true;  ///< whether frames are rendered in float
@@ -101,7 +109,7 @@ class SensorPlanner {
       : request_(checked(request)),
         trials_(sensor_at, request.reference_edge,
                 {request.contact_radius, request.press_depth, request.contacts, request.seed},
-                request.light, request.cancelled),
+                request.light, request.membrane, request.cancelled),
         costs_(trials_.sizes()) {}
 
   [[nodiscard]] SensorPlan plan() {
@@ -179,8 +187,7 @@ class SensorPlanner {
     std::vector<SensorChoice> all{best};
     for (const SensorTopic topic : all_topics) {
       std::vector<SensorChoice> grown;
-      for (const SensorChoice& alone :
-           topic == SensorTopic::light ? enough_lights(best) : enough(topic)) {
+      for (const SensorChoice& alone : enough(topic, best)) {
         for (SensorChoice choice : all) {
           choice.take(topic, alone);
           grown.push_back(choice);
@@ -191,10 +198,25 @@ class SensorPlanner {
     return all;
   }
 
+  // What holds of a topic, and may be worth it.
+  [[nodiscard]] std::vector<SensorChoice> enough(SensorTopic topic, const SensorChoice& best) {
+    if (topic == SensorTopic::light) return enough_lights(best);
+    std::vector<SensorChoice> all;
+    const std::vector<SensorChoice> choices = trials_.choices(topic);
+    // One membrane model after the other.
+    for (auto begin = choices.begin(), end = begin; begin != choices.end(); begin = end) {
+      end = std::find_if(begin, choices.end(),
+                         [&](const SensorChoice& other) { return !begin->has_same_model(other); });
+      const std::vector<SensorChoice> some = fine_enough({begin, end});
+      all.insert(all.end(), some.begin(), some.end());
+    }
+    return all;
+  }
+
   // Of choices from coarse to fine, the first that holds and all that is finer: by halving.
-  [[nodiscard]] std::vector<SensorChoice> enough(SensorTopic topic) {
-    std::vector<SensorChoice> choices = trials_.choices(topic);
-    auto low = choices.begin(), high = choices.end() - 1;  // the last is the most exact, and holds
+  [[nodiscard]] std::vector<SensorChoice> fine_enough(std::vector<SensorChoice> choices) {
+    if (!holds(choices.back())) return {};
+    auto low = choices.begin(), high = choices.end() - 1;
     while (low != high) {
       const auto middle = low + (high - low) / 2;
       if (holds(*middle)) {
@@ -267,7 +289,8 @@ class SensorPlanner {
     plan.edge_length = trials_.edge(choice);
     plan.light = choice.light;
     plan.light_grid = choice.grid;
-    plan.smoothing_sigma = choice.radius > 0 ? trials_.sigma() : 0;
+    plan.membrane = choice.membrane;
+    plan.smoothing_sigma = choice.radius > 0 ? choice.sigma : 0;
     plan.smoothing_radius = choice.radius;
     plan.single_precision = choice.is_single;
     plan.share = errors.within(request_.tolerance);
@@ -294,6 +317,7 @@ class SensorPlanner {
     result.seconds = seconds(costs_.of(topic, chosen));
     result.reason =
         joined(result.topic, ": ", result.choice, ", off by ", result.error, " grey levels alone");
+    if (topic == SensorTopic::smoothing) result.reason += beside(request_.membrane);
     // What is next cheaper, and how far that is off.
     std::optional<SensorChoice> cheaper;
     for (const SensorChoice& other : trials_.choices(topic)) {
@@ -307,6 +331,13 @@ class SensorPlanner {
     return result;
   }
 
+  // What a membrane's error is against.
+  [[nodiscard]] static std::string beside(PlannedMembrane right) {
+    if (right != PlannedMembrane::gaussian) return joined(" from the ", name_of(right));
+    return " from the preset's Gaussian (how far that is from the gel's elastic layer, a request "
+           "with that membrane tells)";
+  }
+
   SensorPlanRequest request_;
   SensorTrials trials_;
   SensorCosts costs_;
@@ -315,8 +346,8 @@ class SensorPlanner {
 }  // namespace detail
 
 /// Chooses the cheapest chain from mesh to image whose images are as good as asked for: how fine a
-/// mesh, which light model and on how coarse a grid, how the protrusion is smoothed, and float or
-/// double.
+/// mesh, which light model and on how coarse a grid, which membrane model, or how the protrusion is
+/// smoothed, and float or double.
 ///
 /// Nothing is guessed: balls and boxes of the contacts' size are pressed in at places drawn by lot,
 /// and rendered with each choice beside the reference: edges of `reference_edge`, the request's
@@ -339,14 +370,53 @@ class SensorPlanner {
   return detail::SensorPlanner(sensor_at, request).plan();
 }
 
-/// The renderer of a plan, for the same sensor: with T double, or float where the plan says
-/// `single_precision`. Light is computed in double in either case. Throws InvalidInput for a plan
-/// that does not satisfy its request, with what would, for float where the plan wants double, for a
-/// light grid that is not positive, and as the sensor's parts do. (Who wants what a plan chose in
-/// spite of all says so by setting its `satisfies`.)
+namespace detail {
+
+/// The membrane that a plan has chosen, for what the camera sees of it at rest.
 template <std::floating_point T>
-[[nodiscard]] TactileRenderer<T> planned_renderer(const SensorAt& sensor_at, const SensorPlan& plan,
-                                                  const CancelHook& cancelled = {}) {
+[[nodiscard]] AnyPlannedMembrane<T> planned_membrane(const SensorPreset<double>& sensor,
+                                                     const Raster<double>& rest,
+                                                     const SensorPlan& plan) {
+  if (plan.membrane == PlannedMembrane::gaussian) {
+    return AnyPlannedMembrane<T>(
+        GaussianMembrane<T>(plan.smoothing_radius == 0 ? 0 : plan.smoothing_sigma,
+                            plan.smoothing_radius, sensor.options.clip_to_rest));
+  }
+  return gel_membrane<T>(plan.membrane, sensor.camera, rest_of<T>(rest),
+                         mean_rest(rest_of<double>(rest)), sensor.gel, {});
+}
+
+/// The same as the type asked for.
+template <std::floating_point T, class Membrane>
+[[nodiscard]] Membrane membrane_as(AnyPlannedMembrane<T> membrane, const SensorPlan& plan) {
+  if constexpr (std::same_as<Membrane, AnyPlannedMembrane<T>>) {
+    return membrane;
+  } else {
+    const auto* const chosen = std::get_if<Membrane>(&membrane.model());
+    require(chosen != nullptr, "the plan's membrane is the ", name_of(plan.membrane),
+            ", the renderer's another: ask for one of AnyPlannedMembrane");
+    return *chosen;
+  }
+}
+
+}  // namespace detail
+
+/// The renderer of a plan, for the same sensor: with T double, or float where the plan says
+/// `single_precision`. Light is computed in double in either case. Its membrane is a Gaussian, with
+/// which frames are fastest; where a request asked for another one than that,
+///
+///     planned_renderer<float, AnyPlannedMembrane<float>>(sensor, plan)
+///
+/// is right whatever the plan has chosen.
+///
+/// Throws InvalidInput for a plan that does not satisfy its request, with what would, for float
+/// where the plan wants double, for another membrane than the plan's, for a light grid that is not
+/// positive, and as the sensor's parts do. (Who wants what a plan chose in spite of all says so by
+/// setting its `satisfies`.)
+template <std::floating_point T, MembraneModel<T> Membrane = GaussianMembrane<T>>
+[[nodiscard]] TactileRenderer<T, Membrane> planned_renderer(const SensorAt& sensor_at,
+                                                            const SensorPlan& plan,
+                                                            const CancelHook& cancelled = {}) {
   detail::require(plan.satisfies, "the plan does not satisfy its request: ",
                   plan.needed.empty() ? "it is none of plan_sensor's" : plan.needed);
   detail::require(plan.single_precision || sizeof(T) >= sizeof(double),
@@ -355,6 +425,8 @@ template <std::floating_point T>
   const SensorPreset<double> sensor = sensor_at(plan.edge_length);
   const Raster<double> rest = rasterize(sensor.membrane, sensor.camera);
   detail::require_seen(rest);
+  auto membrane =
+      detail::membrane_as<T, Membrane>(detail::planned_membrane<T>(sensor, rest, plan), plan);
   const detail::MembraneLights model(sensor);
   const Window whole{0, 0, sensor.camera.width, sensor.camera.height};
   std::vector<Image<Vec3<double>>> fields;
@@ -374,7 +446,7 @@ template <std::floating_point T>
                                     plan.single_precision};
   const auto background = detail::seen_coating(sensor, model.surface(), sensor.camera, rest);
   return detail::renderer_of<T>(sensor, {sensor.camera, rest.depth, background}, fields, choice,
-                                detail::membrane_of<T>(sensor, choice));
+                                std::move(membrane));
 }
 
 }  // namespace gelight

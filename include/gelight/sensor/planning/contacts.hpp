@@ -29,6 +29,8 @@ struct TrialContact {
   double weight = 1;    ///< how many pixels each of them stands for
   Index across = 0;     ///< columns that it stands in the membrane in
   Index down = 0;       ///< rows
+  Image<double> whole;  ///< the object's depth in all of the camera's image
+  double slant = 0;     ///< radians, of the membrane there from across the camera's axis
 
   /// The pixels that are lit, in the window: those that count and what their normals need.
   [[nodiscard]] Window lit_in_window() const {
@@ -75,8 +77,9 @@ class ContactDraw {
   [[nodiscard]] TrialContact next(Index around, Index reach) {
     for (int attempt = 0; attempt < 100; ++attempt) {
       const bool is_ball = ++drawn_ % 2 == 1;
-      const Image<double> depth =
-          rasterize(is_ball ? ball() : box_at_slant(), camera_, drawn_place()).depth;
+      const Place place = drawn_place();
+      const Mesh<double> object = is_ball ? ball() : box_at_slant();
+      const Image<double> depth = rasterize(object, camera_, place).depth;
       Window touched{camera_.width, camera_.height, 0, 0};
       Index count = 0;
       for (const auto& [x, y] : seen_) {
@@ -98,7 +101,9 @@ class ContactDraw {
                             counted.right - window.left, counted.bottom - window.top},
                            area(near) / area(counted),
                            touched.right - touched.left,
-                           touched.bottom - touched.top};
+                           touched.bottom - touched.top,
+                           depth,
+                           std::acos(std::clamp(place.frame(2, 2), -1.0, 1.0))};
       for (Index y = window.top; y < window.bottom; ++y) {
         for (Index x = window.left; x < window.right; ++x) {
           contact.depth(x - window.left, y - window.top) = depth(x, y);

@@ -28,17 +28,19 @@ class SensorCosts {
 
   /// For a frame: what of the image a contact changes is smoothed and shaded.
   [[nodiscard]] double frame(const SensorChoice& choice) const {
+    const double all = sizes_.width * sizes_.height;
+    const double lanes = choice.is_single ? 2 : 1;
+    if (choice.membrane != PlannedMembrane::gaussian) {
+      return all * (untouched + shading + led * sizes_.leds) / lanes + gel(choice, lanes);
+    }
     double pixels = 0;
     for (const auto& [across, down] : sizes_.contacts) {
       pixels += std::min(sizes_.width, across + 2 * choice.radius + block) *
                 std::min(sizes_.height, down + 2.0 * choice.radius);
     }
     pixels /= static_cast<double>(sizes_.contacts.size());
-    const double lanes = choice.is_single ? 2 : 1;
     const double smoothing = choice.radius > 0 ? tap * (4.0 * choice.radius + 2) : 0;
-    return (untouched * sizes_.width * sizes_.height +
-            pixels * (smoothing + shading + led * sizes_.leds)) /
-           lanes;
+    return (untouched * all + pixels * (smoothing + shading + led * sizes_.leds)) / lanes;
   }
 
   /// Of a choice's part: for the first three topics once, for the others a frame.
@@ -59,6 +61,22 @@ class SensorCosts {
   // A pixel; in double, for what follows resizing.
   static constexpr double resizing = 24, untouched = 3.2, tap = 0.5, shading = 28, led = 10;
   static constexpr double block = 64;
+
+  // A pixel of a bulging membrane; the layer's convolutions, each two Fourier transforms, which
+  // work in double, of twice the object's box.
+  static constexpr double bulge = 26, convolutions = 30, fourier = 3;
+
+  [[nodiscard]] double gel(const SensorChoice& choice, double lanes) const {
+    if (choice.membrane == PlannedMembrane::bulging) {
+      return bulge * sizes_.width * sizes_.height / lanes;
+    }
+    double operations = 0;
+    for (const auto& [across, down] : sizes_.contacts) {
+      const double places = 4 * across * down;
+      operations += 2 * convolutions * fourier * places * std::log2(places);
+    }
+    return operations / static_cast<double>(sizes_.contacts.size());
+  }
 
   SensorSizes sizes_;
 };

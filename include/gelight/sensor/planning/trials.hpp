@@ -23,12 +23,16 @@
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/filter.hpp"
+#include "gelight/image/mask.hpp"
 #include "gelight/image/raster.hpp"
 #include "gelight/light/field.hpp"
 #include "gelight/membrane/gaussian.hpp"
+#include "gelight/membrane/gel.hpp"
+#include "gelight/membrane/layer.hpp"
 #include "gelight/sensor/bake.hpp"
 #include "gelight/sensor/planning/contacts.hpp"
 #include "gelight/sensor/planning/membrane_lights.hpp"
+#include "gelight/sensor/planning/membranes.hpp"
 #include "gelight/sensor/presets.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "gelight/views/image_view.hpp"
@@ -63,13 +67,17 @@ struct SensorChoice {
   Index grid = 1;          // pixels between the places where light is computed
   Index radius = 0;        // pixels: where the Gaussian is cut off; 0: there is none
   bool is_single = false;  // whether frames are rendered in float
+  PlannedMembrane membrane = PlannedMembrane::gaussian;
+  double sigma = 0;  // pixels, of the Gaussian
 
   /// Becomes like another in one thing.
   void take(SensorTopic topic, const SensorChoice& other) {
     if (topic == SensorTopic::edges) mesh = other.mesh;
     if (topic == SensorTopic::light) light = other.light;
     if (topic == SensorTopic::grid) grid = other.grid;
-    if (topic == SensorTopic::smoothing) radius = other.radius;
+    if (topic == SensorTopic::smoothing) {
+      membrane = other.membrane, sigma = other.sigma, radius = other.radius;
+    }
     if (topic == SensorTopic::precision) is_single = other.is_single;
   }
   [[nodiscard]] bool has_same(SensorTopic topic, const SensorChoice& other) const {
@@ -78,8 +86,12 @@ struct SensorChoice {
     return like_other == *this;
   }
   [[nodiscard]] bool is_no_more_exact_than(const SensorChoice& other) const {
-    return light == other.light && mesh >= other.mesh && grid >= other.grid &&
-           radius <= other.radius && is_single >= other.is_single;
+    return light == other.light && has_same_model(other) && mesh >= other.mesh &&
+           grid >= other.grid && radius <= other.radius && is_single >= other.is_single;
+  }
+  /// Whether the membranes differ at most by where a Gaussian is cut off.
+  [[nodiscard]] bool has_same_model(const SensorChoice& other) const {
+    return membrane == other.membrane && sigma == other.sigma;
   }
   // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 sees a 0 in what the compiler writes
   friend auto operator<=>(const SensorChoice&, const SensorChoice&) = default;
@@ -188,12 +200,20 @@ template <std::floating_point T>
   return result;
 }
 
-/// The membrane of a chain.
+/// The Gaussian membrane of a chain.
 template <std::floating_point T>
-[[nodiscard]] GaussianMembrane<T> membrane_of(const SensorPreset<double>& sensor,
+[[nodiscard]] GaussianMembrane<T> gaussian_of(const SensorPreset<double>& sensor,
                                               const SensorChoice& choice) {
-  return GaussianMembrane<T>(choice.radius == 0 ? 0 : sensor.options.smoothing_sigma, choice.radius,
+  return GaussianMembrane<T>(choice.radius == 0 ? 0 : choice.sigma, choice.radius,
                              sensor.options.clip_to_rest);
+}
+
+/// A membrane's depth at rest, NaN where there is none.
+template <std::floating_point T>
+[[nodiscard]] Image<T> rest_of(const Raster<double>& raster) {
+  Image<T> rest = rounded<T>(raster.depth);
+  for (T& z : rest.pixels()) z = surface_or_nan(z);
+  return rest;
 }
 
 /// A membrane whose surface is computed beforehand: that of an image, which may be another one from
@@ -275,12 +295,15 @@ class SensorTrials {
   };
 
   SensorTrials(const SensorAt& sensor_at, double reference_edge, const Contacts& contacts,
-               PlannedLight light, const CancelHook& cancelled)
-      : reference_light_(light), cancelled_(cancelled) {
+               PlannedLight light, PlannedMembrane membrane, const CancelHook& cancelled)
+      : reference_light_(light), reference_membrane_(membrane), cancelled_(cancelled) {
     make_meshes(sensor_at, reference_edge);
     sigma_ = meshes_[0]->sensor.options.smoothing_sigma;
     draw(contacts);
-    const SensorChoice reference{0, light, 1, radius_of(reference_sigmas), false};
+    if (membrane != PlannedMembrane::gaussian) find_gel_sigma(contacts.radius);
+    SensorChoice reference = most_exact();
+    reference.mesh = 0;
+    if (membrane == PlannedMembrane::gaussian) reference.radius = radius_of(reference_sigmas);
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
       cancelled_.check(0, what);
       references_.push_back(images<double>(reference, i));
@@ -288,14 +311,19 @@ class SensorTrials {
   }
 
   [[nodiscard]] double edge(const SensorChoice& choice) const { return meshes_[choice.mesh]->edge; }
-  [[nodiscard]] double sigma() const { return sigma_; }
 
   /// The most exact of what may be chosen.
   [[nodiscard]] SensorChoice most_exact() const {
-    return {1, reference_light_, 1, radius_of(sigmas.back()), false};
+    SensorChoice choice{1, reference_light_, 1, 0, false, reference_membrane_, 0};
+    if (reference_membrane_ == PlannedMembrane::gaussian) {
+      choice.sigma = sigma_;
+      choice.radius = radius_of(sigmas.back());
+    }
+    return choice;
   }
 
-  /// All that may be chosen of a topic, the coarsest first; else like the most exact choice.
+  /// All that may be chosen of a topic, the coarsest first, but for one membrane or light model
+  /// after the other; else like the most exact choice.
   [[nodiscard]] std::vector<SensorChoice> choices(SensorTopic topic) const {
     std::vector<SensorChoice> all;
     const auto add = [&](auto SensorChoice::*member, auto value) {
@@ -316,9 +344,7 @@ class SensorTrials {
         for (const Index grid : grids) add(&SensorChoice::grid, grid);
         break;
       case SensorTopic::smoothing:
-        add(&SensorChoice::radius, Index{0});
-        for (const double s : sigmas) add(&SensorChoice::radius, radius_of(s));
-        break;
+        return membranes();
       default:
         add(&SensorChoice::is_single, true);
         add(&SensorChoice::is_single, false);
@@ -336,9 +362,11 @@ class SensorTrials {
       case SensorTopic::grid:
         return joined("every ", choice.grid, " pixels");
       case SensorTopic::smoothing:
+        if (choice.membrane != PlannedMembrane::gaussian) return name_of(choice.membrane);
         return choice.radius == 0 ? "none"
-                                  : joined("Gaussian cut off at ", choice.radius, " pixels, ",
-                                           two_digits(choice.radius / sigma_), " sigma");
+                                  : joined("Gaussian of ", two_digits(choice.sigma),
+                                           " pixels cut off at ", choice.radius, ", ",
+                                           two_digits(choice.radius / choice.sigma), " sigma");
       default:
         return choice.is_single ? "float" : "double";
     }
@@ -401,8 +429,41 @@ class SensorTrials {
     std::map<std::pair<PlannedLight, Index>, std::vector<std::vector<Field>>> resized;
   };
 
-  [[nodiscard]] Index radius_of(double times_sigma) const {
-    return static_cast<Index>(std::ceil(times_sigma * sigma_));
+  [[nodiscard]] Index radius_of(double times_sigma) const { return radius_of(times_sigma, sigma_); }
+  [[nodiscard]] static Index radius_of(double times_sigma, double sigma) {
+    return static_cast<Index>(std::ceil(times_sigma * sigma));
+  }
+
+  // The sigma, in pixels, with which a Gaussian is nearest to the gel's layer.
+  void find_gel_sigma(double contact_radius) {
+    const auto& sensor = with_rest(0).sensor;
+    for (const auto& contact : contacts_) {
+      require(contact.slant <= ElasticLayer<double>::most_bend, "a membrane that is ",
+              contact.slant, " radians from across the camera's axis is no layer that is pressed ",
+              "along it: of such a sensor the Gaussian is the membrane to plan with");
+    }
+    const double pixel = mean_rest(rest_of<double>(*with_rest(0).rest)) / sensor.camera.fx;
+    gel_sigma_ = gaussian_sigma(sensor.gel, contact_radius) / pixel;
+  }
+
+  // From none over Gaussians of the preset's and the gel's sigma to the reference's.
+  [[nodiscard]] std::vector<SensorChoice> membranes() const {
+    std::vector<SensorChoice> all;
+    const auto add = [&](PlannedMembrane membrane, double sigma, Index radius) {
+      SensorChoice choice = most_exact();
+      choice.membrane = membrane, choice.sigma = sigma, choice.radius = radius;
+      if (all.empty() || !(all.back() == choice)) all.push_back(choice);
+    };
+    add(PlannedMembrane::gaussian, sigma_, 0);
+    for (const double s : sigmas) add(PlannedMembrane::gaussian, sigma_, radius_of(s));
+    if (reference_membrane_ == PlannedMembrane::gaussian) return all;
+    for (const double s : sigmas) {
+      add(PlannedMembrane::gaussian, gel_sigma_, radius_of(s, gel_sigma_));
+    }
+    for (int i = 1; i <= static_cast<int>(reference_membrane_); ++i) {
+      add(static_cast<PlannedMembrane>(i), 0, 0);
+    }
+    return all;
   }
   // Nobody knows how many trials there will be.
   [[nodiscard]] double done() const {
@@ -459,19 +520,46 @@ class SensorTrials {
   template <std::floating_point T>
   const Image<T>& pressed(const SensorChoice& choice, std::size_t contact) {
     auto& surfaces = std::get<Surfaces<T>>(surfaces_);
-    const auto known = surfaces.find({choice.mesh, choice.radius, contact});
+    const std::tuple key(choice.mesh, choice.membrane, choice.sigma, choice.radius, contact);
+    const auto known = surfaces.find(key);
     if (known != surfaces.end()) return known->second;
-    const TrialContact& object = contacts_[contact];
+    return surfaces
+        .emplace(key, choice.membrane == PlannedMembrane::gaussian
+                          ? pressed_gaussian<T>(choice, contacts_[contact])
+                          : pressed_gel<T>(choice, contacts_[contact]))
+        .first->second;
+  }
+
+  template <std::floating_point T>
+  Image<T> pressed_gaussian(const SensorChoice& choice, const TrialContact& object) {
     const Mesh& mesh = with_rest(choice.mesh);
     const Image<T> depth = rounded<T>(object.depth);
     const Image<T> rest = rounded<T>(cut_out(mesh.rest->depth, object.window));
     Image<T> surface(depth.width(), depth.height());
-    const auto membrane = membrane_of<T>(mesh.sensor, choice);
+    const auto membrane = gaussian_of<T>(mesh.sensor, choice);
     auto work = membrane.make_workspace(depth.width(), depth.height());
     const Window lit = object.lit_in_window();
     membrane.press_into(surface, {depth, rest, lit}, work);
-    return surfaces.emplace(std::tuple(choice.mesh, choice.radius, contact), cut_out(surface, lit))
-        .first->second;
+    return cut_out(surface, lit);
+  }
+
+  // All of the object counts, wherever that is.
+  template <std::floating_point T>
+  Image<T> pressed_gel(const SensorChoice& choice, const TrialContact& object) {
+    const Mesh& mesh = with_rest(choice.mesh);
+    const Image<T> rest = rest_of<T>(*mesh.rest);
+    auto& gels = std::get<Gels<T>>(gels_);
+    auto known = gels.find({choice.mesh, choice.membrane});
+    if (known == gels.end()) {
+      auto made = gel_membrane<T>(choice.membrane, mesh.sensor.camera, rest,
+                                  mean_rest(rest_of<double>(*mesh.rest)), mesh.sensor.gel, {});
+      known = gels.emplace(std::pair(choice.mesh, choice.membrane), std::move(made)).first;
+    }
+    const Image<T> depth = rounded<T>(object.whole);
+    Image<T> surface(depth.width(), depth.height());
+    auto work = known->second.make_workspace(depth.width(), depth.height());
+    known->second.press_into(surface, {depth, rest, object.lit()}, work);
+    return cut_out(surface, object.lit());
   }
 
   // Light at the contacts' pixels, of all LEDs: one solve for each.
@@ -566,15 +654,21 @@ class SensorTrials {
   }
 
   PlannedLight reference_light_;
+  PlannedMembrane reference_membrane_;
   CancelHook cancelled_;
   std::vector<std::unique_ptr<Mesh>> meshes_;  // the reference's, then those to choose from
-  double sigma_ = 0;
+  double sigma_ = 0, gel_sigma_ = 0;           // pixels: the preset's, and the gel's
   std::vector<TrialContact> contacts_;
   std::vector<TrialImages> references_;
-  // By mesh, radius and contact.
+  // By mesh, membrane, sigma, radius and contact.
   template <class T>
-  using Surfaces = std::map<std::tuple<std::size_t, Index, std::size_t>, Image<T>>;
+  using Surfaces =
+      std::map<std::tuple<std::size_t, PlannedMembrane, double, Index, std::size_t>, Image<T>>;
+  // By mesh.
+  template <class T>
+  using Gels = std::map<std::pair<std::size_t, PlannedMembrane>, AnyPlannedMembrane<T>>;
   std::tuple<Surfaces<float>, Surfaces<double>> surfaces_;
+  std::tuple<Gels<float>, Gels<double>> gels_;
   std::map<SensorChoice, TrialErrors> errors_;
 };
 
