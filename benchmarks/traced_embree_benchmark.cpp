@@ -17,6 +17,16 @@
 // `linear_dimmed` and `geodesic_dimmed` fall off with distance (`Falloff`), `near` with its square
 // and the LED's cosine, from the LED's place in the gel; `mirrored` is that and its image in the
 // gel's inner side by Fresnel; `gel` is `gel_field`, which also knows of bends and of the hollow.
+//
+// Rows `directions/...`: what it takes to know the mean direction of one LED's light, first arrival
+// (no light from the coating), to a standard error of 1 degree at 99 % of the pixels of 160 x 120
+// whose irradiance is at least `threshold` of the 99th percentile of all pixels':
+//   seconds        processor time of the trace that reached it; rays_a_second beside it
+//   counted        share of the pixels that see the membrane and are as bright as that
+//   within         share of these with no more than 1 degree, in that trace; `within_all` of all
+//   vertices       of the membrane: light is gathered at these, and interpolated between them. A
+//                  pixel's error is the mean of its corners' by irradiance and weight, as if they
+//                  were all wrong the same way
 
 #include <benchmark/benchmark.h>
 
@@ -314,9 +324,10 @@ Image<Vec3<double>> outward_normals(const Image<double>& depth, const Camera<dou
   return normals;
 }
 
-Contacts contacts_of(const Sensor& sensor) {
-  constexpr double radius = 0.004, pressed_by = 0.0008;
-  const auto camera = Camera<double>::from_vertical_fov(pi / 2, 160, 120);
+Camera<double> camera_inside() { return Camera<double>::from_vertical_fov(pi / 2, 160, 120); }
+
+// What that camera sees of the membrane.
+Raster<double> seen_at_rest(const Sensor& sensor) {
   Mesh<double> mesh;
   for (Index v = 0; v < sensor.surface.vertex_count(); ++v) {
     const Vec3<double> p = sensor.surface.position(v) + Vec3<double>(0, 0, sensor.camera_behind);
@@ -324,7 +335,13 @@ Contacts contacts_of(const Sensor& sensor) {
   }
   for (Index f = 0; f < sensor.surface.face_count(); ++f)
     mesh.faces.push_back(sensor.surface.face(f));
-  const auto rest = rasterize(mesh, camera);
+  return rasterize(mesh, camera_inside());
+}
+
+Contacts contacts_of(const Sensor& sensor) {
+  constexpr double radius = 0.004, pressed_by = 0.0008;
+  const auto camera = camera_inside();
+  const auto rest = seen_at_rest(sensor);
   const auto at_rest = outward_normals(rest.depth, camera);
   const GaussianMembrane<double> membrane(2, 8);
   auto work = membrane.make_workspace(camera.width, camera.height);
@@ -368,6 +385,95 @@ std::vector<double> changes(const Field& light, const Contacts& contacts) {
   return all;
 }
 
+// In the middle of the gel's rim, as large as fits.
+TracedLed rim_led(const Sensor& sensor, const Vec3<double>& normal, double thickness) {
+  return {
+      .place = sensor.surface.position(sensor.led) - thickness / 2 * normal + 1e-5 * sensor.axis,
+      .axis = sensor.axis,
+      .radius = 0.4 * thickness};
+}
+
+/// Irradiance at a pixel, and the standard error of its direction in degrees.
+struct PixelLight {
+  double irradiance, error;
+};
+
+std::vector<PixelLight> light_at_pixels(const Sensor& sensor, const TracedLight& light,
+                                        const Raster<double>& seen) {
+  std::vector<PixelLight> pixels;
+  for (std::size_t i = 0; i < seen.face.pixels().size(); ++i) {
+    if (seen.face.pixels()[i] < 0) continue;
+    const auto corners = sensor.surface.face(seen.face.pixels()[i]);
+    double irradiance = 0, error = 0;
+    Vec3<double> way(0, 0, 0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto v = static_cast<std::size_t>(corners[k]);
+      const double power = seen.barycentric.pixels()[i][k] * light.irradiance[v];
+      if (!(power > 0)) continue;
+      irradiance += power;
+      way += power * light.directed[v] * light.direction[v];
+      error += power * light.directed[v] * std::min(pi, light.direction_error[v]);
+    }
+    pixels.push_back({irradiance, irradiance > 0 ? error / way.norm() / degree : 180});
+  }
+  return pixels;
+}
+
+// What a trace that leaves 99 % of the bright pixels within a degree takes.
+void measure_directions(benchmark::State& state, double edge_length) {
+  constexpr double thickness = 0.0025, threshold = 0.01, share = 0.99, radius = 0.01146;
+  const Surface<double> surface(membrane<double>(radius, 0.0455, edge_length));
+  const Sensor sensor{"fingertip",
+                      surface,
+                      nearest_vertex<double>(surface, Vec3<double>(radius, 0, 0)),
+                      {0, 0, 1},
+                      0};
+  const auto seen = seen_at_rest(sensor);
+  const std::vector<InnerLayer> layers{{beneath(surface, thickness)}};
+  const LightTracer tracer(surface, {.albedo = 0}, layers);
+  const TracedLed led =
+      rim_led(sensor, normals_of(surface)[static_cast<std::size_t>(sensor.led)], thickness);
+  std::int64_t paths = 1 << 20;
+  std::vector<PixelLight> pixels, bright;
+  double seconds = 0;
+  TracedLight light;
+  const auto trace = [&] {
+    seconds = seconds_of([&] { light = tracer.trace(led, {.paths = paths}); });
+    pixels = light_at_pixels(sensor, light, seen);
+    std::vector<double> irradiance;
+    for (const auto& one : pixels) irradiance.push_back(one.irradiance);
+    const double least = threshold * percentile(irradiance, 0.99);
+    bright.clear();
+    for (const auto& one : pixels) {
+      if (one.irradiance >= least) bright.push_back(one);
+    }
+    std::vector<double> errors;
+    for (const auto& one : bright) errors.push_back(one.error);
+    return percentile(errors, share);
+  };
+  const auto within = [](const std::vector<PixelLight>& of) {
+    return static_cast<double>(std::count_if(of.begin(), of.end(),
+                                             [](const auto& one) { return one.error <= 1; })) /
+           static_cast<double>(of.size());
+  };
+  for (auto _ : state) {
+    // Errors fall with the root of the paths: a first trace tells how many will do.
+    for (double error = trace(); error > 1; error = trace()) {
+      paths = static_cast<std::int64_t>(1.05 * error * error * static_cast<double>(paths));
+    }
+    state.SetIterationTime(seconds);
+  }
+  state.counters["seconds"] = seconds;
+  state.counters["rays_a_second"] = light.balance.segments / seconds;
+  state.counters["paths"] = static_cast<double>(paths);
+  state.counters["vertices"] = static_cast<double>(surface.vertex_count());
+  state.counters["threshold"] = threshold;
+  state.counters["counted"] =
+      static_cast<double>(bright.size()) / static_cast<double>(pixels.size());
+  state.counters["within"] = within(bright);
+  state.counters["within_all"] = within(pixels);
+}
+
 void measure(benchmark::State& state, const Sensor& sensor, const std::vector<Model>& cheap,
              double thickness, double albedo) {
   const auto& surface = sensor.surface;
@@ -375,10 +481,7 @@ void measure(benchmark::State& state, const Sensor& sensor, const std::vector<Mo
   const std::vector<InnerLayer> layers{{beneath(surface, thickness)}};
   const LightTracer tracer(surface, {.albedo = albedo}, layers);
   const auto at_led = static_cast<std::size_t>(sensor.led);
-  const TracedLed led{.place = surface.position(sensor.led) -
-                               thickness / 2 * places.normals[at_led] + 1e-5 * sensor.axis,
-                      .axis = sensor.axis,
-                      .radius = 0.4 * thickness};
+  const TracedLed led = rim_led(sensor, places.normals[at_led], thickness);
   TracedLight light;
   for (auto _ : state) {
     const double seconds = seconds_of([&] { light = tracer.trace(led, {.paths = 300'000}); });
@@ -481,6 +584,15 @@ int main(int argc, char** argv) try {
             ->Unit(benchmark::kMillisecond);
       }
     }
+  }
+  for (const double length : {edge, edge / 2, edge / 3}) {
+    char name[80];
+    std::snprintf(name, sizeof name, "directions/fingertip/edges of %.2g mm", 1e3 * length);
+    benchmark::RegisterBenchmark(
+        name, [length](benchmark::State& state) { measure_directions(state, length); })
+        ->UseManualTime()
+        ->Iterations(1)
+        ->Unit(benchmark::kSecond);
   }
   return gelight::bench::run(argc, argv);
 } catch (...) {
