@@ -49,11 +49,15 @@ for program in $programs; do
   set --
   if [ "$program" = pareto_benchmark ]; then
     set -- ${quick:+"$quick"} ${mesh:+"$mesh"}
+  elif [ "$program" = scene_benchmark ]; then
+    set -- --benchmark_filter=-planned
   fi
   "build/benchmark/benchmarks/$program" "$@" --benchmark_min_time=$patience \
     --benchmark_context=commit="$commit" --benchmark_out="$to/${program%_benchmark}.json" \
     --benchmark_out_format=json >/dev/null || [ $? -eq 3 ]  # a row is wrong: charts.py tells which
 done
+build/benchmark/benchmarks/scene_benchmark --benchmark_filter=planned --benchmark_context=commit="$commit" \
+  --benchmark_out="$to/scene_planned.json" --benchmark_out_format=json >/dev/null || [ $? -eq 3 ]
 # Not with the others' options: it prints its JSON.
 cmake --build --preset benchmark --target membranes
 build/benchmark/benchmarks/membranes "$commit" >"$to/membranes.json"

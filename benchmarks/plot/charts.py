@@ -144,7 +144,7 @@ def read_results(path):
 def load(folder):
     """All benchmarks of a folder's JSON files that succeeded, each with its context, and what failed."""
     rows, failed = [], []
-    paths = [p for name in ("pareto*", "scene", "stability*", "traced*", "membranes") for p in glob.glob(
+    paths = [p for name in ("pareto*", "scene*", "stability*", "traced*", "membranes") for p in glob.glob(
         os.path.join(folder, name + ".json"))]
     for path in sorted(paths):
         try:
@@ -195,7 +195,7 @@ def one_row_a_case(rows):
 
 
 METHODS = tuple(STYLE)
-PROGRAMS = ("pareto", "pareto_cgal", "pareto_image", "scene", "stability", "stability_cgal", "traced_embree", "membranes")
+PROGRAMS = ("pareto", "pareto_cgal", "pareto_image", "scene", "scene_planned", "stability", "stability_cgal", "traced_embree", "membranes")
 TOPICS = ("distance", "certify", "plan", "stability", "scene", "traced", "membranes", "transport", "log_map",
           "normals", "smoothing", "frame")
 TEXTS = {"name", "label", "run_name", "run_type", "aggregate_name", "aggregate_unit", "time_unit", "error_message", "skip_message"}
@@ -782,7 +782,7 @@ def words_images(rows, folder):
 
 def chart_scene(rows, folder):
     """What each choice of a simulator's author changes in the image he gets."""
-    rows = [r for r in rows if r["path"][0] == "scene"]
+    rows = [r for r in rows if r["path"][0] == "scene" and r["path"][1] != "planned"]
     if not rows:
         return
     topics = list(dict.fromkeys(r["path"][1] for r in rows))
@@ -850,7 +850,7 @@ def claim_of_scene(rows, seen):
 
 def words_scene(rows, folder):
     """Each choice's change on 99 % of the pixels; bold: the quickest that keeps to one grey level."""
-    rows = [r for r in rows if r["path"][0] == "scene"]
+    rows = [r for r in rows if r["path"][0] == "scene" and r["path"][1] != "planned"]
     if not rows:
         return
     lines = ["| grey levels, 99 % of those pixels within | |", "|---|---|"]
@@ -862,6 +862,65 @@ def words_scene(rows, folder):
                  f"{r['path'][2]}: {r['levels_p99']:.0f}" for r in here]
         lines.append(f"| {topic} | {', '.join(cells)} |")
     write_between(os.path.join(folder, "README.md"), "scene", lines)
+
+
+def plans_of(rows):
+    """The sensors that plan_sensor could plan for, and how many it was asked for."""
+    rows = [r for r in rows if r["path"][:2] == ["scene", "planned"]]
+    return [r for r in rows if "kept" in r], len(rows)
+
+
+def claim_of_plans(plans, asked):
+    """How many plans kept what they promised, and how many were as cheap as can be."""
+    kept = sum(r["kept"] >= r["asked"] for r in plans)
+    cheap = sum(r["dearer"] <= 1.5 for r in plans)
+    lost = max((1 - r["kept"]) / (1 - r["asked"]) for r in plans)
+    dearest = max(r["dearer"] for r in plans)
+    return (f"Of {asked} sensors at random plan_sensor plans for {len(plans)}: {kept} keep the share asked for, "
+            f"and {cheap} cost\nat most 1.5 times the cheapest choice in hindsight (the dearest {dearest:.2f} times; "
+            f"at most {lost:.2f} times\nas many pixels are off as may be)")
+
+
+def chart_plans(rows, folder):
+    """What plans of sensors at random promised and kept, and what they cost against the cheapest."""
+    plans, asked = plans_of(rows)
+    if not plans:
+        return
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8.6, 4.2))
+    least = min(min(r["asked"], r["kept"]) for r in plans) - 0.01
+    left.fill_between([least, 1], [least, 1], least, color="0.92", zorder=0)
+    left.plot([least, 1], [least, 1], color="0.35", linewidth=1)
+    for row in plans:
+        colour = "#0072B2" if row["kept"] >= row["asked"] else "#A0527F"
+        left.plot(row["asked"], row["kept"], "o", color=colour, markersize=6, alpha=0.8)
+    left.text(1 - 0.005, least + 0.004, "below the line: fewer than asked for", ha="right", fontsize=8, color="0.25")
+    left.set_xlabel("share of the pixels asked for")
+    left.set_ylabel("share kept, over 40 contacts not planned with")
+    left.set_xlim(least, 1)
+    left.set_ylim(least, 1.002)
+    costs = sorted(r["dearer"] for r in plans)
+    right.axhline(1.5, color="0.35", linestyle=(0, (4, 2)), linewidth=1)
+    right.bar(range(1, len(costs) + 1), [c - 1 for c in costs], bottom=1, color="#009E73")
+    right.plot(range(1, len(costs) + 1), costs, "o", color="#009E73", markersize=4)
+    right.set_ylim(0.95, max(1.6, costs[-1] + 0.1))
+    right.set_xlabel("sensors, the cheapest first")
+    right.set_ylabel("cost over that of the cheapest in hindsight")
+    for axes in (left, right):
+        axes.grid(True, color="0.88", linewidth=0.6)
+        axes.set_axisbelow(True)
+    figure.suptitle(claim_of_plans(plans, asked), fontsize=10, fontweight="bold")
+    figure.tight_layout(rect=(0, 0.03, 1, 1))
+    save(figure, folder, "scene_planned", plans)
+
+
+def words_plans(rows, folder):
+    """What the chart of plans says, into README.md between its marks."""
+    plans, asked = plans_of(rows)
+    if not plans:
+        return
+    longest = max(r["plan_seconds"] for r in plans)
+    said = claim_of_plans(plans, asked).replace("\n", " ").replace("plan_sensor", "`plan_sensor`")
+    write_between(os.path.join(folder, "README.md"), "plans", [said + ".", f"Each was planned in {longest:.1f} s at most."])
 
 
 STABILITY = {"aspect": ("needles", "stretched by"), "obtuse": ("angles near 180 degrees", "sheared by"),
@@ -1428,10 +1487,10 @@ def main():
         print(f"charts.py: there are no results (*.json) in {folder}", file=sys.stderr)
         return 2
     rows, failed = load(folder)
-    charts = (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images, chart_scene,
+    charts = (chart_distances, chart_sphere, chart_certificate, chart_planner, chart_images, chart_scene, chart_plans,
               chart_stability, chart_light_fields, chart_traced, chart_contacts, chart_membranes, chart_calibration,
               chart_scaling)
-    words = (words_distances, words_sphere, words_certificate, words_planner, words_images, words_scene,
+    words = (words_distances, words_sphere, words_certificate, words_planner, words_images, words_scene, words_plans,
              words_stability, words_light_fields, words_traced, words_membranes, words_calibration)
     for make in words if KIND == "words" else charts + words:
         try:

@@ -359,7 +359,8 @@ class SensorPlanner {
 /// flat and bent pads of 96 x 72 pixels): of 150 sensors at random 143 could be planned for, the
 /// share held in 136 over 40 contacts each that the planner had not tried; the other seven lost
 /// less than twice the pixels that they may. None cost more than 1.5 times the cheapest choice in
-/// hindsight; the dearest 1.41 times. A GelTip of 640 x 480 takes 0.4 to 0.6 s to plan, 1.3 s where
+/// hindsight, the dearest 1.41 times; with contacts drawn in another order three of 140 did,
+/// the dearest 2.1 times. A GelTip of 640 x 480 takes 0.4 to 0.6 s to plan, 1.3 s where
 /// light through the gel is the right one.
 ///
 /// Throws InvalidInput as the sensor does at `reference_edge`, for a request with a number that
