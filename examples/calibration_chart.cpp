@@ -93,21 +93,13 @@ double untouched_difference(const PressFolder& all) {
   return mean;
 }
 
-// Milliseconds of this process's time for a frame of which every pixel is computed; the least.
-template <class Renderer>
-double frame_time(const Renderer& renderer, const Image<float>& depth) {
-  Image<gelight::Rgb8> out(depth.width(), depth.height());
-  double least = 1e9;
-  for (int i = 0; i < 100; ++i) {
-    const std::clock_t start = std::clock();
-    renderer.render_into(out, depth);
-    const auto took = static_cast<double>(std::clock() - start);
-    least = std::min(least, 1e3 * took / CLOCKS_PER_SEC);
-  }
-  return least;
-}
+// Milliseconds of this process's time for a frame of which every pixel is computed, calibrated and
+// by Phong's equation with three lights: the least of each, in turn.
+struct FrameTimes {
+  double calibrated = 1e9, phong = 1e9;
+};
 
-double frame_time(const PressFolder& all, ReflectanceModel model) {
+FrameTimes frame_times(const PressFolder& all, ReflectanceModel model) {
   gelight::CalibrationOptions options;
   options.model = model;
   const auto sensor = gelight::calibrate(all.background, all.presses, options).sensor;
@@ -117,13 +109,36 @@ double frame_time(const PressFolder& all, ReflectanceModel model) {
   camera.fx = camera.fy = 4000;
   camera.cx = static_cast<float>(camera.width) / 2;
   camera.cy = static_cast<float>(camera.height) / 2;
+  const Image<float> rest(camera.width, camera.height, 1);
   gelight::FrameOptions every;
   every.skip_unchanged = false;
-  const gelight::TactileRenderer renderer(camera, Image<float>(camera.width, camera.height, 1),
-                                          gelight::GaussianMembrane<float>(5, 20),
-                                          gelight::CalibratedReflectance<float>(sensor), every);
+  const gelight::TactileRenderer calibrated(camera, rest, gelight::GaussianMembrane<float>(5, 20),
+                                            gelight::CalibratedReflectance<float>(sensor), every);
+  std::vector<gelight::Light<float>> lights(3);
+  for (std::size_t k = 0; k < lights.size(); ++k) {
+    const float angle = 2.0944F * static_cast<float>(k);
+    lights[k].direction = Image<gelight::Vec3<float>>(
+        camera.width, camera.height, gelight::Vec3<float>(std::cos(angle), std::sin(angle), 0));
+    lights[k].rgb[k] = 1;
+  }
+  gelight::TactileOptions everything;
+  everything.skip_unchanged = false;
+  const gelight::TactileRenderer<float> phong(camera, rest, lights, everything);
   const BallRenderer ball(sensor);
-  return frame_time(renderer, ball.depth(all.presses[0].contact, all.presses[0].ball_radius));
+  const auto depth = ball.depth(all.presses[0].contact, all.presses[0].ball_radius);
+  Image<gelight::Rgb8> out(camera.width, camera.height);
+  const auto least = [&](double& time, const auto& renderer) {
+    const std::clock_t start = std::clock();
+    renderer.render_into(out, depth);
+    const auto took = static_cast<double>(std::clock() - start);
+    time = std::min(time, 1e3 * took / CLOCKS_PER_SEC);
+  };
+  FrameTimes times;
+  for (int i = 0; i < 100; ++i) {
+    least(times.calibrated, calibrated);
+    least(times.phong, phong);
+  }
+  return times;
 }
 
 }  // namespace
@@ -163,8 +178,12 @@ int main(int count, char** arguments) try {
       for (const std::size_t used : {1u, 3u, 5u, 10u, 20u}) {
         const bool is_last = used == 20;
         if (!is_last && model != ReflectanceModel::table) continue;
-        const std::string time =
-            is_last ? ", \"frame_ms\": " + std::to_string(frame_time(all, model)) : "";
+        std::string time;
+        if (is_last) {
+          const FrameTimes frame = frame_times(all, model);
+          time = ", \"frame_ms\": " + std::to_string(frame.calibrated) +
+                 ", \"phong_frame_ms\": " + std::to_string(frame.phong);
+        }
         write(name + "/" + word + "/" + std::to_string(used), held_out_error(all, model, used),
               time);
       }

@@ -78,24 +78,29 @@ class CalibratedReflectance {
     }
     const std::ptrdiff_t table = rows.table_size();
     const T* const cells = rows.tables.data() + std::ptrdiff_t{row.y} * 2 * table;
-    const T* background = rows.background.data() + 4 * (std::ptrdiff_t{row.y} * rows.width + row.x);
     const T* const places = rows.places.data() + row.x;
-    for (std::ptrdiff_t i = 0; i < row.count; ++i, background += 4) {
+    std::array<T, 8 * longest_surface_row> mixed;  // of a node and of its neighbour, of each pixel
+    for (std::ptrdiff_t i = 0; i < row.count; ++i) {
       const auto at = static_cast<std::size_t>(i);
       const bool touched = row.touched != nullptr && row.touched[i] != 0;
       const T* __restrict const upper =
           cells + (touched ? table : 0) + std::ptrdiff_t{cell[at]} * numbers;
       const T* __restrict const lower = upper + std::ptrdiff_t{nodes} * numbers;
-      const T right = f[at], down = g[at], x = places[i];
-      std::array<T, 8> mixed;  // of a node and of its neighbour
+      const T down = g[at], x = places[i];
+      T* __restrict const to = mixed.data() + 8 * i;
       for (std::size_t k = 0; k < 8; ++k) {
         const T above = upper[k] + x * (upper[8 + k] + x * upper[16 + k]);
         const T below = lower[k] + x * (lower[8 + k] + x * lower[16 + k]);
-        mixed[k] = above + down * (below - above);
+        to[k] = above + down * (below - above);
       }
+    }
+    const T* background = rows.background.data() + 4 * (std::ptrdiff_t{row.y} * rows.width + row.x);
+    for (std::ptrdiff_t i = 0; i < row.count; ++i, background += 4) {
+      const T* const of_pixel = mixed.data() + 8 * i;
+      const T right = f[static_cast<std::size_t>(i)];
       std::array<T, 4> colour;
       for (std::size_t k = 0; k < 4; ++k) {
-        const T change = mixed[k] + right * (mixed[4 + k] - mixed[k]);
+        const T change = of_pixel[k] + right * (of_pixel[4 + k] - of_pixel[k]);
         colour[k] = background[k] * (1 + change) + half_level;
       }
       out.r[i] = colour[0];
