@@ -123,7 +123,7 @@ FrameTimes frame_times(const PressFolder& all, ReflectanceModel model) {
   }
   gelight::TactileOptions everything;
   everything.skip_unchanged = false;
-  const gelight::TactileRenderer<float> phong(camera, rest, lights, everything);
+  const gelight::TactileRenderer<float> phong(camera, rest, lights, {}, everything);
   const BallRenderer ball(sensor);
   const auto depth = ball.depth(all.presses[0].contact, all.presses[0].ball_radius);
   Image<gelight::Rgb8> out(camera.width, camera.height);
