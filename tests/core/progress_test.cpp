@@ -48,7 +48,7 @@ void check_asked(const std::string& name, Index vertices, SetUp&& set_up) {
   const int count = static_cast<int>(told.size());
   for (const int last : {1, 2, count / 3, count / 2, count - 1, count}) {
     CAPTURE(last);
-    const auto ended = std::make_shared<Asked>(last);
+    const auto ended = std::make_shared<Asked>(Asked{last});
     CHECK_THROWS_AS(set_up(hook_of(ended)), Cancelled);
     CHECK(static_cast<int>(ended->done.size()) == last);
   }

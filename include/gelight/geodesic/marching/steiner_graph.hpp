@@ -9,13 +9,13 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/periodic_check.hpp"
 #include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/marching/bucket_queue.hpp"
-#include "gelight/core/periodic_check.hpp"
 #include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 
