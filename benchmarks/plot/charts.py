@@ -1290,6 +1290,13 @@ def presses_enough(rows, sensor, counts):
     return next(count for count in counts if table[count] <= 1.1 * table[counts[-1]])
 
 
+def beside_phong(rows, sensor, models):
+    """How a calibrated frame's time compares with a Phong frame's of the same run, in words."""
+    ratios = [row["frame_ms"] / row["phong_frame_ms"] for x in models
+              if "phong_frame_ms" in (row := rows[sensor, x, "20"])]
+    return f"{min(ratios):.1f} to {max(ratios):.1f} times one of Phong with three lights, " if ratios else ""
+
+
 def words_calibration(_, folder):
     """What that chart says: how many presses are enough, which model, where the floor is."""
     rows, sensors, models, _ = calibrations(folder)
@@ -1316,7 +1323,8 @@ def words_calibration(_, folder):
         lines.append(
             f"- {sensor}: {enough} presses come within a tenth of twenty. The model is the "
             f"{ranked[0]}, off by {best['error']:.1f}; next, {ranked[1]}, by {second['error']:.1f}."
-            f" A frame takes {min(times):.1f} to {max(times):.1f} ms with any of them, as all are"
+            f" A frame takes {beside_phong(rows, sensor, ranked)}{min(times):.2f} to"
+            f" {max(times):.2f} ms with any of them, as all are"
             " rendered from a table. Where nothing touches the gel its photographs differ from the"
             f" background by {floor:.1f}, noise and drift that no model knows:"
             f" {100 * floor / best['error']:.0f} % of what is left.")
