@@ -312,6 +312,21 @@ TEST_CASE("a rigid membrane follows the contact; sigma 0 and a radius of 0 are t
   CHECK(narrow.render(contact) == of_contact.rest_image());
 }
 
+TEST_CASE("without clipping a rigid membrane follows what lies deeper than rest, too") {
+  Image<double> deeper = ball(-0.003);
+  for (double& z : deeper.pixels()) z += 0.001;
+  const TactileRenderer of_contact(camera, deeper, two_lights(), picture());
+  for (const TactileOptions options :
+       {TactileOptions{.smoothing_sigma = 0, .clip_to_rest = false},
+        TactileOptions{.smoothing_radius = 0, .clip_to_rest = false}}) {
+    const TactileRenderer pulled(camera, rest_depth(), two_lights(), picture(), options);
+    CHECK(pulled.render(deeper) == of_contact.rest_image());
+  }
+  const TactileRenderer clipped(camera, rest_depth(), two_lights(), picture(),
+                                TactileOptions{.smoothing_sigma = 0});
+  CHECK(clipped.render(deeper) == clipped.rest_image());
+}
+
 TEST_CASE("pressed gel darkens the background, and nothing else does") {
   const TactileOptions options{.ambient = 1, .darkening = 0.4, .darkening_depth = 0.005};
   const Image<double> background(width, height, 0.8);

@@ -281,7 +281,9 @@ TEST_CASE("on the intrinsic Delaunay triangulation faces that lean do no harm") 
   const Vec s = at(mesh, static_cast<std::size_t>(source));
   std::array<Worst, 2> radial, radius;
   for (const std::size_t k : {0U, 1U}) {
-    const VectorHeatSolver solver(mesh, {.intrinsic_delaunay = k == 1});
+    // Which is the default.
+    const VectorHeatSolver solver(
+        mesh, k == 1 ? VectorHeatOptions{} : VectorHeatOptions{.intrinsic_delaunay = false});
     const auto away = solver.radial(source);
     const auto map = solver.log_map(source);
     for (std::size_t v = 0; v < away.size(); ++v) {
