@@ -10,13 +10,9 @@
 // Checks at every step at which a thing lies still that the springs bear what Bullet says that they
 // do, and that this is the known weight and the hand's pressure.
 
-#include <LinearMath/btConvexHullComputer.h>
-#include <btBulletDynamicsCommon.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -24,6 +20,7 @@
 #include "gelight/io/image.hpp"
 #include "gelight/membrane/springs.hpp"
 #include "gelight/sensor/see_through.hpp"
+#include "support/bullet_world.hpp"
 #include "support/command_line.hpp"
 #include "support/household.hpp"
 #include "support/scene.hpp"
@@ -33,18 +30,10 @@ using gelight::Equilibrium;
 using gelight::Image;
 using gelight::Index;
 using gelight::LightLevels;
-using gelight::Mesh;
 using gelight::Rgb8;
 using gelight::Vec2;
-using gelight::Vec3;
 
 namespace {
-
-// The camera looks up from the origin at the gel, z upwards. Bullet is made for things of about a
-// metre: it gets centimetres, and with them forces in kg cm / s^2.
-constexpr double gel_depth = 0.07, centimetre = 0.01, gravity = 9.81;
-constexpr double time_step = 1 / 480.0;  // of the engine
-constexpr int steps_a_frame = 8;         // of a camera with 60 frames a second
 
 struct Settings {
   Index width = 640, height = 480;
@@ -82,155 +71,6 @@ class Clock {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-struct Contact {
-  double force = 0;                            // N, upwards
-  Vec2<double> centre = Vec2<double>::Zero();  // m
-};
-
-/// A thing in Bullet's world, above a flat, rigid gel.
-class World {
- public:
-  explicit World(const Thing& thing)
-      : dispatcher_(&configuration_),
-        world_(&dispatcher_, &broadphase_, &solver_, &configuration_),
-        gel_box_(btVector3(30, 30, 1)),
-        centre_(centre_of_area(thing.mesh)),
-        hull_(hull_about(thing.mesh, centre_)) {
-    world_.setGravity(to_bullet({0, 0, -gravity}));
-    world_.getSolverInfo().m_numIterations = 200;
-    const btTransform below(btQuaternion::getIdentity(), to_bullet({0, 0, gel_depth - centimetre}));
-    gel_state_ = std::make_unique<btDefaultMotionState>(below);
-    gel_ = std::make_unique<btRigidBody>(
-        btRigidBody::btRigidBodyConstructionInfo(0, gel_state_.get(), &gel_box_));
-    gel_->setFriction(0.6f);
-    gel_->setRollingFriction(0.01f);
-    world_.addRigidBody(gel_.get());
-
-    btVector3 inertia;
-    const auto mass = static_cast<btScalar>(thing.mass);
-    hull_->calculateLocalInertia(mass, inertia);
-    const double drop = 0.006;
-    const btQuaternion lean(btVector3(1, 0, 0), 0.06f), turn(btVector3(0, 0, 1), -0.5f);
-    const btQuaternion lying = lean * turn;
-    const btTransform start(
-        lying, to_bullet({0, 0, gel_depth + drop}) + btMatrix3x3(lying) * to_bullet(centre_));
-    state_ = std::make_unique<btDefaultMotionState>(start);
-    body_ = std::make_unique<btRigidBody>(
-        btRigidBody::btRigidBodyConstructionInfo(mass, state_.get(), hull_.get(), inertia));
-    body_->setFriction(0.6f);
-    body_->setRollingFriction(0.01f);
-    body_->setDamping(0.1f, 0.5f);
-    body_->setActivationState(DISABLE_DEACTIVATION);
-    world_.addRigidBody(body_.get());
-  }
-
-  ~World() {
-    world_.removeRigidBody(body_.get());
-    world_.removeRigidBody(gel_.get());
-  }
-  World(const World&) = delete;
-  World& operator=(const World&) = delete;
-
-  /// Until the camera's next frame, under a force (N) at the centre of mass.
-  void step(const Vec3<double>& push) {
-    for (int i = 0; i < steps_a_frame; ++i) {
-      body_->applyCentralForce(to_bullet(push));
-      world_.stepSimulation(static_cast<btScalar>(time_step), 0);
-    }
-  }
-
-  /// What the gel bears in the last step.
-  [[nodiscard]] Contact contact() const {
-    Contact contact;
-    for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
-      const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(i);
-      for (int k = 0; k < manifold.getNumContacts(); ++k) {
-        const btManifoldPoint& point = manifold.getContactPoint(k);
-        const double force = point.getAppliedImpulse() / time_step * centimetre;
-        const btVector3& at = point.getPositionWorldOnB();
-        contact.force += force;
-        contact.centre += force * centimetre * Vec2<double>(at.x(), at.y());
-      }
-    }
-    if (contact.force > 0) contact.centre /= contact.force;
-    return contact;
-  }
-
-  [[nodiscard]] bool is_still() const {
-    return body_->getLinearVelocity().length() < 0.05 &&
-           body_->getAngularVelocity().length() < 0.02;
-  }
-
-  /// In m/s.
-  [[nodiscard]] double speed() const {
-    return centimetre * double{body_->getLinearVelocity().length()};
-  }
-
-  [[nodiscard]] Vec2<double> centre_of_mass() const {
-    const btVector3& at = body_->getCenterOfMassPosition();
-    return centimetre * Vec2<double>(at.x(), at.y());
-  }
-
-  /// The thing where it is now, `sunk` metres lower.
-  [[nodiscard]] Mesh<double> placed(const Mesh<double>& mesh, double sunk) const {
-    const btTransform& pose = body_->getCenterOfMassTransform();
-    Eigen::Matrix3d rotation;
-    Vec3<double> move;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) rotation(i, j) = pose.getBasis()[i][j];
-      move[i] = centimetre * pose.getOrigin()[i];
-    }
-    move -= rotation * centre_ + Vec3<double>(0, 0, sunk);
-    return gelight::placed<double>(mesh, rotation, move);
-  }
-
- private:
-  [[nodiscard]] static btVector3 to_bullet(const Vec3<double>& v) {
-    return {static_cast<btScalar>(v.x() / centimetre), static_cast<btScalar>(v.y() / centimetre),
-            static_cast<btScalar>(v.z() / centimetre)};
-  }
-
-  /// Of a thing of thin sheet or wire: of its faces.
-  [[nodiscard]] static Vec3<double> centre_of_area(const Mesh<double>& mesh) {
-    Vec3<double> sum = Vec3<double>::Zero();
-    double area = 0;
-    for (const auto& [a, b, c] : mesh.faces) {
-      const auto at = [&](Index v) { return Vec3<double>(mesh.position(v).data()); };
-      const double twice = gelight::cross<double>(at(b) - at(a), at(c) - at(a)).norm();
-      sum += twice / 3 * (at(a) + at(b) + at(c));
-      area += twice;
-    }
-    return sum / area;
-  }
-
-  /// On a flat gel a thing touches where its convex hull does.
-  [[nodiscard]] static std::unique_ptr<btConvexHullShape> hull_about(const Mesh<double>& mesh,
-                                                                     const Vec3<double>& centre) {
-    std::vector<btVector3> points;
-    for (const auto& p : mesh.positions)
-      points.push_back(to_bullet(Vec3<double>(p.data()) - centre));
-    btConvexHullComputer computer;
-    computer.compute(&points[0].m_floats[0], sizeof(btVector3), static_cast<int>(points.size()), 0,
-                     0);
-    auto hull = std::make_unique<btConvexHullShape>();
-    for (int i = 0; i < computer.vertices.size(); ++i) hull->addPoint(computer.vertices[i], false);
-    hull->recalcLocalAabb();
-    hull->setMargin(0.001f);
-    return hull;
-  }
-
-  btDefaultCollisionConfiguration configuration_;
-  btCollisionDispatcher dispatcher_;
-  btDbvtBroadphase broadphase_;
-  btSequentialImpulseConstraintSolver solver_;
-  mutable btDiscreteDynamicsWorld world_;
-  btBoxShape gel_box_;
-  Vec3<double> centre_;
-  std::unique_ptr<btConvexHullShape> hull_;
-  std::unique_ptr<btDefaultMotionState> gel_state_, state_;
-  std::unique_ptr<btRigidBody> gel_, body_;
-};
-
 /// The sensor and all that a step of it needs.
 struct Sensor {
   Camera<float> camera;
@@ -241,9 +81,11 @@ struct Sensor {
 
   explicit Sensor(const Settings& settings)
       : camera(Camera<float>::from_vertical_fov(0.9f, settings.width, settings.height)),
-        bed(camera, static_cast<float>(gel_depth), {.elastic_modulus = 5e4}),
-        renderer(camera, Image<float>(camera.width, camera.height, static_cast<float>(gel_depth)),
-                 gelight::edge_lights(camera, 0.1)),
+        bed(camera, static_cast<float>(BulletWorld::gel_depth), {.elastic_modulus = 5e4}),
+        renderer(
+            camera,
+            Image<float>(camera.width, camera.height, static_cast<float>(BulletWorld::gel_depth)),
+            gelight::edge_lights(camera, 0.1)),
         image(camera.width, camera.height) {}
 
   /// What all springs together bear, added up from what they are pressed in by.
@@ -269,9 +111,9 @@ Column views_of(const std::string& name, const Sensor& sensor, const Image<float
 /// Lets a thing fall, presses it down by a hand and pushes it across the gel.
 Column let_fall(const Thing& thing, Sensor& sensor, const Settings& settings, Times& times,
                 Faults& faults) {
-  World world(thing);
-  const double weight = gravity * thing.mass, press = 0.15 + 3 * weight;
-  const int steps = static_cast<int>(settings.seconds / (steps_a_frame * time_step));
+  BulletWorld world(thing);
+  const double weight = BulletWorld::gravity * thing.mass, press = 0.15 + 3 * weight;
+  const int steps = static_cast<int>(settings.seconds * BulletWorld::frames_a_second);
   double sunk = 0;  // in the last step: a good guess for the next
   int still = 0, settled_steps = 0;
   Vec2<double> lay = Vec2<double>::Zero();  // before it was pushed
@@ -285,7 +127,7 @@ Column let_fall(const Thing& thing, Sensor& sensor, const Settings& settings, Ti
     Clock clock;
     world.step({0.88 * side * (weight + down), -0.48 * side * (weight + down), -down});
     times.engine += clock.lap();
-    const Contact reaction = world.contact();
+    const BulletContact reaction = world.contact();
     const auto mesh = world.placed(thing.mesh, sunk);
     const auto seen = gelight::rasterize<float>(mesh, sensor.camera);
     times.raster += clock.lap();
