@@ -361,8 +361,9 @@ class SensorPlanner {
 /// less than twice the pixels that they may. None cost more than 1.5 times the cheapest choice in
 /// hindsight, the dearest 1.41 times; with contacts drawn in another order three of 140 did,
 /// the dearest 2.1 times. A GelTip of 640 x 480 takes 0.4 to 0.6 s to plan, 1.3 s where
-/// light through the gel is the right one; a GelSight Mini of that size 8 s where the elastic layer
-/// is the right membrane, which presses each contact on each mesh that is tried.
+/// light through the gel is the right one; a GelSight Mini of that size 1.3 s where the elastic
+/// layer is the right membrane, a sensor that is not flat more, since there each contact is pressed
+/// anew on each mesh that is tried.
 ///
 /// Throws InvalidInput as the sensor does at `reference_edge`, for a request with a number that
 /// cannot be, and where contacts of that size show in fewer than 16 pixels; Cancelled where the

@@ -423,6 +423,7 @@ class SensorTrials {
     double edge;
     MembraneLights lights;
     std::optional<Raster<double>> rest;
+    std::optional<std::size_t> alike;                              // the first mesh as it is seen
     std::vector<SeenMembrane> seen;                                // at each contact
     std::map<PlannedLight, std::vector<std::vector<Field>>> fine;  // at each contact, of each LED
     std::map<std::pair<PlannedLight, Index>, std::vector<Field>> coarse;  // of each LED
@@ -520,14 +521,41 @@ class SensorTrials {
   template <std::floating_point T>
   const Image<T>& pressed(const SensorChoice& choice, std::size_t contact) {
     auto& surfaces = std::get<Surfaces<T>>(surfaces_);
-    const std::tuple key(choice.mesh, choice.membrane, choice.sigma, choice.radius, contact);
+    const bool is_gaussian = choice.membrane == PlannedMembrane::gaussian;
+    const std::size_t m = is_gaussian ? choice.mesh : alike(choice.mesh);
+    const std::tuple key(m, choice.membrane, choice.sigma, choice.radius, contact);
     const auto known = surfaces.find(key);
     if (known != surfaces.end()) return known->second;
-    return surfaces
-        .emplace(key, choice.membrane == PlannedMembrane::gaussian
-                          ? pressed_gaussian<T>(choice, contacts_[contact])
-                          : pressed_gel<T>(choice, contacts_[contact]))
-        .first->second;
+    return surfaces.emplace(key, newly_pressed<T>(choice, m, contact)).first->second;
+  }
+
+  template <std::floating_point T>
+  Image<T> newly_pressed(const SensorChoice& choice, std::size_t m, std::size_t contact) {
+    if (choice.membrane == PlannedMembrane::gaussian) {
+      return pressed_gaussian<T>(choice, contacts_[contact]);
+    }
+    // A layer of floats is computed in double, too, and rounded in the end.
+    if constexpr (!std::same_as<T, double>) {
+      if (choice.membrane == PlannedMembrane::layer) {
+        return rounded<T>(pressed<double>(choice, contact));
+      }
+    }
+    return pressed_gel<T>(m, choice.membrane, contacts_[contact]);
+  }
+
+  // The first mesh that the camera sees as it sees this one, but for rounding, as it does all of a
+  // flat pad: a gel takes long to press.
+  std::size_t alike(std::size_t m) {
+    std::optional<std::size_t>& known = with_rest(m).alike;
+    for (std::size_t other = 0; !known; ++other) {
+      if (other == m || look_alike(with_rest(other), *meshes_[m])) known = other;
+    }
+    return *known;
+  }
+  [[nodiscard]] static bool look_alike(const Mesh& a, const Mesh& b) {
+    const auto& one = a.rest->depth.pixels();
+    return std::equal(one.begin(), one.end(), b.rest->depth.pixels().begin(),
+                      [](double x, double y) { return x == y || std::abs(x - y) <= 1e-12 * x; });
   }
 
   template <std::floating_point T>
@@ -545,15 +573,15 @@ class SensorTrials {
 
   // All of the object counts, wherever that is.
   template <std::floating_point T>
-  Image<T> pressed_gel(const SensorChoice& choice, const TrialContact& object) {
-    const Mesh& mesh = with_rest(choice.mesh);
+  Image<T> pressed_gel(std::size_t m, PlannedMembrane membrane, const TrialContact& object) {
+    const Mesh& mesh = with_rest(m);
     const Image<T> rest = rest_of<T>(*mesh.rest);
     auto& gels = std::get<Gels<T>>(gels_);
-    auto known = gels.find({choice.mesh, choice.membrane});
+    auto known = gels.find({m, membrane});
     if (known == gels.end()) {
-      auto made = gel_membrane<T>(choice.membrane, mesh.sensor.camera, rest,
+      auto made = gel_membrane<T>(membrane, mesh.sensor.camera, rest,
                                   mean_rest(rest_of<double>(*mesh.rest)), mesh.sensor.gel, {});
-      known = gels.emplace(std::pair(choice.mesh, choice.membrane), std::move(made)).first;
+      known = gels.emplace(std::pair(m, membrane), std::move(made)).first;
     }
     const Image<T> depth = rounded<T>(object.whole);
     Image<T> surface(depth.width(), depth.height());
