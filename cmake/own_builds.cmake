@@ -18,8 +18,8 @@ add_library(gelight_once INTERFACE)
 if(GELIGHT_BUILD_COMPILED)
   target_link_libraries(gelight_once INTERFACE gelight::compiled)
 endif()
-set(GELIGHT_PROGRAM_OPTIONS "" CACHE STRING "Compiler options of examples and benchmarks alone")
-target_compile_options(gelight_once INTERFACE ${GELIGHT_PROGRAM_OPTIONS})
+set(GELIGHT_PROGRAM_OPTIONS "" CACHE STRING
+  "Compiler options of benchmarks, and of those examples that do little themselves")
 
 # The packages of the opt-in headers and of the tests; Debian's names are in dependencies.sh.
 find_package(OpenMesh QUIET)

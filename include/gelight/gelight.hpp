@@ -14,6 +14,7 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/parallel.hpp"
+#include "gelight/core/periodic_check.hpp"
 #include "gelight/core/pool.hpp"
 #include "gelight/core/prefetch.hpp"
 #include "gelight/core/progress.hpp"
