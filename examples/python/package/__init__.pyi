@@ -1349,6 +1349,11 @@ class PlannedLight:
     transport: PlannedLight
     geodesic: PlannedLight
 
+class PlannedMembrane:
+    gaussian: PlannedMembrane
+    bulging: PlannedMembrane
+    layer: PlannedMembrane
+
 class SensorPlanStep:
     @property
     def topic(self) -> str: ...
@@ -1366,6 +1371,7 @@ class SensorPlan:
     edge_length: float
     light: PlannedLight
     light_grid: int
+    membrane: PlannedMembrane
     smoothing_sigma: float
     smoothing_radius: int
     single_precision: bool
@@ -1396,6 +1402,7 @@ def plan_sensor(
     contact_radius: float = 0.003,
     press_depth: float = 0.0008,
     light: PlannedLight = ...,
+    membrane: PlannedMembrane = ...,
     reference_edge: float = 0.0004,
     frames_a_second: float = 0.0,
     frames: float = 1000.0,

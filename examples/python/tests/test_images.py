@@ -256,7 +256,10 @@ def test_presets(make):
     press = np.where(u**2 + v**2 < 60, rest - np.float32(0.001), np.inf)
     assert np.any(renderer.render(press) != renderer.rest_image)
     other = gelight.tactile_renderer(sensor, gelight.LinearLight(sensor.membrane))
-    assert np.any(other.render(press) != renderer.render(press))
+    off = np.abs(other.render(press).astype(int) - renderer.render(press))
+    # On a flat pad shortest paths are straight lines.
+    is_flat = np.ptp(np.asarray(sensor.membrane.vertices)[:, 2]) < 1e-9
+    assert off.max() <= 1 if is_flat else off.max() > 1
 
 
 def test_a_sensor_of_ones_own():
