@@ -10,7 +10,7 @@ int main() {
   const auto sheet = gelight::grid<double>(8, 6, 4, 3);
   const gelight::ExactSolver solver(sheet);
   std::printf("across a sheet of 4 x 3: %.12f\n", solver.distance(gelight::Index{0}).back());
-  std::printf("the same by heat, in the second file: %.9f\n", by_heat(sheet));
+  std::printf("the same by fast marching, in the second file: %.9f\n", by_fronts(sheet));
 
   const auto membrane = gelight::membrane<float>(0.01f, 0.04f, 0.002f);
   const auto camera = gelight::Camera<float>::from_vertical_fov(1.5f, 32, 24);

@@ -2,7 +2,7 @@
 
 #include "second.hpp"
 
-double by_heat(const gelight::Mesh<double>& mesh) {
-  const gelight::HeatSolver solver(mesh);
+double by_fronts(const gelight::Mesh<double>& mesh) {
+  const gelight::FastMarchingSolver solver(mesh);
   return solver.distance(gelight::Index{0}).back();
 }

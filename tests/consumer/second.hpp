@@ -3,4 +3,4 @@
 #include <gelight/gelight.hpp>
 
 /// Distance from the first vertex to the last.
-double by_heat(const gelight::Mesh<double>& mesh);
+double by_fronts(const gelight::Mesh<double>& mesh);

@@ -78,7 +78,7 @@ auto mean_around(const Surface<double>& surface, Index vertex, const F& f) {
       }
     }
   }
-  return sum * (1 / weights);
+  return decltype(sum)(sum * (1 / weights));  // not an expression of what ends here
 }
 
 TEST_CASE("Philox is the published generator") {
