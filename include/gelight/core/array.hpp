@@ -1,18 +1,172 @@
 #pragma once
 
+#include <algorithm>
+#include <concepts>
 #include <cstddef>
+#include <initializer_list>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <new>
 #include <span>
-#include <vector>
+#include <type_traits>
+#include <utility>
 
 namespace gelight::detail {
 
-/// std::vector with a signed subscript, so that an Index needs no cast.
+/// What std::vector is, but with a signed subscript, so that an Index needs no cast, and of few
+/// functions: each kind of std::vector costs a compiler forty milliseconds, and there are dozens.
 template <class T>
-class Array : public std::vector<T> {
+class Array {
  public:
-  using std::vector<T>::vector;
-  [[nodiscard]] T& operator[](std::ptrdiff_t i) { return this->data()[i]; }
-  [[nodiscard]] const T& operator[](std::ptrdiff_t i) const { return this->data()[i]; }
+  using value_type = T;
+  using iterator = T*;
+  using const_iterator = const T*;
+
+  Array() = default;
+  explicit Array(std::size_t count) : Array() { resize(count); }
+  Array(std::size_t count, const T& value) : Array() { resize(count, value); }
+  template <std::input_iterator It>
+  Array(It first, It last) : Array() {
+    append(first, last);
+  }
+  Array(std::initializer_list<T> values) : Array() { append(values.begin(), values.end()); }
+  Array(const Array& other) : Array() { append(other.begin(), other.end()); }
+  Array(Array&& other) noexcept : Array() { swap(other); }
+  Array& operator=(const Array& other) {
+    if (this != &other) assign(other.begin(), other.end());
+    return *this;
+  }
+  Array& operator=(Array&& other) noexcept {
+    Array taken(std::move(other));
+    swap(taken);
+    return *this;
+  }
+  ~Array() {
+    clear();
+    give_back();
+  }
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  [[nodiscard]] std::size_t capacity() const { return capacity_; }
+  [[nodiscard]] T* data() { return data_; }
+  [[nodiscard]] const T* data() const { return data_; }
+  [[nodiscard]] T* begin() { return data_; }
+  [[nodiscard]] const T* begin() const { return data_; }
+  [[nodiscard]] T* end() { return data_ + size_; }
+  [[nodiscard]] const T* end() const { return data_ + size_; }
+  [[nodiscard]] T& operator[](std::ptrdiff_t i) { return data_[i]; }
+  [[nodiscard]] const T& operator[](std::ptrdiff_t i) const { return data_[i]; }
+  [[nodiscard]] T& front() { return *data_; }
+  [[nodiscard]] const T& front() const { return *data_; }
+  [[nodiscard]] T& back() { return data_[size_ - 1]; }
+  [[nodiscard]] const T& back() const { return data_[size_ - 1]; }
+  [[nodiscard]] bool operator==(const Array& other) const {
+    return std::equal(begin(), end(), other.begin(), other.end());
+  }
+
+  void swap(Array& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    std::swap(capacity_, other.capacity_);
+  }
+  void reserve(std::size_t count) {
+    if (count > capacity_) move_to(count);
+  }
+  [[gnu::noinline]] void resize(std::size_t count) {
+    make_room(count);
+    for (; size_ < count; ++size_) new (data_ + size_) T();
+    cut(count);
+  }
+  [[gnu::noinline]] void resize(std::size_t count, const T& value) {
+    const T kept = value;  // which may be one of these
+    make_room(count);
+    for (; size_ < count; ++size_) new (data_ + size_) T(kept);
+    cut(count);
+  }
+  void assign(std::size_t count, const T& value) {
+    const T kept = value;
+    clear();
+    resize(count, kept);
+  }
+  template <std::input_iterator It>
+  void assign(It first, It last) {
+    clear();
+    append(first, last);
+  }
+  template <std::input_iterator It>
+  [[gnu::noinline]] void append(It first, It last) {
+    if constexpr (std::forward_iterator<It>) {
+      make_room(size_ + static_cast<std::size_t>(std::distance(first, last)));
+    }
+    for (; first != last; ++first) emplace_back(*first);
+  }
+  void push_back(const T& value) { emplace_back(value); }
+  void push_back(T&& value) { emplace_back(std::move(value)); }
+  template <class... Parts>
+  T& emplace_back(Parts&&... parts) {
+    if (size_ == capacity_) return emplace_elsewhere(std::forward<Parts>(parts)...);
+    T* const made = new (data_ + size_) T(std::forward<Parts>(parts)...);
+    ++size_;
+    return *made;
+  }
+  void pop_back() { cut(size_ - 1); }
+  void clear() { cut(0); }
+
+ private:
+  static constexpr bool is_aligned = alignof(T) > __STDCPP_DEFAULT_NEW_ALIGNMENT__;
+
+  // The new one is made first, for it may be made of one of these.
+  template <class... Parts>
+  [[gnu::noinline]] T& emplace_elsewhere(Parts&&... parts) {
+    T value(std::forward<Parts>(parts)...);
+    make_room(size_ + 1);
+    T* const made = new (data_ + size_) T(std::move(value));
+    ++size_;
+    return *made;
+  }
+  void make_room(std::size_t count) {
+    if (count > capacity_) move_to(std::max(count, 2 * capacity_));
+  }
+  [[gnu::noinline]] void move_to(std::size_t capacity) {
+    if (capacity > std::size_t{std::numeric_limits<std::ptrdiff_t>::max()} / sizeof(T)) {
+      throw std::bad_array_new_length();
+    }
+    T* const there = take(capacity);
+    for (std::size_t i = 0; i < size_; ++i) {
+      new (there + i) T(std::move(data_[i]));
+      data_[i].~T();
+    }
+    give_back();
+    data_ = there;
+    capacity_ = capacity;
+  }
+  void cut(std::size_t count) {
+    if constexpr (std::is_trivially_destructible_v<T>) {
+      size_ = std::min(size_, count);
+    } else {
+      while (size_ > count) data_[--size_].~T();
+    }
+  }
+  static T* take(std::size_t capacity) {
+    if constexpr (is_aligned) {
+      return static_cast<T*>(::operator new (capacity * sizeof(T), std::align_val_t{alignof(T)}));
+    } else {
+      return static_cast<T*>(::operator new(capacity * sizeof(T)));
+    }
+  }
+  void give_back() {
+    if constexpr (is_aligned) {
+      ::operator delete (data_, std::align_val_t{alignof(T)});
+    } else {
+      ::operator delete(data_);
+    }
+  }
+
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
 };
 
 /// std::span with a signed subscript.

@@ -5,7 +5,8 @@
 #include <memory>
 #include <mutex>
 #include <utility>
-#include <vector>
+
+#include "gelight/core/array.hpp"
 
 namespace gelight::detail {
 
@@ -50,7 +51,7 @@ class Pool {
 
   std::mutex mutex_;
   std::size_t made_ = 0;
-  std::vector<std::unique_ptr<Workspace>> idle_;
+  Array<std::unique_ptr<Workspace>> idle_;
 };
 
 }  // namespace gelight::detail

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -26,7 +27,7 @@ class Backtrace {
   using Mesh = Surface<double>;
 
   /// Keeps a reference to the surface, and paths where that is asked.
-  Backtrace(const Mesh& surface, Sources sources, const std::vector<double>& distances,
+  Backtrace(const Mesh& surface, Sources sources, std::span<const double> distances,
             bool keeps_path = false)
       : surface_(surface),
         sources_(std::move(sources)),

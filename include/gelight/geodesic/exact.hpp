@@ -519,10 +519,10 @@ class ExactField {
   }
 
   // A point of the faces at a vertex, as each of them sees it.
-  [[nodiscard]] std::vector<typename PastVertex::Place> places_at(Index vertex,
-                                                                  const Point& p) const {
+  [[nodiscard]] detail::Array<typename PastVertex::Place> places_at(Index vertex,
+                                                                    const Point& p) const {
     const PastVertex past(surface_, *faces_, vertex);
-    std::vector<typename PastVertex::Place> places;
+    detail::Array<typename PastVertex::Place> places;
     for_each_face(p, [&](Index f, const Weights& weights) {
       if (has_corner(f, vertex)) places.push_back(past.place(f, weights));
     });
@@ -751,8 +751,8 @@ class ExactField {
   Mesh surface_;
   std::shared_ptr<const PlanarFaces> faces_;
   detail::Starts<Real> starts_;
-  std::vector<Source<Real>> sources_;               // their distances less those
-  std::vector<detail::SegmentFront<Real>> fronts_;  // of segments, theirs likewise
+  std::vector<Source<Real>> sources_;                 // their distances less those
+  detail::Array<detail::SegmentFront<Real>> fronts_;  // of segments, theirs likewise
   Real bound_ = unreachable<Real>;
   detail::Array<Real> distances_;    // of each vertex, less its start
   detail::Array<Arrival> arrivals_;  // of each vertex
@@ -928,7 +928,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   // Segments, and the points of them from which their ends and the corners of their faces are
   // reached.
   struct Curves {
-    std::vector<detail::SegmentFront<Real>> fronts;
+    detail::Array<detail::SegmentFront<Real>> fronts;
     Sources sources;
   };
   [[nodiscard]] Curves curves_of(std::span<const Segment<T>> segments) const {
@@ -937,7 +937,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     for (std::size_t i = 0; i < segments.size(); ++i) {
       const auto fronts = detail::fronts_of(surface_, segments[i], i);
       for (const auto& front : fronts) add_points(front, out.sources);
-      out.fronts.insert(out.fronts.end(), fronts.begin(), fronts.end());
+      out.fronts.append(fronts.begin(), fronts.end());
     }
     return out;
   }
@@ -960,7 +960,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
 
   [[nodiscard]] ExactField<T> solve_checked(
       Sources sources, const ExactOptions<T>& options,
-      std::vector<detail::SegmentFront<Real>> fronts = {}) const;
+      detail::Array<detail::SegmentFront<Real>> fronts = {}) const;
 
   // The shortest path between two points, if it is no longer than `longest`, by windows that can be
   // part of such a path alone; empty else.
@@ -1062,7 +1062,7 @@ void ExactSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query) const {
 
 template <std::floating_point T>
 auto ExactSolver<T>::solve_checked(Sources sources, const ExactOptions<T>& options,
-                                   std::vector<detail::SegmentFront<Real>> fronts) const
+                                   detail::Array<detail::SegmentFront<Real>> fronts) const
     -> ExactField<T> {
   require_options(options);
   ExactField<T> field(surface_);

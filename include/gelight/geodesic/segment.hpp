@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/path.hpp"
@@ -85,15 +86,14 @@ template <std::floating_point Real>
 /// A segment in each of the faces that hold it. Throws InvalidInput for points that are not of the
 /// surface, where none holds both, and a start that is not finite.
 template <std::floating_point Real, std::floating_point T>
-[[nodiscard]] std::vector<SegmentFront<Real>> fronts_of(const Surface<Real>& surface,
-                                                        const Segment<T>& segment,
-                                                        std::size_t number) {
+[[nodiscard]] Array<SegmentFront<Real>> fronts_of(const Surface<Real>& surface,
+                                                  const Segment<T>& segment, std::size_t number) {
   for (const auto& point : {segment.begin, segment.end}) surface.require_point(point);
   require(std::isfinite(segment.distance), "segment ", number, " starts with distance ",
           segment.distance, ", which is not finite");
   const auto begin = simplified(surface, segment.begin.template cast<Real>());
   const auto end = simplified(surface, segment.end.template cast<Real>());
-  std::vector<SegmentFront<Real>> out;
+  Array<SegmentFront<Real>> out;
   for_each_place(surface, begin, [&](Index f, const std::array<Real, 3>& a) {
     for_each_place(surface, end, [&](Index g, const std::array<Real, 3>& b) {
       if (f == g) out.push_back({f, a, b, Real{segment.distance}});

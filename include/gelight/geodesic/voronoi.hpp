@@ -175,7 +175,8 @@ template <class Solver>
     };
     const auto farthest = std::max_element(candidates.begin(), candidates.end(), farther);
     points.push_back(*farthest);
-    candidates.erase(farthest);
+    std::copy(farthest + 1, candidates.end(), farthest);
+    candidates.pop_back();
   }
   return points;
 }

@@ -143,8 +143,8 @@ class SparseFactor : public LinearFactor<Scalar> {
     const auto& rows = dissection_->rows();
     const auto& nodes = dissection_->nodes();
     Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
-    for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) {
-      const auto number = node - nodes.rbegin();
+    for (const auto* node = nodes.end(); node-- != nodes.begin();) {
+      const auto number = nodes.end() - node - 1;
       if (number % nodes_between == 0) ask(cancelled, number);
       const Index own = node->own(), height = node->height();
       std::copy(x.data() + node->begin, x.data() + node->end, front.data());

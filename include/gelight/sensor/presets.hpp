@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gelight/concepts/light.hpp"
+#include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
@@ -148,8 +149,8 @@ struct BorderEdge {
 /// The border on which a half-edge lies, once round, from the half-edge's beginning. Faces may be
 /// oriented any way. Throws InvalidInput where the border meets an edge of three faces or more.
 template <std::floating_point T>
-[[nodiscard]] std::vector<BorderEdge<T>> border_round(const Surface<T>& surface, Index first) {
-  std::vector<BorderEdge<T>> edges;
+[[nodiscard]] Array<BorderEdge<T>> border_round(const Surface<T>& surface, Index first) {
+  Array<BorderEdge<T>> edges;
   Index h = first, from = surface.origin(first);
   do {
     const Index to = surface.origin(h) == from ? surface.tip(h) : surface.origin(h);

@@ -14,6 +14,7 @@
 #include "gelight/concepts/image.hpp"
 #include "gelight/concepts/membrane.hpp"
 #include "gelight/concepts/reflectance.hpp"
+#include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
@@ -288,10 +289,10 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
 
   struct Workspace {
     typename ShadedRows::Workspace shading;
-    std::vector<T> kept;        // of each pixel of a row: the share of ambient light that is left
-    std::vector<T> touched;     // of each pixel of a row: 1 where the object and the surface meet
-    std::vector<char> changed;  // of each block of a row
-    std::vector<detail::Run> runs;
+    detail::Array<T> kept;        // of each pixel of a row: the share of ambient light that is left
+    detail::Array<T> touched;     // of each pixel of a row: 1 where the object and the surface meet
+    detail::Array<char> changed;  // of each block of a row
+    detail::Array<detail::Run> runs;
     detail::ChangedBlocks changes;
     typename MembraneRows::Workspace membrane;  // last, since some are aligned to a cache line
   };

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/geodesic/exact/solved.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/segment.hpp"
@@ -55,7 +56,7 @@ class LineBacktrace {
   using Origin = detail::Origin<Real>;
   using Arrival = detail::Arrival<Real>;
 
-  LineBacktrace(const Solved<Real>& solved, const std::vector<SegmentFront<Real>>& fronts)
+  LineBacktrace(const Solved<Real>& solved, const Array<SegmentFront<Real>>& fronts)
       : solved_(solved), fronts_(fronts) {}
 
   /// Writes down the path to the source from a point at `at` in the frame of half-edge `last.entry`
@@ -268,7 +269,7 @@ class LineBacktrace {
   }
 
   const Solved<Real>& solved_;
-  const std::vector<SegmentFront<Real>>& fronts_;
+  const Array<SegmentFront<Real>>& fronts_;
 };
 
 }  // namespace gelight::detail

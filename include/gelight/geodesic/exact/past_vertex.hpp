@@ -6,8 +6,8 @@
 #include <concepts>
 #include <cstddef>
 #include <numbers>
-#include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact/directions.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
@@ -55,7 +55,7 @@ class PastVertex {
   /// The direction, at a place given as each of its faces sees it, of the straight line from there
   /// to another place; of the line to the vertex, where that is shorter. Zero for a line over a
   /// face without area, which has no such direction.
-  [[nodiscard]] Way<Real> way(const std::vector<Place>& from, const Place& to) const {
+  [[nodiscard]] Way<Real> way(const Array<Place>& from, const Place& to) const {
     const Turn turn = least_turn(from, to);
     const Index corner = turn.from.corner;
     Vec2<Real> end(0, 0);
@@ -85,12 +85,12 @@ class PastVertex {
   static Real angle_of(const Vec2<Real>& at) { return std::atan2(at.y(), at.x()); }
 
   // Goes from edge to edge, the nearest first. It is enough to go as far as pi.
-  [[nodiscard]] Turn least_turn(const std::vector<Place>& from, const Place& to) const {
+  [[nodiscard]] Turn least_turn(const Array<Place>& from, const Place& to) const {
     const Real target = angle_of(to.at);
     Turn best;
     best.from = from.front();
-    std::vector<Spoke> heap;
-    std::vector<Index> passed;
+    Array<Spoke> heap;
+    Array<Index> passed;
     const auto push = [&](Real angle, const Turn& turn, Index side) {
       heap.push_back({{angle, turn.from, turn.sign}, side});
       std::push_heap(heap.begin(), heap.end(), is_farther);

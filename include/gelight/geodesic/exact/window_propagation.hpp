@@ -75,11 +75,11 @@ struct PropagationLimits {
   }
 
   Real distance = unreachable<Real>;
-  std::vector<SegmentFront<Real>> fronts;  // segments that waves leave at a right angle
-  Real size = 0;                           // of the mesh, where there are any
+  Array<SegmentFront<Real>> fronts;  // segments that waves leave at a right angle
+  Real size = 0;                     // of the mesh, where there are any
   // What distances count from at each vertex, where that differs.
   const Array<Real>* starts = nullptr;
-  std::vector<Target> targets;  // propagation ends when all of these are known
+  Array<Target> targets;  // propagation ends when all of these are known
   CancelHook cancelled;
   std::size_t memory = std::numeric_limits<std::size_t>::max();  // that windows may take, in bytes
   bool keep_windows = false;                                     // of all faces, or

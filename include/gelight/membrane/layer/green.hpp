@@ -194,7 +194,8 @@ template <std::size_t N, class Corner, class Rest>
   Array<double> places;
   for (int i = 0; i < pieces; ++i) {
     const double middle = (i + 0.5) * piece - 0.5;
-    places.insert(places.end(), {middle - side, middle + side});
+    places.push_back(middle - side);
+    places.push_back(middle + side);
   }
   for (Index row = 0; row < grid.height; ++row) {
     for (Index column = 0; column < grid.width; ++column) {

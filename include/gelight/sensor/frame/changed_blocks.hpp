@@ -5,10 +5,10 @@
 #include <cstddef>
 #include <cstring>
 #include <iterator>
-#include <vector>
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/concepts/membrane.hpp"
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/sensor/rows/row_runs.hpp"
 #include "gelight/views/image_view.hpp"
@@ -59,7 +59,7 @@ class ChangedBlocks {
 
   /// Marks the blocks of rows `first` to `last` that are within so many rows and blocks of one that
   /// differs.
-  void mark_near(std::vector<char>& near, Index first, Index last, Index rows, Index blocks) {
+  void mark_near(Array<char>& near, Index first, Index last, Index rows, Index blocks) {
     std::fill(near.begin(), near.end(), char{0});
     for (Index y = std::max(Index{0}, first - rows); y <= std::min(height_ - 1, last + rows); ++y) {
       if (has_marks_[static_cast<std::size_t>(y)] == 0) continue;
@@ -78,7 +78,7 @@ class ChangedBlocks {
 
   Index width_, height_, blocks_;
   Window window_;
-  std::vector<char> marks_, has_marks_, scratch_;
+  Array<char> marks_, has_marks_, scratch_;
 };
 
 }  // namespace gelight::detail

@@ -4,7 +4,8 @@
 #include <memory>
 #include <mutex>
 #include <utility>
-#include <vector>
+
+#include "gelight/core/array.hpp"
 
 namespace gelight::detail {
 
@@ -46,7 +47,7 @@ class Store {
 
   std::mutex mutex_;
   std::size_t made_ = 0;
-  std::vector<std::unique_ptr<Item>> items_;
+  Array<std::unique_ptr<Item>> items_;
 };
 
 }  // namespace gelight::detail

@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/plane_fit_rows.hpp"
@@ -147,7 +148,7 @@ class LitRows {
   T ambient_;
   std::size_t planes_;
   std::vector<T> columns_, fixed_;
-  std::vector<Colour> lights_;
+  Array<Colour> lights_;
 };
 
 }  // namespace gelight::detail

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/image/filter.hpp"
@@ -85,7 +86,7 @@ template <class T>
 /// Keeps the depth of a membrane at rest, NaN where there is none, and marks the rows that have
 /// such pixels.
 template <class T, class D>
-void keep_rest_rows(PaddedRows<T>& rest, std::vector<char>& masked, const D& image, Index width,
+void keep_rest_rows(PaddedRows<T>& rest, Array<char>& masked, const D& image, Index width,
                     Index height) {
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {
@@ -152,7 +153,7 @@ class SlidingRows {
   Index count_ = 1, before_ = 0;
   std::ptrdiff_t stride_ = 0;
   Lines<T> numbers_;
-  std::vector<char> used_;  // of each row: whether it is not all zero
+  Array<char> used_;  // of each row: whether it is not all zero
 };
 
 /// The depth of an elastic membrane under contact, row after row: min(contact, rest - G(rest -
@@ -176,12 +177,12 @@ class MembraneRows {
     std::array<Lines<T>, band> spread, lack;  // the same, smoothed down
     Lines<T> membrane;  // rows of depth, a pixel more on each side: y at y mod (2 band)
     std::array<const T*, std::size_t{2} * band> rows{};  // where those rows are: there, or at rest
-    std::array<std::vector<char>, 2> moved;  // of each block of two bands: whether not at rest
-    std::vector<char> touched;               // of each block of a row
-    std::vector<Index> newest;               // of each block: the last row that spreads into it
-    std::vector<char> holes;                 // of each row: whether it has unknown depths
-    std::vector<const T*> taps;
-    std::vector<Run> runs;
+    std::array<Array<char>, 2> moved;  // of each block of two bands: whether not at rest
+    Array<char> touched;               // of each block of a row
+    Array<Index> newest;               // of each block: the last row that spreads into it
+    Array<char> holes;                 // of each row: whether it has unknown depths
+    Array<const T*> taps;
+    Array<Run> runs;
     bool everything = false, any_holes = false;
   };
 
@@ -306,7 +307,7 @@ class MembraneRows {
   }
 
   /// Marks the blocks whose normals may differ from those at rest.
-  void mark_changed(const Workspace& work, Index y, std::vector<char>& changed) const {
+  void mark_changed(const Workspace& work, Index y, Array<char>& changed) const {
     std::fill(changed.begin(), changed.end(), static_cast<char>(has_holes(work, y)));
     const Index first = std::max(Index{0}, y - 1) / band,
                 last = std::min(height_ - 1, y + 1) / band;
@@ -459,7 +460,7 @@ class MembraneRows {
   T allowed_;
   std::vector<T> weights_, zeros_;
   PaddedRows<T> rest_;  // NaN outside the membrane
-  std::vector<char> masked_;
+  Array<char> masked_;
   Image<T> lack_;  // the share of each pixel's Gaussian that lies outside the membrane, if any does
 };
 

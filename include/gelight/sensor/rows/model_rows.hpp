@@ -5,10 +5,10 @@
 #include <cstddef>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/concepts/membrane.hpp"
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/image/mask.hpp"
@@ -28,12 +28,12 @@ class ModelRows {
  public:
   /// What changes while the rows of one image go through.
   struct Workspace {
-    Lines<T> buffer;            // a row of depths
-    Image<T> depth;             // of a frame that is not of T, or not packed
-    PaddedRows<T> surface;      // at rest but for `moved`
-    Window moved;               // whole blocks
-    std::vector<char> touched;  // of each block of a row
-    std::vector<char> holes;    // of each row: whether it has unknown depths
+    Lines<T> buffer;        // a row of depths
+    Image<T> depth;         // of a frame that is not of T, or not packed
+    PaddedRows<T> surface;  // at rest but for `moved`
+    Window moved;           // whole blocks
+    Array<char> touched;    // of each block of a row
+    Array<char> holes;      // of each row: whether it has unknown depths
     decltype(std::declval<const M&>().make_workspace(Index{}, Index{})) model;
     bool everything = false;
   };
@@ -107,7 +107,7 @@ class ModelRows {
   [[nodiscard]] const T* row(const Workspace& work, Index y) const { return work.surface.row(y); }
 
   /// Marks the blocks whose normals may differ from those at rest.
-  void mark_changed(const Workspace& work, Index y, std::vector<char>& changed) const {
+  void mark_changed(const Workspace& work, Index y, Array<char>& changed) const {
     const bool whole_row = work.everything || has_holes(work, y);
     std::fill(changed.begin(), changed.end(), static_cast<char>(whole_row));
     const Window near = work.moved.grown(1, width_, height_);
@@ -184,7 +184,7 @@ class ModelRows {
   T deepest_;
   Index reach_;
   PaddedRows<T> rest_;  // NaN outside the membrane
-  std::vector<char> masked_;
+  Array<char> masked_;
 };
 
 }  // namespace gelight::detail

@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
-#include <vector>
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/views/image_view.hpp"
 
@@ -30,7 +30,7 @@ struct Run {
 };
 
 /// Gathers the marked (1, not 0) blocks of a row into runs; as many as `runs` has capacity for.
-inline void gather_runs(std::vector<Run>& runs, const std::vector<char>& marks, Index width) {
+inline void gather_runs(Array<Run>& runs, const Array<char>& marks, Index width) {
   runs.clear();
   const char* const first = marks.data();
   const char* const end = first + block_count(width);

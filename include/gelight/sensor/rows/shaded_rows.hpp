@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
@@ -307,8 +308,8 @@ class ShadedRows {
   // Tile after tile, and in each plane after plane: read from end to end.
   Lines<T> fixed_;
   Lines<Code> codes_;
-  std::vector<Range> ranges_;  // of each tile and coordinate
-  std::vector<LightColour<T>> colours_;
+  Array<Range> ranges_;  // of each tile and coordinate
+  Array<LightColour<T>> colours_;
 };
 
 }  // namespace gelight::detail
