@@ -16,10 +16,10 @@ namespace {
 struct Operators {
   explicit Operators(const Mesh<double>& mesh)
       : triangulation(intrinsic_triangulation(Surface(mesh))),
-        laplacian(cotan_laplacian(
-            triangulation, std::make_shared<detail::SymmetricPattern<double>>(triangulation))) {}
+        laplacian(cotan_laplacian(triangulation,
+                                  std::make_shared<SymmetricPattern<double>>(triangulation))) {}
   IntrinsicTriangulation<double> triangulation;
-  detail::SymmetricMatrix<double> laplacian;
+  SymmetricMatrix<double> laplacian;
 };
 
 detail::Array<double> sampled(const Mesh<double>& mesh, auto&& function) {

@@ -29,7 +29,7 @@ struct Rows {
 };
 
 // Both triangles, row by row, of a matrix that is kept as the columns of its lower one.
-Rows rows_of_both(const gelight::detail::SymmetricMatrix<double>& matrix) {
+Rows rows_of_both(const gelight::SymmetricMatrix<double>& matrix) {
   const auto& pattern = *matrix.pattern;
   Rows rows;
   rows.indptr.assign(static_cast<std::size_t>(pattern.size()) + 1, 0);
@@ -56,7 +56,7 @@ Rows rows_of_both(const gelight::detail::SymmetricMatrix<double>& matrix) {
 
 Rows laplacian_rows(const Surface& surface, bool intrinsic_delaunay) {
   const Triangulation mesh = triangulation_of(surface, intrinsic_delaunay);
-  using Pattern = gelight::detail::SymmetricPattern<double>;
+  using Pattern = gelight::SymmetricPattern<double>;
   return rows_of_both(gelight::cotan_laplacian(mesh, std::make_shared<const Pattern>(mesh)));
 }
 

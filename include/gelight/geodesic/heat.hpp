@@ -163,7 +163,8 @@ struct HeatSystem {
     for (Index v = 0; v < pattern->size(); ++v) {
       if (component[v] == v) divergence[v] = 0;
     }
-    return poisson_factor().solve(divergence, cancelled);
+    poisson_factor().solve(divergence, cancelled);
+    return divergence;
   }
 
   /// Throws InvalidInput unless the system was made of a surface that is the same number by number.
@@ -559,7 +560,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   std::shared_ptr<const detail::HeatSystem<Real>> system_;
   std::optional<ExactSolver<Real>> exact_;
   detail::Array<char> is_border_;  // of each vertex, where heat is held at zero there
-  detail::SymmetricMatrix<Real> border_heat_;
+  SymmetricMatrix<Real> border_heat_;
   typename detail::HeatSystem<Real>::Factor border_factor_;
 };
 

@@ -2,11 +2,12 @@
 
 #include <cholmod.h>
 
+#include <algorithm>
 #include <memory>
 #include <new>
+#include <span>
 #include <stdexcept>
 
-#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/linear_factor.hpp"
 #include "gelight/mesh/sparse_matrix.hpp"
@@ -80,17 +81,17 @@ class CholmodFactor : public LinearFactor<double> {
 
   using LinearFactor<double>::solve;
 
-  [[nodiscard]] Array<double> solve(const Array<double>& b) const override {
+  void solve(std::span<double> b) const override {
     CholmodSession session;
     cholmod_dense right{};
     right.nrow = right.nzmax = right.d = b.size();
     right.ncol = 1;
-    right.x = const_cast<double*>(b.data());
+    right.x = b.data();
     right.xtype = CHOLMOD_REAL;
     right.dtype = CHOLMOD_DOUBLE;
     const auto solution = owned(cholmod_solve(CHOLMOD_A, factor_.get(), &right, session.get()));
     const auto* const x = static_cast<const double*>(solution->x);
-    return {x, x + b.size()};
+    std::copy(x, x + b.size(), b.begin());
   }
 
  private:
@@ -99,7 +100,7 @@ class CholmodFactor : public LinearFactor<double> {
 
 class CholmodAnalysis : public LinearAnalysis<double> {
  public:
-  CholmodAnalysis(const SymmetricPattern<double>& pattern, const Array<Index>& order) {
+  CholmodAnalysis(const SymmetricPattern<double>& pattern, std::span<const Index> order) {
     CholmodSession session;
     session.get()->nmethods = 1;
     session.get()->method[0].ordering = CHOLMOD_GIVEN;
@@ -132,7 +133,7 @@ class CholmodAnalysis : public LinearAnalysis<double> {
 /// costs depends on the BLAS that CHOLMOD is linked with. Throws std::bad_alloc where memory runs
 /// out.
 [[nodiscard]] inline std::shared_ptr<const LinearAnalysis<double>> cholmod_backend(
-    const detail::SymmetricPattern<double>& pattern, const detail::Array<Index>& order) {
+    const SymmetricPattern<double>& pattern, std::span<const Index> order) {
   return std::make_shared<detail::CholmodAnalysis>(pattern, order);
 }
 

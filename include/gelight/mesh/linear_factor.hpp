@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <concepts>
 #include <memory>
+#include <span>
 
-#include "gelight/core/array.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 
@@ -13,12 +13,12 @@
 
 namespace gelight {
 
-namespace detail {
 template <std::floating_point Real>
 class SymmetricPattern;
 template <class Scalar>
 struct SymmetricMatrix;
 
+namespace detail {
 /// A hook for work whose parts may begin anew: what the caller's hook hears never decreases. `what`
 /// is under way, in words.
 [[nodiscard]] inline CancelHook rising(const CancelHook& cancelled, const char* what) {
@@ -36,13 +36,12 @@ template <class Scalar>
 class LinearFactor {
  public:
   virtual ~LinearFactor() = default;
-  /// The x with A x = b. May be called by several threads.
-  [[nodiscard]] virtual detail::Array<Scalar> solve(const detail::Array<Scalar>& b) const = 0;
+  /// Puts the x with A x = b where b is. May be called by several threads.
+  virtual void solve(std::span<Scalar> b) const = 0;
   /// The same, asking a hook; a factor that does not override it asks once.
-  [[nodiscard]] virtual detail::Array<Scalar> solve(const detail::Array<Scalar>& b,
-                                                    const CancelHook& cancelled) const {
+  virtual void solve(std::span<Scalar> b, const CancelHook& cancelled) const {
     cancelled.check(0, "solving a linear system");
-    return solve(b);
+    solve(b);
   }
 };
 
@@ -54,7 +53,7 @@ class LinearAnalysis {
   /// The factor of a matrix of the pattern. Throws std::runtime_error where a pivot is not
   /// positive. May be called by several threads.
   [[nodiscard]] virtual std::shared_ptr<const LinearFactor<Scalar>> factor(
-      const detail::SymmetricMatrix<Scalar>& matrix) const = 0;
+      const SymmetricMatrix<Scalar>& matrix) const = 0;
 };
 
 /// A function that analyses a pattern: the choice of a backend. Null stands for gelight's own. It
@@ -62,6 +61,6 @@ class LinearAnalysis {
 /// little.
 template <class Scalar>
 using LinearBackend = std::shared_ptr<const LinearAnalysis<Scalar>> (*)(
-    const detail::SymmetricPattern<double>& pattern, const detail::Array<Index>& order);
+    const SymmetricPattern<double>& pattern, std::span<const Index> order);
 
 }  // namespace gelight

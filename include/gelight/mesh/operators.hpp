@@ -25,10 +25,10 @@ namespace gelight {
 /// The cotan Laplacian, positive semidefinite: (L u)(i) = sum over edges ij of
 /// (cot a + cot b)/2 (u(i) - u(j)). Any number of faces may share an edge.
 template <std::floating_point Real>
-[[nodiscard]] detail::SymmetricMatrix<Real> cotan_laplacian(
+[[nodiscard]] SymmetricMatrix<Real> cotan_laplacian(
     const IntrinsicTriangulation<Real>& mesh,
-    const std::shared_ptr<const detail::SymmetricPattern<double>>& pattern) {
-  detail::SymmetricMatrix<Real> matrix{pattern, {}};
+    const std::shared_ptr<const SymmetricPattern<double>>& pattern) {
+  SymmetricMatrix<Real> matrix{pattern, {}};
   auto& values = matrix.values;
   values.assign(static_cast<std::size_t>(pattern->entry_count()), 0);
   const auto faces = planar_faces(mesh);

@@ -7,6 +7,7 @@
 #include <complex>
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <stdexcept>
 
 #include "gelight/core/array.hpp"
@@ -63,17 +64,15 @@ class SparseFactor : public LinearFactor<Scalar> {
     }
   }
 
-  [[nodiscard]] Array<Scalar> solve(const Array<Scalar>& b) const override { return solve(b, {}); }
-  [[nodiscard]] Array<Scalar> solve(const Array<Scalar>& b,
-                                    const CancelHook& cancelled) const override {
+  void solve(std::span<Scalar> b) const override { solve(b, {}); }
+  void solve(std::span<Scalar> b, const CancelHook& cancelled) const override {
     const auto& order = dissection_->order();
+    const Slice<Scalar> values(b);
     Array<Scalar> x(b.size());
-    for (Index p = 0; p < dissection_->size(); ++p) x[p] = b[order[p]];
+    for (Index p = 0; p < dissection_->size(); ++p) x[p] = values[order[p]];
     solve_lower(x, cancelled.part(0, 0.5));
     solve_upper(x, cancelled.part(0.5, 1));
-    Array<Scalar> result(b.size());
-    for (Index p = 0; p < dissection_->size(); ++p) result[order[p]] = x[p];
-    return result;
+    for (Index p = 0; p < dissection_->size(); ++p) values[order[p]] = x[p];
   }
 
  private:

@@ -12,7 +12,7 @@
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 
-namespace gelight::detail {
+namespace gelight {
 
 /// Where a symmetric matrix over the vertices of a triangulation may differ from zero: its lower
 /// triangle in compressed columns, diagonal first. Made by counting, in linear time.
@@ -29,7 +29,7 @@ class SymmetricPattern {
     for (Index h = 0; h < halfedges; ++h) ++begin_[ends(h).first + 1];
     std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
     rows_.resize(static_cast<std::size_t>(begin_.back()));
-    Array<Index> fill(begin_.begin(), begin_.end() - 1);
+    detail::Array<Index> fill(begin_.begin(), begin_.end() - 1);
     for (Index v = 0; v < mesh.vertex_count; ++v) rows_[fill[v]++] = v;
     for (Index h = 0; h < halfedges; ++h) {
       const auto [low, high] = ends(h);
@@ -72,9 +72,9 @@ class SymmetricPattern {
     rows_.resize(static_cast<std::size_t>(kept));
   }
 
-  Array<Index> begin_;
-  Array<Index> rows_;
-  Array<Index> slots_;
+  detail::Array<Index> begin_;
+  detail::Array<Index> rows_;
+  detail::Array<Index> slots_;
 };
 
 /// A symmetric matrix (Hermitian for complex scalars): entry e of the pattern holds
@@ -84,10 +84,10 @@ struct SymmetricMatrix {
   using Real = typename Eigen::NumTraits<Scalar>::Real;
 
   std::shared_ptr<const SymmetricPattern<Real>> pattern;
-  Array<Scalar> values;
+  detail::Array<Scalar> values;
 
-  [[nodiscard]] Array<Scalar> operator*(const Array<Scalar>& x) const {
-    Array<Scalar> y(x.size());
+  [[nodiscard]] detail::Array<Scalar> operator*(const detail::Array<Scalar>& x) const {
+    detail::Array<Scalar> y(x.size());
     for (Index j = 0; j < pattern->size(); ++j) {
       y[j] += values[pattern->diagonal(j)] * x[j];
       for (Index e = pattern->begin(j) + 1; e < pattern->begin(j + 1); ++e) {
@@ -104,4 +104,4 @@ struct SymmetricMatrix {
   }
 };
 
-}  // namespace gelight::detail
+}  // namespace gelight

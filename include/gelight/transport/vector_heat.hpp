@@ -277,10 +277,10 @@ class VectorHeatSolver {
   }
 
   // Mass and connection Laplacian: the heat matrix with each edge's entry turned by its transport.
-  [[nodiscard]] detail::SymmetricMatrix<std::complex<Real>> connection_matrix() const {
+  [[nodiscard]] SymmetricMatrix<std::complex<Real>> connection_matrix() const {
     const auto& pattern = *system_->pattern;
     const auto& mesh = system_->mesh;
-    detail::SymmetricMatrix<std::complex<Real>> matrix{system_->pattern, {}};
+    SymmetricMatrix<std::complex<Real>> matrix{system_->pattern, {}};
     matrix.values.assign(system_->heat.values.begin(), system_->heat.values.end());
     for (Index v = 0; v < pattern.size(); ++v) {
       for (Index e = pattern.diagonal(v) + 1; e < pattern.begin(v + 1); ++e) matrix.values[e] = 0;
@@ -604,7 +604,7 @@ class VectorHeatSolver {
   detail::TangentPlanes<Real> planes_;
   std::shared_ptr<const detail::HeatSystem<Real>> system_;
   Signposts signposts_;
-  detail::SymmetricMatrix<std::complex<Real>> connection_;
+  SymmetricMatrix<std::complex<Real>> connection_;
   std::shared_ptr<const SetUpLater> lazy_;
 };
 

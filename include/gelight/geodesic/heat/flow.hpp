@@ -49,7 +49,8 @@ ScaledField<Scalar> heat_flow(const SymmetricMatrix<Scalar>& matrix,
   double done = 0;  // of all vertices
   for (Scalar& x : load) x = scaled(x, top);
   while (true) {
-    Array<Scalar> u = factor.solve(load, cancelled.part(done, 1));
+    Array<Scalar> u = load;
+    factor.solve(u, cancelled.part(done, 1));
     Index settled = 0, left = 0;
     for (Index v = 0; v < size; ++v) {
       if (!open[v]) continue;
