@@ -112,7 +112,8 @@ TEST_CASE("an array takes its own elements") {
   CHECK(words.back() == words.front());
   words.assign(3, words[1]);
   CHECK(words == Array<std::string>{"two", "two", "two"});
-  words = words;
+  const auto& same = words;
+  words = same;
   CHECK(words.size() == 3);
 }
 

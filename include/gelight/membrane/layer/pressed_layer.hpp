@@ -423,7 +423,7 @@ class PressedLayer {
     if (state.traction.size() != 2 * area) return result;
     for (const std::size_t k : {0u, 1u}) {
       const Array<double> part = moved(state.traction.data() + k * area, area, state.box, box);
-      result.traction.insert(result.traction.end(), part.begin(), part.end());
+      result.traction.append(part.begin(), part.end());
     }
     return result;
   }
