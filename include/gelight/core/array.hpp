@@ -14,8 +14,9 @@
 
 namespace gelight::detail {
 
-/// What std::vector is, but with a signed subscript, so that an Index needs no cast, and of few
-/// functions: each kind of std::vector costs a compiler forty milliseconds, and there are dozens.
+/// What std::vector is, but with a subscript of any sign, so that an Index needs no cast, and of
+/// few functions: each kind of std::vector costs a compiler forty milliseconds, and there are
+/// dozens.
 template <class T>
 class Array {
  public:
@@ -56,8 +57,8 @@ class Array {
   [[nodiscard]] const T* begin() const { return data_; }
   [[nodiscard]] T* end() { return data_ + size_; }
   [[nodiscard]] const T* end() const { return data_ + size_; }
-  [[nodiscard]] T& operator[](std::ptrdiff_t i) { return data_[i]; }
-  [[nodiscard]] const T& operator[](std::ptrdiff_t i) const { return data_[i]; }
+  [[nodiscard]] T& operator[](std::integral auto i) { return data_[i]; }
+  [[nodiscard]] const T& operator[](std::integral auto i) const { return data_[i]; }
   [[nodiscard]] T& front() { return *data_; }
   [[nodiscard]] const T& front() const { return *data_; }
   [[nodiscard]] T& back() { return data_[size_ - 1]; }
