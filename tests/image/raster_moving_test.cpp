@@ -218,3 +218,124 @@ TEST_CASE_TEMPLATE("a face that is cut is refused before anything is drawn, or s
   CHECK(refused > 50);
   CHECK(seen > 50);
 }
+
+namespace {
+
+// What is seen of some meshes drawn one after the other, by drawing each of their faces alone, in
+// the order of the mesh: the first that is nearer than all before it is seen.
+Raster<float> one_by_one(const std::vector<Mesh<double>>& meshes, const Camera<float>& eye) {
+  Raster<float> raster = empty_raster(eye);
+  for (const auto& mesh : meshes) {
+    for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+      Mesh<double> face;
+      for (const Index v : mesh.faces[f]) {
+        face.positions.push_back(mesh.positions[static_cast<std::size_t>(v)]);
+      }
+      face.faces = {{0, 1, 2}};
+      const Image<float> before = raster.depth;
+      rasterize_into(raster, face, Pose(), eye);
+      for (std::size_t i = 0; i < before.pixels().size(); ++i) {
+        if (raster.depth.pixels()[i] < before.pixels()[i]) {
+          raster.face.pixels()[i] = static_cast<Index>(f);
+        }
+      }
+    }
+  }
+  return raster;
+}
+
+Mesh<double> turned_inside_out(Mesh<double> mesh) {
+  for (auto& face : mesh.faces) std::swap(face[1], face[2]);
+  return mesh;
+}
+
+Mesh<double> joined(Mesh<double> mesh, const Mesh<double>& other) {
+  const auto first = static_cast<Index>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
+  for (const auto& f : other.faces) {
+    mesh.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("faces that look away are seen wherever nothing is before them") {
+  // Closed meshes with holes in them, of faces large and small, through which their insides show.
+  std::mt19937 random(11);
+  RasterWorkspace work;
+  const Camera<float> eye = Camera<double>{60, 60, 30.7, 25.1, 63, 50}.cast<float>();
+  int from_inside = 0;
+  for (int round = 0; round < 12; ++round) {
+    std::vector<Mesh<double>> meshes;
+    for (const auto& mesh : {icosphere<double>(round % 4, 0.8), torus<double>(0.8, 0.3, 30, 14)}) {
+      Mesh<double> open = moved(mesh, random_pose(random, round % 3 == 0 ? 0 : 3));
+      std::erase_if(open.faces, [&](const auto&) { return random() % 5 == 0; });
+      meshes.push_back(round % 2 == 0 ? open : turned_inside_out(open));
+    }
+    const auto expected = one_by_one(meshes, eye);
+    Raster<float> raster = empty_raster(eye);
+    Image<float> depth = raster.depth;
+    for (const auto& mesh : meshes) {
+      rasterize_into(raster, mesh, Pose(), eye, &work);
+      rasterize_into(depth, mesh, Pose(), eye, &work);
+    }
+    CHECK(depth == expected.depth);
+    CHECK(raster.depth == expected.depth);
+    CHECK(raster.face == expected.face);
+    const auto& last = meshes.back();
+    for (const Index f : raster.face.pixels()) {
+      if (f < 0 || static_cast<std::size_t>(f) >= last.faces.size()) continue;
+      const auto& [a, b, c] = last.faces[static_cast<std::size_t>(f)];
+      const auto at = [&](Index v) {
+        const auto& p = last.positions[static_cast<std::size_t>(v)];
+        return Eigen::Vector3d(p[0], p[1], p[2]);
+      };
+      from_inside += (at(b) - at(a)).cross(at(c) - at(a)).dot(at(a)) > 0 ? 1 : 0;
+    }
+  }
+  CHECK(from_inside > 1000);
+}
+
+TEST_CASE("of faces at the same place the first is seen, whichever way they look") {
+  // Drawn by one call, or by several: then what was there before stays.
+  const Camera<float> eye = Camera<double>{60, 60, 30.7, 25.1, 63, 50}.cast<float>();
+  std::mt19937 random(12);
+  RasterWorkspace work;
+  for (int round = 0; round < 8; ++round) {
+    const auto ball = moved(icosphere<double>(round % 4, 0.8), random_pose(random, 0));
+    const auto other = turned_inside_out(ball);
+    const auto both = joined(ball, other), reversed = joined(other, ball);
+    const std::vector<std::vector<Mesh<double>>> scenes{
+        {both}, {reversed}, {ball, both}, {other, reversed}, {both, other, ball}, {ball, ball}};
+    for (const auto& meshes : scenes) {
+      const auto expected = one_by_one(meshes, eye);
+      Raster<float> raster = empty_raster(eye);
+      for (const auto& mesh : meshes) rasterize_into(raster, mesh, Pose(), eye, &work);
+      CHECK(raster.depth == expected.depth);
+      CHECK(raster.face == expected.face);
+    }
+  }
+}
+
+TEST_CASE(
+    "what earlier calls drew stays in front of a face at the same depth, for any number of calls") {
+  // More calls than a byte counts, into images of several sizes.
+  RasterWorkspace work;
+  const Mesh<double> sheet{{{-1, -1, 2}, {1, -1, 2}, {1, 1, 2}, {-1, 1, 2}},
+                           {{0, 1, 2}, {0, 2, 3}}};
+  const Mesh<double> two = joined(turned_inside_out(sheet), sheet);
+  for (int call = 0; call < 600; ++call) {
+    const Index width = call % 7 == 0 ? 40 : 16;
+    const Camera<float> eye = Camera<double>{8, 8, 8.3, 7.9, width, 17}.cast<float>();
+    Raster<float> raster = empty_raster(eye);
+    raster.depth.pixels()[5 * static_cast<std::size_t>(width) + 8] = 2;
+    raster.face.pixels()[5 * static_cast<std::size_t>(width) + 8] = 77;
+    rasterize_into(raster, two, Pose(), eye, &work);
+    int wrong = 0;
+    for (const Index f : raster.face.pixels()) wrong += f == 77 || f < 2 ? 0 : 1;
+    CHECK(wrong == 0);
+    CHECK(raster.face(8, 5) == 77);
+    CHECK(raster.face(8, 8) >= 0);
+  }
+}

@@ -63,4 +63,13 @@ auto vectorised(const Work& work) {
   return run_plain(work);
 }
 
+/// The same for work with four numbers at a time, for which the widest registers are of no use.
+template <class Work>
+auto vectorised_by_four(const Work& work) {
+#if defined(GELIGHT_CHOOSES_REGISTERS)
+  if (__builtin_cpu_supports("avx2") != 0) return run_wide(work);
+#endif
+  return run_plain(work);
+}
+
 }  // namespace gelight::detail

@@ -6,20 +6,54 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <limits>
-#include <span>
 #include <type_traits>
 #include <vector>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/prefetch.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight {
+
+/// Where a rigid body is: a point p of it is seen at rotation p + translation, in the camera's
+/// frame. An `Eigen::Isometry3d` or another of Eigen's transforms converts to it.
+struct Pose {
+  /// Or any other linear map, such as one with a size, which is then drawn as it is: nothing checks
+  /// that it keeps lengths.
+  Eigen::Matrix3d rotation{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  Vec3<double> translation{0, 0, 0};  ///< in the unit of the mesh
+
+  Pose() = default;
+  /// Of the two.
+  Pose(const Eigen::Matrix3d& turned, const Vec3<double>& moved)
+      : rotation(turned), translation(moved) {}
+  /// Of what has a linear part and a translation.
+  template <class Transform>
+  requires requires(const Transform& t) {
+    t.linear();
+    t.translation();
+  }
+  Pose(const Transform& transform)
+      : rotation(transform.linear().template cast<double>()),
+        translation(transform.translation().template cast<double>()) {}
+
+  /// Where a point of the body is.
+  [[nodiscard]] Vec3<double> operator()(const Vec3<double>& p) const {
+    // Spelled out, with sums in Eigen's order: its product takes long to compile.
+    const Eigen::Matrix3d& r = rotation;
+    return {r(0, 0) * p[0] + r(0, 1) * p[1] + r(0, 2) * p[2] + translation[0],
+            r(1, 0) * p[0] + r(1, 1) * p[1] + r(1, 2) * p[2] + translation[1],
+            r(2, 0) * p[0] + (r(2, 1) * p[1] + r(2, 2) * p[2]) + translation[2]};
+  }
+};
 
 /// What the camera sees of a mesh, per pixel.
 template <std::floating_point T>
@@ -44,6 +78,9 @@ inline constexpr double least_drawn = 1e-150, most_drawn = 1e150;
 
 /// A centre farther off leaves less than ten binary digits of a pixel to the places in the image.
 inline constexpr double farthest_centre = 0x1p42;
+
+/// Depths between these are held by any type, and so are their inverses.
+inline constexpr double least_usual = 1e-30, most_usual = 1e30;
 
 /// A point as it appears in the image. On the grid of its ImagePlane, so that differences of
 /// coordinates have no rounding, and faces that share a vertex see it at the same place.
@@ -106,12 +143,17 @@ class ImagePlane {
     while (size_ < std::max(camera.width, camera.height)) size_ *= 2;
   }
 
-  /// Where points are seen, several at a time.
-  void project(ImagePoint* out, const PositionBatch& points) const {
-    vectorised([out, &points, plane = *this] {
+  /// Where points are seen, several at a time; whether all are near the image, at depths far within
+  /// what any type holds.
+  bool project(ImagePoint* out, const PositionBatch& points) const {
+    return vectorised([out, &points, plane = *this] {
+      Index others = 0;
       for (std::size_t i = 0; i < points.count; ++i) {
-        out[i] = plane.project(points.x[i], points.y[i], points.z[i]);
+        const ImagePoint seen = plane.project(points.x[i], points.y[i], points.z[i]);
+        out[i] = seen;
+        others |= 1 - (Index{seen.inverse_z > least_usual} & Index{seen.inverse_z < most_usual});
       }
+      return others == 0;
     });
   }
 
@@ -253,6 +295,36 @@ void require_drawn(double z, Index face) {
           ", which is out of the range of depths");
 }
 
+/// A number for each side or corner of a triangle.
+using Three = std::array<double, 3>;
+
+/// A number for each of four pixels that lie side by side, with what C++ does with one number done
+/// with each. GCC and Clang have such types for all processors; elsewhere pixels are drawn one by
+/// one.
+#if defined(__GNUC__)
+inline constexpr Index lanes = 4;
+template <class T>
+struct LanesType {
+  typedef T type __attribute__((vector_size(lanes * sizeof(T))));  // where `using` takes none
+};
+template <class T>
+using LanesOf = typename LanesType<T>::type;
+using Lanes = LanesOf<double>;
+
+/// Four numbers that lie one after the other.
+template <class T, class Source>
+[[gnu::always_inline]] inline void load(T& into, const Source* from) {
+  std::memcpy(&into, from, sizeof into);
+}
+
+/// A bit for each of four pixels that are covered.
+[[nodiscard]] inline std::uint64_t bits_of(const LanesOf<std::int64_t>& is_covered) {
+  const LanesOf<std::int64_t> bits = is_covered & LanesOf<std::int64_t>{1, 2, 4, 8};
+  return static_cast<std::uint64_t>((bits[0] | bits[2]) | (bits[1] | bits[3]));
+}
+
+#endif
+
 /// What triangles are drawn into: depths, and the faces that are seen there if those are wanted; or
 /// nothing, to see whether all can be drawn.
 template <class T>
@@ -262,12 +334,22 @@ struct DepthTarget {
 
   struct Row {
     T* depth;
-    [[nodiscard]] bool is_nearer(Index x, T z) const {
+    [[nodiscard]] bool is_nearer(Index x, T z, Index) const {
       if (!(z < depth[x])) return false;
       depth[x] = z;
       return true;
     }
     void show(Index, Index, const auto&) const {}
+#if defined(__GNUC__)
+    /// Pixels from x on, at depths of which those that are not covered are infinite.
+    void show_lanes(Index x, const Lanes& z) const {
+      LanesOf<T> was;
+      load(was, depth + x);
+      const LanesOf<T> is = __builtin_convertvector(z, LanesOf<T>);
+      const LanesOf<T> now = is < was ? is : was;
+      std::memcpy(depth + x, &now, sizeof now);
+    }
+#endif
   };
   [[nodiscard]] Row row(Index y) const { return {depth.row(y)}; }
   [[nodiscard]] static bool needs(const std::array<ImagePoint, 3>&) { return true; }
@@ -276,24 +358,44 @@ template <class T>
 struct FaceTarget {
   static constexpr bool wants_shares = true;
   Raster<T>& raster;
+  /// Of each pixel, the last call that drew there; null: faces are drawn in their order.
+  std::uint8_t* calls = nullptr;
+  std::uint8_t call = 0;  // this one
 
-  struct Row : DepthTarget<T>::Row {
+  struct Row {
+    T* depth;
     Index* face;
     std::array<T, 3>* barycentric;
-    void show(Index x, Index f, const auto& shares) const {
+    std::uint8_t* calls;
+    std::uint8_t call;
+
+    /// Of faces at the same depth the first in the mesh is seen, however they are ordered.
+    [[nodiscard]] bool is_nearer(std::ptrdiff_t x, T z, Index f) const {
+      if (!(z < depth[x])) {
+        if (!(z == depth[x] && calls != nullptr && calls[x] == call && f < face[x])) return false;
+      }
+      depth[x] = z;
+      return true;
+    }
+    void show(std::ptrdiff_t x, Index f, const auto& shares) const {
       face[x] = f;
       barycentric[x] = shares();
+      if (calls != nullptr) calls[x] = call;
     }
   };
+  [[nodiscard]] std::ptrdiff_t place(Index x, Index y) const {
+    return std::ptrdiff_t{y} * raster.face.width() + x;
+  }
   [[nodiscard]] Row row(Index y) const {
-    return {{raster.depth.row(y)}, raster.face.row(y), raster.barycentric.row(y)};
+    std::uint8_t* const of_row = calls == nullptr ? nullptr : calls + place(0, y);
+    return {raster.depth.row(y), raster.face.row(y), raster.barycentric.row(y), of_row, call};
   }
   [[nodiscard]] static bool needs(const std::array<ImagePoint, 3>&) { return true; }
 };
 template <class T>
 struct NoTarget {
   struct Row {
-    [[nodiscard]] bool is_nearer(Index, T) const { return false; }
+    [[nodiscard]] bool is_nearer(Index, T, Index) const { return false; }
     void show(Index, Index, const auto&) const {}
   };
   [[nodiscard]] Row row(Index) const { return {}; }
@@ -304,82 +406,163 @@ struct NoTarget {
   }
 };
 
-/// Areas up to this share of the box of a triangle, which is not thin, may have the wrong sign.
+/// Areas up to this share of the box of a triangle may have the wrong sign; those of a thin one, if
+/// the sign is right, few digits that are.
 inline constexpr double doubtful_share = 0x1p-50;
+
+#if defined(__GNUC__)
+/// Pixels of one face, that are shown when there are several rows of them: how many there are in
+/// one is hard to foretell.
+class CoveredPixels {
+ public:
+  [[nodiscard]] bool is_full() const { return count_ == most_; }
+
+  /// Some of the four pixels of a row from one on, and the areas that they span with the sides.
+  void add(std::ptrdiff_t first, std::uint64_t bits, const Lanes& a, const Lanes& b,
+           const Lanes& c) {
+    bits_ |= bits << (lanes * count_);
+    first_[count_] = first;
+    a_[count_] = a, b_[count_] = b, c_[count_] = c;
+    ++count_;
+  }
+
+  template <class T>
+  void show(const FaceTarget<T>& target, Index face, const Three& inverse_depths, double least,
+            double most) {
+    const auto row = target.row(0);  // and all others behind it
+    for (; bits_ != 0; bits_ &= bits_ - 1) {
+      const auto bit = static_cast<std::size_t>(std::countr_zero(bits_));
+      const std::size_t n = bit / lanes, k = bit % lanes;
+      const double a = a_[n][k], b = b_[n][k], c = c_[n][k];
+      // Linear in the image are 1 / z, and the barycentric coordinates divided by z.
+      const double part_a = a * inverse_depths[0], part_b = b * inverse_depths[1],
+                   part_c = c * inverse_depths[2];
+      const double sum = part_a + part_b + part_c;
+      const Lanes quotients = Lanes{part_a, part_b, part_c, a + b + c} / sum;
+      const double depth = lesser(greater(quotients[3], least), most);
+      const std::ptrdiff_t at = first_[n] + static_cast<std::ptrdiff_t>(k);
+      if (!row.is_nearer(at, static_cast<T>(depth), face)) continue;
+      const auto shares = __builtin_convertvector(quotients, LanesOf<T>);
+      row.show(at, face, [&]() -> std::array<T, 3> { return {shares[0], shares[1], shares[2]}; });
+    }
+    count_ = 0;
+  }
+
+ private:
+  static constexpr std::size_t most_ = 64 / lanes;
+  std::uint64_t bits_ = 0;
+  std::size_t count_ = 0;
+  std::array<std::ptrdiff_t, most_> first_;
+  std::array<Lanes, most_> a_, b_, c_;
+};
+#endif
+
+/// The pixels whose centres lie in the box of a triangle.
+struct PixelBox {
+  Index first_column = 0, last_column = 0, first_row = 0, last_row = 0;
+  [[nodiscard]] bool is_empty() const {
+    return (first_column > last_column) | (first_row > last_row);
+  }
+};
 
 /// Draws a triangle of the image: a face, or a part of one. Which pixel centres lie in it or on its
 /// sides is told without rounding, so that triangles that share corners leave none between them;
 /// one without area has none.
 class ImageTriangle {
  public:
-  explicit ImageTriangle(const std::array<ImagePoint, 3>& corners) : corners_(corners) {
-    const auto& [a, b, c] = corners;
-    left_ = std::min({a.x, b.x, c.x});
-    right_ = std::max({a.x, b.x, c.x});
-    top_ = std::min({a.y, b.y, c.y});
-    bottom_ = std::max({a.y, b.y, c.y});
+  /// A line through two corners, of which the inside is where dx down - dy across is positive.
+  struct Side {
+    double x, y, dx, dy, slope;
+  };
+  [[nodiscard]] static Side side(double sign, const ImagePoint& p, const ImagePoint& q) {
+    return {p.x, p.y, sign * (q.x - p.x), sign * (q.y - p.y), 0};
+  }
+
+  ImageTriangle(const ImagePoint& a, const ImagePoint& b, const ImagePoint& c)
+      : a_(a),
+        b_(b),
+        c_(c),
+        left_(lesser(lesser(a.x, b.x), c.x)),
+        right_(greater(greater(a.x, b.x), c.x)),
+        top_(lesser(lesser(a.y, b.y), c.y)),
+        bottom_(greater(greater(a.y, b.y), c.y)),
+        least_(lesser(lesser(a.z, b.z), c.z)),
+        most_(greater(greater(a.z, b.z), c.z)) {}
+
+  [[nodiscard]] PixelBox box(Index width, Index height) const {
+    return {first_pixel(left_, width), last_pixel(right_, width), first_pixel(top_, height),
+            last_pixel(bottom_, height)};
+  }
+
+  /// Twice the area, but for rounding, positive where the corners go round with the clock; zero for
+  /// a thin triangle, for which that may have the wrong sign.
+  [[nodiscard]] double rough_area() const {
+    const double area = (b_.x - a_.x) * (c_.y - a_.y) - (b_.y - a_.y) * (c_.x - a_.x);
+    return std::abs(area) > box_area() / 16 ? area : 0;
   }
 
   /// Each corner's barycentric coordinates in the face; null: the corners are those of the face.
   using Shares = std::array<Vec3<double>, 3>;
 
   template <template <class> class Target, class T>
-  void draw(const Target<T>& target, Index width, Index height, Index face,
-            const Shares* shares = nullptr) {
-    const Index first_column = first_pixel(left_, width), last_column = last_pixel(right_, width);
-    const Index first_row = first_pixel(top_, height), last_row = last_pixel(bottom_, height);
-    if (first_column > last_column || first_row > last_row || !find_sides()) return;
-    find_depths<T>();
-    // Where there are few, to look at them all is less work than to choose.
+  void draw(const Target<T>& target, Index width, Index height, Index face, const Shares* shares) {
+    const PixelBox pixels = box(width, height);
+    if (pixels.is_empty() || !find_sides()) return;
+    const bool may_leave_range = !(is_drawn<T>(least_) && is_drawn<T>(most_));
+    each_row(pixels, width, [&](Index v, Index first, Index last) {
+      draw_row(target, face, shares, may_leave_range, v, first, last);
+    });
+  }
+
+  /// Calls `work(v, first, last)` with the rows of pixels, and the part of each that can be covered
+  /// where that is less work than to look at all.
+  template <class Work>
+  void each_row(const PixelBox& pixels, Index width, const Work& work) {
+    const auto [first_column, last_column, first_row, last_row] = pixels;
     const bool is_wide = last_column - first_column > 3;
     if (is_wide) find_slopes();
     for (Index v = first_row; v <= last_row; ++v) {
-      Index first = first_column, last = last_column;
-      if (is_wide) {
-        const auto [from, to] = span(v);
-        first = std::max(first, first_pixel(from, width));
-        last = std::min(last, last_pixel(to, width));
-      }
-      if (first <= last) draw_row(target, face, shares, v, first, last);
+      const auto [first, last] =
+          is_wide ? reach(v, pixels, width) : std::array{first_column, last_column};
+      if (first <= last) work(v, first, last);
     }
   }
 
- private:
-  using Three = std::array<double, 3>;  // a number for each side or corner
+  /// The areas that the centre of a pixel spans with the sides.
+  [[nodiscard]] Three areas_at(Index u, Index v) const {
+    const auto area = [&](const Side& s) { return s.dx * (v - s.y) - s.dy * (u - s.x); };
+    return {area(sides_[0]), area(sides_[1]), area(sides_[2])};
+  }
 
-  /// A line through two corners, of which the inside is where dx down - dy across is positive.
-  struct Side {
-    double x, y, dx, dy;
-    double slope = 0;
-  };
+  /// Of a triangle with an area whose sign is known.
+  void set_sides(double area, double doubtful) {
+    doubtful_ = doubtful;
+    const double sign = area < 0 ? -1 : 1;
+    sides_ = {side(sign, b_, c_), side(sign, c_, a_), side(sign, a_, b_)};
+  }
+
+ private:
+  [[nodiscard]] double box_area() const { return (right_ - left_) * (bottom_ - top_); }
 
   /// Whether the triangle has an inside.
   [[nodiscard]] bool find_sides() {
-    const auto& [a, b, c] = corners_;
-    const double box = (right_ - left_) * (bottom_ - top_);
-    double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-    const bool is_thin = !(std::abs(area) > box / 16);
-    if (is_thin) area = difference_of_products(b.x - a.x, c.y - a.y, b.y - a.y, c.x - a.x);
-    doubtful_ = is_thin ? std::numeric_limits<double>::infinity() : doubtful_share * box;
-    const double sign = area < 0 ? -1 : 1;
-    const auto side = [&](const ImagePoint& p, const ImagePoint& q) {
-      return Side{p.x, p.y, sign * (q.x - p.x), sign * (q.y - p.y)};
-    };
-    sides_ = {side(b, c), side(c, a), side(a, b)};
+    double area = rough_area();
+    const bool is_thin = area == 0;
+    if (is_thin) area = difference_of_products(b_.x - a_.x, c_.y - a_.y, b_.y - a_.y, c_.x - a_.x);
+    set_sides(area,
+              is_thin ? std::numeric_limits<double>::infinity() : doubtful_share * box_area());
     return area != 0;
-  }
-
-  template <class T>
-  void find_depths() {
-    const auto& [a, b, c] = corners_;
-    least_ = std::min({a.z, b.z, c.z});
-    most_ = std::max({a.z, b.z, c.z});
-    may_leave_range_ = !(is_drawn<T>(least_) && is_drawn<T>(most_));
-    inverse_depths_ = {a.inverse_z, b.inverse_z, c.inverse_z};
   }
 
   void find_slopes() {
     for (Side& side : sides_) side.slope = side.dy != 0 ? side.dx / side.dy : 0;
+  }
+
+  /// The first and the last pixel of a row that can be covered.
+  [[nodiscard]] std::array<Index, 2> reach(Index v, const PixelBox& pixels, Index width) const {
+    const auto [from, to] = span(v);
+    return {std::max(pixels.first_column, first_pixel(from, width)),
+            std::min(pixels.last_column, last_pixel(to, width))};
   }
 
   /// Between which columns a row can be covered; rounding is far less than what is added.
@@ -388,38 +571,32 @@ class ImageTriangle {
     double from = left_, to = right_;
     for (const Side& side : sides_) {
       const double x = side.x + (v - side.y) * side.slope;
-      if (side.dy < 0) from = std::max(from, x - more);
-      if (side.dy > 0) to = std::min(to, x + more);
+      from = side.dy < 0 ? greater(from, x - more) : from;
+      to = side.dy > 0 ? lesser(to, x + more) : to;
     }
     return {from, to};
   }
 
   template <template <class> class Target, class T>
-  void draw_row(const Target<T>& target, Index face, const Shares* shares, Index v, Index first,
-                Index last) const {
+  void draw_row(const Target<T>& target, Index face, const Shares* shares, bool may_leave_range,
+                Index v, Index first, Index last) const {
     const auto row = target.row(v);
-    const auto area = [&](const Side& s) { return s.dx * (v - s.y) - s.dy * (first - s.x); };
-    const Three start{area(sides_[0]), area(sides_[1]), area(sides_[2])};
-    const Three step{-sides_[0].dy, -sides_[1].dy, -sides_[2].dy};
-    const Three inverse_depths = inverse_depths_;
-    const double doubtful = doubtful_, least = least_, most = most_;
-    const bool may_leave_range = may_leave_range_;
+    const double outside = doubtful_share * box_area();
+    const Three start = areas_at(first, v);
     for (Index u = first; u <= last; ++u) {
-      // The areas that the pixel's centre spans with the sides.
       const double steps = u - first;
-      Three areas{start[0] + steps * step[0], start[1] + steps * step[1],
-                  start[2] + steps * step[2]};
-      const double smallest = std::min({areas[0], areas[1], areas[2]});
-      if (smallest < -doubtful) continue;
-      if (!(smallest > doubtful) && !settle(u, v, areas)) continue;
+      const auto area = [&](std::size_t k) { return start[k] + steps * -sides_[k].dy; };
+      Three areas{area(0), area(1), area(2)};
+      const double smallest = lesser(lesser(areas[0], areas[1]), areas[2]);
+      if (smallest < -outside) continue;
+      if (!(smallest > doubtful_) && !settle(u, v, areas)) continue;
       // Linear in the image are 1 / z, and the barycentric coordinates divided by z.
-      Three parts{areas[0] * inverse_depths[0], areas[1] * inverse_depths[1],
-                  areas[2] * inverse_depths[2]};
+      Three parts{areas[0] * a_.inverse_z, areas[1] * b_.inverse_z, areas[2] * c_.inverse_z};
       const double sum = parts[0] + parts[1] + parts[2];
       const double depth = (areas[0] + areas[1] + areas[2]) / sum;
-      const double exact = std::min(std::max(depth, least), most);
+      const double exact = lesser(greater(depth, least_), most_);
       if (may_leave_range) require_drawn<T>(exact, face);
-      if (!row.is_nearer(u, static_cast<T>(exact))) continue;
+      if (!row.is_nearer(u, static_cast<T>(exact), face)) continue;
       row.show(u, face, [&]() -> std::array<T, 3> {
         if (shares) parts = in_whole(*shares, parts);
         return {static_cast<T>(parts[0] / sum), static_cast<T>(parts[1] / sum),
@@ -447,14 +624,20 @@ class ImageTriangle {
     return true;
   }
 
-  const std::array<ImagePoint, 3>& corners_;
+  const ImagePoint &a_, &b_, &c_;
   double left_, right_, top_, bottom_;
-  double doubtful_ = 0;  // areas up to this may have the wrong sign: all those of a thin triangle
-  double least_ = 0, most_ = 0;   // depth of the corners
-  bool may_leave_range_ = false;  // a pixel's depth
-  Three inverse_depths_;
+  double least_, most_;  // depth of the corners
+  double doubtful_ = 0;  // areas up to this are not good enough: none of a thin triangle is
   std::array<Side, 3> sides_;
 };
+
+/// Draws a triangle pixel by pixel. Apart from what is compiled for loops over several.
+template <class Target>
+[[gnu::noinline]] void draw_exactly(const Target& target, Index width, Index height, Index face,
+                                    const ImagePoint& a, const ImagePoint& b, const ImagePoint& c,
+                                    const ImageTriangle::Shares* shares = nullptr) {
+  ImageTriangle(a, b, c).draw(target, width, height, face, shares);
+}
 
 inline void require_vertex(Index face, Index vertex, Index vertices) {
   require(vertex >= 0 && vertex < vertices, "face ", face, " has vertex ", vertex,
@@ -476,7 +659,9 @@ void draw_face(const Target& target, const ImagePlane& plane, Index width, Index
                const std::array<ImagePoint, 3>& corners,
                const std::array<Vec3<double>, 3>& positions) {
   if (corners[0].inverse_z > 0 && corners[1].inverse_z > 0 && corners[2].inverse_z > 0) {
-    if (target.needs(corners)) ImageTriangle(corners).draw(target, width, height, face);
+    if (target.needs(corners)) {
+      draw_exactly(target, width, height, face, corners[0], corners[1], corners[2]);
+    }
     return;
   }
   if (plane.misses_image(corners)) return;
@@ -485,213 +670,407 @@ void draw_face(const Target& target, const ImagePlane& plane, Index width, Index
     const auto &a = polygon.data()[0], &b = polygon.data()[k - 1], &c = polygon.data()[k];
     const ImageTriangle::Shares shares{a.shares, b.shares, c.shares};
     const std::array seen{a.seen, b.seen, c.seen};
-    if (target.needs(seen)) ImageTriangle(seen).draw(target, width, height, face, &shares);
+    if (target.needs(seen)) {
+      draw_exactly(target, width, height, face, a.seen, b.seen, c.seen, &shares);
+    }
   }
 }
 
-/// Some faces, of which those are drawn together whose images are no more than four pixels wide and
-/// high: the same is done with several at a time. What is drawn has the bits of ImageTriangle's.
-class FaceBatch {
- public:
+/// Some faces of a mesh.
+struct FaceBatch {
   static constexpr std::size_t size = PositionBatch::size / 3;
+  const ImagePoint* points = nullptr;
+  std::array<std::array<Index, 3>, size> corners;  // which of the points
+  std::array<Index, size> faces;                   // in the mesh
+  std::size_t count = 0;
+  bool are_usual = false;  // all points are near the image, at usual depths
 
-  void clear() { count_ = 0; }
-  void add(const ImagePoint& a, const ImagePoint& b, const ImagePoint& c) {
-    const std::size_t i = count_++;
-    const bool is_whole = a.inverse_z > 0 && b.inverse_z > 0 && c.inverse_z > 0;
-    set(0, i, is_whole ? a : ImagePoint{});
-    set(1, i, is_whole ? b : ImagePoint{});
-    set(2, i, is_whole ? c : ImagePoint{});
+  /// Whether the corners of a face are near the image.
+  [[nodiscard]] bool is_near(std::size_t i) const {
+    const auto is = [&](std::size_t k) { return points[corners[i][k]].inverse_z > 0; };
+    return is(0) && is(1) && is(2);
+  }
+};
+
+/// Faces that look away from the camera, and so are behind others if the mesh is closed: they are
+/// drawn after all the others, but for those that are farther off than all that is seen around
+/// them.
+class HeldFaces {
+ public:
+  /// Room for the faces of a mesh, and a target of some size; whether faces can be held back.
+  [[nodiscard]] bool begin(Index faces, Index width, Index height) {
+    count_ = 0;
+    columns_ = (width + tile - 1) / tile;
+    if (std::min(width, height) < tile || std::max(width, height) > most_pixels) return false;
+    grow(held_, faces);
+    grow(farthest_, columns_ * ((height + tile - 1) / tile));
+    return true;
   }
 
-  /// What is to be done with a face.
-  enum Kind : Index { draw_alone, draw_together, draw_none };
-  [[nodiscard]] Index kind(std::size_t i) const { return kind_[i]; }
-
-  void measure(Index width, Index height) {
-    vectorised([this, width, height] {
-      // What is clamped is kept first: else branches would be made of it.
-      for (std::size_t i = 0; i < count_; ++i) find_box(i, width, height);
-      for (std::size_t i = 0; i < count_; ++i) measure(i);
-      Index columns = 0, rows = 0;
-      for (std::size_t i = 0; i < count_; ++i) {
-        const Index if_together = -Index{kind_[i] == draw_together};
-        columns = std::max(columns, if_together & columns_[i]);
-        rows = std::max(rows, if_together & rows_[i]);
-      }
-      for (Index row = 0; row < rows; ++row) cover(row, columns);
-      for (std::size_t i = 0; i < count_; ++i) {
-        kind_[i] = doubts_[i] != 0 ? draw_alone : Kind{kind_[i]};
-      }
-    });
+  void add(Index face, double least, const PixelBox& box) {
+    // Rounded down, whatever float makes of it.
+    held_[count_] = {face,
+                     static_cast<float>(least * (1 - 0x1p-22)),
+                     tile_of(box.first_column),
+                     tile_of(box.last_column),
+                     tile_of(box.first_row),
+                     tile_of(box.last_row)};
+    ++count_;
   }
 
-  /// Adds the pixels of a face that is drawn together with others; whether there is room for those
-  /// of one more.
-  [[nodiscard]] bool add_pixels(std::size_t i) {
-    std::size_t n = pixels_;
-    for (auto rest = static_cast<unsigned>(covered_[i]); rest != 0; rest &= rest - 1) {
-      const auto bit = static_cast<std::size_t>(std::countr_zero(rest));
-      const std::size_t row = bit / reach, column = bit % reach;
-      for (std::size_t k = 0; k < 3; ++k) {
-        areas_[k][n] = start_[row][k][i] - static_cast<double>(column) * dy_[k][i];
-        inverse_[k][n] = inverse_z_[k][i];
-      }
-      least_[n] = least_z_[i];
-      most_[n] = most_z_[i];
-      column_[n] = first_column_[i] + static_cast<Index>(column);
-      row_[n] = first_row_[i] + static_cast<Index>(row);
-      face_[n] = static_cast<Index>(i);
-      ++n;
-    }
-    pixels_ = n;
-    return n + std::size_t{reach} * reach <= room;
-  }
+  [[nodiscard]] Index count() const { return static_cast<Index>(count_); }
+  [[nodiscard]] Index face(Index i) const { return held_[static_cast<std::size_t>(i)].face; }
 
-  /// Draws the pixels that were found, as pixels of the faces from `first_face` on.
+  /// Keeps those of which something may be seen in the target, or be at just the depth of what is.
   template <class Target>
-  void draw(const Target& target, Index first_face) {
-    interpolate(Target::wants_shares);
-    for (std::size_t n = 0; n < pixels_; ++n) {
-      const auto row = target.row(row_[n]);
-      using T = std::remove_pointer_t<decltype(row.depth)>;
-      if (!row.is_nearer(column_[n], static_cast<T>(depth_[n]))) continue;
-      row.show(column_[n], first_face + face_[n], [&]() -> std::array<T, 3> {
-        return {static_cast<T>(areas_[0][n]), static_cast<T>(areas_[1][n]),
-                static_cast<T>(areas_[2][n])};
-      });
-    }
-    pixels_ = 0;
+  void drop_hidden(const Target& target, Index width, Index height) {
+    if (count_ == 0) return;
+    vectorised_by_four([this, &target, width, height] {
+      find_farthest(target, width, height);
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < count_; ++i) {
+        const Held held = held_[i];
+        held_[kept] = held;
+        kept += is_hidden(held) ? 0 : 1;
+      }
+      count_ = kept;
+    });
   }
 
  private:
-  static constexpr Index reach = 4;  // of faces that are drawn together, pixels
-  static constexpr std::size_t room = 456;
-  using Three = std::array<double, 3>;
-  using Doubles = std::array<double, size>;
-  using Indices = std::array<Index, size>;
+  static constexpr Index tile = 4;  // pixels, both ways
+  static constexpr Index most_pixels = tile << 16;
 
-  void set(std::size_t k, std::size_t i, const ImagePoint& corner) {
-    x_[k][i] = corner.x;
-    y_[k][i] = corner.y;
-    z_[k][i] = corner.z;
-    inverse_z_[k][i] = corner.inverse_z;
+  struct Held {
+    Index face = 0;
+    float least = 0;
+    std::uint16_t left = 0, right = 0, top = 0, bottom = 0;  // tiles
+  };
+
+  template <class Element>
+  static void grow(std::vector<Element>& elements, Index count) {
+    const auto n = static_cast<std::size_t>(count);
+    if (elements.size() < n) elements.resize(n);
+  }
+  [[nodiscard]] static std::uint16_t tile_of(Index pixel) {
+    return static_cast<std::uint16_t>(static_cast<std::uint32_t>(pixel) / tile);
   }
 
-  void find_box(std::size_t i, double width, double height) {
-    const double ax = x_[0][i], bx = x_[1][i], cx = x_[2][i];
-    const double ay = y_[0][i], by = y_[1][i], cy = y_[2][i];
-    const double left = lesser(lesser(ax, bx), cx), right = greater(greater(ax, bx), cx);
-    const double top = lesser(lesser(ay, by), cy), bottom = greater(greater(ay, by), cy);
-    box_[i] = (right - left) * (bottom - top);
-    left_[i] = lesser(greater(left, 0), width);
-    right_[i] = lesser(greater(right, -1), width - 1);
-    top_[i] = lesser(greater(top, 0), height);
-    bottom_[i] = lesser(greater(bottom, -1), height - 1);
-    least_z_[i] = lesser(lesser(z_[0][i], z_[1][i]), z_[2][i]);
-    most_z_[i] = greater(greater(z_[0][i], z_[1][i]), z_[2][i]);
-  }
-
-  void measure(std::size_t i) {
-    const double ax = x_[0][i], bx = x_[1][i], cx = x_[2][i];
-    const double ay = y_[0][i], by = y_[1][i], cy = y_[2][i];
-    const Index first_column = first_from(left_[i]), first_row = first_from(top_[i]);
-    const Index columns = last_to(right_[i]) - first_column + 1;
-    const Index rows = last_to(bottom_[i]) - first_row + 1;
-    const double box = box_[i];
-    const double area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
-    const bool is_whole = inverse_z_[0][i] > 0;
-    const bool is_thin = !(std::abs(area) > box / 16);
-    const bool is_small = (columns <= reach) & (rows <= reach) & !is_thin;
-    const bool is_empty = is_whole & ((columns <= 0) | (rows <= 0));
-    kind_[i] = draw_none * Index{is_empty} + draw_together * Index{is_whole & is_small & !is_empty};
-    const double sign = area < 0 ? -1 : 1;
-    dx_[0][i] = sign * (cx - bx), dy_[0][i] = sign * (cy - by);
-    dx_[1][i] = sign * (ax - cx), dy_[1][i] = sign * (ay - cy);
-    dx_[2][i] = sign * (bx - ax), dy_[2][i] = sign * (by - ay);
-    doubtful_[i] = doubtful_share * box;
-    first_column_[i] = first_column;
-    columns_[i] = columns;
-    first_row_[i] = first_row;
-    rows_[i] = rows;
-    covered_[i] = 0;
-    doubts_[i] = 0;
-  }
-
-  /// Which pixels of a row lie in the faces, and whether rounding leaves a doubt about one.
-  void cover(Index row, Index columns) {
-    auto& start = start_[static_cast<std::size_t>(row)];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Doubles &x = x_[(k + 1) % 3], &y = y_[(k + 1) % 3], &dx = dx_[k], &dy = dy_[k];
-      for (std::size_t i = 0; i < count_; ++i) {
-        start[k][i] = dx[i] * (first_row_[i] + row - y[i]) - dy[i] * (first_column_[i] - x[i]);
-      }
+  /// The largest depth in each tile around the faces. A tile at the end of a row or column begins
+  /// where it is whole.
+  template <class Target>
+  void find_farthest(const Target& target, Index width, Index height) {
+    Index left = columns_, right = 0, top = height, bottom = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      left = std::min(left, Index{held_[i].left});
+      right = std::max(right, Index{held_[i].right});
+      top = std::min(top, Index{held_[i].top});
+      bottom = std::max(bottom, Index{held_[i].bottom});
     }
-    for (Index column = 0; column < columns; ++column) {
-      const double steps = column;
-      const Index bit = Index{1} << (reach * row + column);
-      for (std::size_t i = 0; i < count_; ++i) {
-        const double a = start[0][i] - steps * dy_[0][i], b = start[1][i] - steps * dy_[1][i],
-                     c = start[2][i] - steps * dy_[2][i];
-        const double smallest = lesser(lesser(a, b), c), doubtful = doubtful_[i];
-        const Index is_in_box = Index{column < columns_[i]} & Index{row < rows_[i]};
-        covered_[i] |= bit & -(is_in_box & Index{smallest > doubtful});
-        doubts_[i] |= is_in_box & Index{smallest <= doubtful} & Index{smallest >= -doubtful};
+    for (Index y = top; y <= bottom; ++y) {
+      for (Index x = left; x <= right; ++x) {
+        farthest_[place(x, y)] = farthest_in(target, std::min(tile * x, width - tile),
+                                             std::min(tile * y, height - tile));
       }
     }
   }
 
-  /// Depths of pixels, and barycentric coordinates in the place of areas.
-  void interpolate(bool wants_shares) {
-    vectorised([this, wants_shares, pixels = pixels_] {
-      for (std::size_t n = 0; n < pixels; ++n) {
-        const double a = areas_[0][n], b = areas_[1][n], c = areas_[2][n];
-        const double part_a = a * inverse_[0][n], part_b = b * inverse_[1][n],
-                     part_c = c * inverse_[2][n];
-        const double sum = part_a + part_b + part_c;
-        depth_[n] = lesser(greater((a + b + c) / sum, least_[n]), most_[n]);
-        areas_[0][n] = part_a;
-        areas_[1][n] = part_b;
-        areas_[2][n] = part_c;
-        sum_[n] = sum;
+  template <template <class> class Target, class T>
+  [[nodiscard]] static double farthest_in(const Target<T>& target, Index x, Index y) {
+    // In front of a depth that is not a number, nothing is drawn.
+    std::array<T, tile> most{};
+    for (Index v = 0; v < tile; ++v) {
+      const T* const row = target.row(y + v).depth + x;
+      for (std::size_t k = 0; k < tile; ++k) most[k] = row[k] > most[k] ? row[k] : most[k];
+    }
+    T all{};
+    for (const T one : most) all = std::max(all, one);
+    return static_cast<double>(all);
+  }
+
+  [[nodiscard]] std::size_t place(Index x, Index y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(x);
+  }
+
+  [[nodiscard]] bool is_hidden(const Held& held) const {
+    const Index left = held.left, right = held.right, top = held.top, bottom = held.bottom;
+    const double least = double{held.least};
+    const double at_corners =
+        greater(greater(farthest_[place(left, top)], farthest_[place(right, top)]),
+                greater(farthest_[place(left, bottom)], farthest_[place(right, bottom)]));
+    if (!(least > at_corners)) return false;
+    if (right - left < 2 && bottom - top < 2) return true;
+    for (Index y = top; y <= bottom; ++y) {
+      for (Index x = left + 1; x < right; ++x) {
+        if (!(least > farthest_[place(x, y)])) return false;
       }
-      if (!wants_shares) return;
-      for (std::size_t n = 0; n < pixels; ++n) {
-        areas_[0][n] /= sum_[n];
-        areas_[1][n] /= sum_[n];
-        areas_[2][n] /= sum_[n];
+    }
+    for (Index y = top + 1; y < bottom; ++y) {
+      if (!(least > greater(farthest_[place(left, y)], farthest_[place(right, y)]))) return false;
+    }
+    return true;
+  }
+
+  std::vector<Held> held_;
+  std::size_t count_ = 0;
+  std::vector<double> farthest_;
+  Index columns_ = 0;
+};
+
+#if defined(__GNUC__)
+/// What is known of the faces of a batch before they are drawn. Those that are not near the image,
+/// are at unusual depths or thin are left to others.
+class FaceMeasures {
+ public:
+  static constexpr std::size_t size = FaceBatch::size;
+  /// Twice the areas, but for rounding, positive where the corners go round with the clock; zero:
+  /// the face is left to others.
+  alignas(Lanes) std::array<double, size> areas;
+  alignas(Lanes) std::array<double, size> doubtful;                          // areas up to this
+  alignas(Lanes) std::array<double, size> least, most;                       // depths
+  alignas(LanesOf<Index>) std::array<Index, size> left, right, top, bottom;  // pixels in the box
+
+  void find(const FaceBatch& batch, Index width, Index height) {
+    vectorised_by_four([this, &batch, columns = double(width), rows = double(height)] {
+      for (std::size_t i = 0; i < batch.count; i += std::size_t{lanes}) {
+        find_four(batch, i, columns, rows);
       }
     });
   }
 
-  // Of each face: its corners, sides and box.
-  std::array<Doubles, 3> x_, y_, z_, inverse_z_, dx_, dy_;
-  Doubles left_, right_, top_, bottom_, box_, doubtful_, least_z_, most_z_;
-  Indices kind_, first_column_, columns_, first_row_, rows_;
-  Indices covered_, doubts_;  // a bit for each pixel of the box; not 0: ImageTriangle tells
-  std::array<std::array<Doubles, 3>, reach> start_;  // areas at the first pixel of each row
-  std::size_t count_ = 0;
+ private:
+  /// The corners of a face, or of one without area in its place.
+  [[nodiscard]] static std::array<const ImagePoint*, 3> corners(const FaceBatch& batch,
+                                                                std::size_t i) {
+    static constexpr ImagePoint nowhere;
+    const auto& [a, b, c] = batch.corners[i];
+    const ImagePoint* const p = batch.points;
+    const auto is_usual = [&](Index v) {
+      return p[v].inverse_z > least_usual && p[v].inverse_z < most_usual;
+    };
+    if (batch.are_usual || (is_usual(a) && is_usual(b) && is_usual(c))) {
+      return {p + a, p + b, p + c};
+    }
+    return {&nowhere, &nowhere, &nowhere};
+  }
 
-  // Of each pixel: the areas that its centre spans with the sides of its face.
-  std::array<std::array<double, room>, 3> areas_;
-  std::array<std::array<double, room>, 3> inverse_;
-  std::array<double, room> depth_, least_, most_, sum_;
-  std::array<Index, room> column_, row_, face_;
-  std::size_t pixels_ = 0;
+  void find_four(const FaceBatch& batch, std::size_t i, double columns, double rows) {
+    // Behind the last face, the last again.
+    const std::size_t end = batch.count - 1;
+    const auto [a0, b0, c0] = corners(batch, i);
+    const auto [a1, b1, c1] = corners(batch, std::min(i + 1, end));
+    const auto [a2, b2, c2] = corners(batch, std::min(i + 2, end));
+    const auto [a3, b3, c3] = corners(batch, std::min(i + 3, end));
+    const Lanes ax{a0->x, a1->x, a2->x, a3->x}, ay{a0->y, a1->y, a2->y, a3->y};
+    const Lanes bx{b0->x, b1->x, b2->x, b3->x}, by{b0->y, b1->y, b2->y, b3->y};
+    const Lanes cx{c0->x, c1->x, c2->x, c3->x}, cy{c0->y, c1->y, c2->y, c3->y};
+    const Lanes az{a0->z, a1->z, a2->z, a3->z}, bz{b0->z, b1->z, b2->z, b3->z},
+        cz{c0->z, c1->z, c2->z, c3->z};
+    const Lanes z_ab = bz < az ? bz : az, z_abc = cz < z_ab ? cz : z_ab;
+    const Lanes z_most_ab = az < bz ? bz : az, z_most = z_most_ab < cz ? cz : z_most_ab;
+    const Lanes x_ab = bx < ax ? bx : ax, x0 = cx < x_ab ? cx : x_ab;
+    const Lanes x1_ab = ax < bx ? bx : ax, x1 = x1_ab < cx ? cx : x1_ab;
+    const Lanes y_ab = by < ay ? by : ay, y0 = cy < y_ab ? cy : y_ab;
+    const Lanes y1_ab = ay < by ? by : ay, y1 = y1_ab < cy ? cy : y1_ab;
+    const Lanes none{}, box = (x1 - x0) * (y1 - y0);
+    const Lanes area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+    const Lanes absolute = area < none ? -area : area;
+    keep(least, i, z_abc);
+    keep(most, i, z_most);
+    keep(areas, i, absolute > box / 16 ? area : none);
+    keep(doubtful, i, doubtful_share * box);
+    keep_first(left, i, x0, columns);
+    keep_first(top, i, y0, rows);
+    keep_last(right, i, x1, columns);
+    keep_last(bottom, i, y1, rows);
+  }
+
+  /// As `first_pixel` and `last_pixel`.
+  ///@{
+  static void keep_first(std::array<Index, size>& into, std::size_t i, const Lanes& x,
+                         double pixels) {
+    const Lanes none{}, end = none + pixels;
+    const Lanes from_0 = x < none ? none : x, in_reach = end < from_0 ? end : from_0;
+    const auto whole = __builtin_convertvector(in_reach, LanesOf<Index>);
+    const Lanes back = __builtin_convertvector(whole, Lanes);
+    keep(into, i, back < in_reach ? back + 1 : back);
+  }
+  static void keep_last(std::array<Index, size>& into, std::size_t i, const Lanes& x,
+                        double pixels) {
+    const Lanes before{-1, -1, -1, -1}, last = before + pixels;
+    const Lanes from = x < before ? before : x, in_reach = last < from ? last : from;
+    const auto whole = __builtin_convertvector(in_reach, LanesOf<Index>);
+    const Lanes back = __builtin_convertvector(whole, Lanes);
+    keep(into, i, back > in_reach ? back - 1 : back);
+  }
+  ///@}
+
+  static void keep(std::array<double, size>& into, std::size_t i, const Lanes& numbers) {
+    std::memcpy(&into[i], &numbers, sizeof numbers);
+  }
+  static void keep(std::array<Index, size>& into, std::size_t i, const Lanes& numbers) {
+    const auto whole = __builtin_convertvector(numbers, LanesOf<Index>);
+    std::memcpy(&into[i], &whole, sizeof whole);
+  }
 };
 
-/// A mesh whose vertices are at `position(v)`, as it is seen.
-template <TriangleMesh M, class Position>
+/// Draws a face of a batch, several pixels at a time; whether that is all of it: pixels about which
+/// rounding leaves a doubt are left out. The others get the bits that ImageTriangle gives them.
+template <class Target>
+[[nodiscard]] bool draw_sure(const Target& target, Index width, const FaceBatch& batch,
+                             const FaceMeasures& measures, std::size_t i) {
+  constexpr double in = std::numeric_limits<double>::infinity();
+  constexpr Lanes none{}, inside{in, in, in, in}, outside{-in, -in, -in, -in};
+  const Index face = batch.faces[i];
+  const ImagePoint& corner_a = batch.points[batch.corners[i][0]];
+  const ImagePoint& corner_b = batch.points[batch.corners[i][1]];
+  const ImagePoint& corner_c = batch.points[batch.corners[i][2]];
+  const double sign = measures.areas[i] < 0 ? -1 : 1, doubtful_area = measures.doubtful[i];
+  const auto p = ImageTriangle::side(sign, corner_b, corner_c);
+  const auto q = ImageTriangle::side(sign, corner_c, corner_a);
+  const auto r = ImageTriangle::side(sign, corner_a, corner_b);
+  const Lanes least = none + measures.least[i], most = none + measures.most[i];
+  const Lanes doubtful = none + doubtful_area;
+  const Lanes inverse_a = none + corner_a.inverse_z, inverse_b = none + corner_b.inverse_z,
+              inverse_c = none + corner_c.inverse_z;
+  // The largest of what makes pixels doubtful: the smallest areas of those that are not drawn.
+  Lanes doubts = outside;
+  CoveredPixels pixels;
+  const auto show_pixels = [&] {
+    if constexpr (Target::wants_shares) {
+      pixels.show(target, face, {corner_a.inverse_z, corner_b.inverse_z, corner_c.inverse_z},
+                  measures.least[i], measures.most[i]);
+    }
+  };
+
+  const auto draw_lanes = [&](Index x, Index v, const Lanes& a, const Lanes& b, const Lanes& c,
+                              const Lanes& limit) {
+    const Lanes a_or_b = b < a ? b : a, one = c < a_or_b ? c : a_or_b;
+    const Lanes smallest = limit < one ? limit : one;
+    const auto is_covered = smallest > doubtful;
+    const Lanes doubt = is_covered ? outside : smallest;
+    doubts = doubts < doubt ? doubt : doubts;
+    if constexpr (Target::wants_shares) {
+      if (pixels.is_full()) show_pixels();
+      const std::ptrdiff_t at = target.place(x, v);
+      prefetch(target.raster.barycentric.data() + at, 1);
+      prefetch(target.raster.face.data() + at, 1);
+      pixels.add(at, bits_of(is_covered), a, b, c);
+    } else {
+      // Linear in the image is 1 / z.
+      const Lanes parts = a * inverse_a + b * inverse_b + c * inverse_c;
+      const Lanes depth = (a + b + c) / (is_covered ? parts : none + 1);
+      const Lanes from_least = depth < least ? least : depth;
+      const Lanes exact = most < from_least ? most : from_least;
+      target.row(v).show_lanes(x, is_covered ? exact : inside);
+    }
+  };
+
+  const Index left = measures.left[i], right = measures.right[i];
+  const Index top = measures.top[i], bottom = measures.bottom[i];
+  const Lanes from_0{0, 1, 2, 3};
+  if (right - left < lanes) {
+    const Index x = std::min(left, width - lanes);
+    const double first = left;
+    const Lanes steps = from_0 - static_cast<double>(left - x);
+    const Lanes within = steps > none + (right - left) ? outside : inside;
+    const Lanes limit = steps < none ? outside : within;
+    const Lanes step_p = steps * p.dy, step_q = steps * q.dy, step_r = steps * r.dy;
+    const double across_p = p.dy * (first - p.x), across_q = q.dy * (first - q.x),
+                 across_r = r.dy * (first - r.x);
+    for (Index v = top; v <= bottom; ++v) {
+      const double y = v;
+      const Lanes a = (p.dx * (y - p.y) - across_p) - step_p;
+      const Lanes b = (q.dx * (y - q.y) - across_q) - step_q;
+      const Lanes c = (r.dx * (y - r.y) - across_r) - step_r;
+      draw_lanes(x, v, a, b, c, limit);
+    }
+  } else {
+    ImageTriangle triangle(corner_a, corner_b, corner_c);
+    triangle.set_sides(sign, doubtful_area);
+    triangle.each_row({left, right, top, bottom}, width, [&](Index v, Index first, Index last) {
+      const auto start = triangle.areas_at(first, v);
+      for (Index u = first; u <= last; u += lanes) {
+        const Index x = std::min(u, width - lanes);
+        const Lanes steps = from_0 - static_cast<double>(first - x);
+        const Lanes within = steps > none + (last - first) ? outside : inside;
+        const Lanes limit = steps < none ? outside : within;
+        const Lanes a = start[0] - steps * p.dy, b = start[1] - steps * q.dy,
+                    c = start[2] - steps * r.dy;
+        draw_lanes(x, v, a, b, c, limit);
+      }
+    });
+  }
+  show_pixels();
+  const double doubt = greater(greater(doubts[0], doubts[1]), greater(doubts[2], doubts[3]));
+  return doubt < -doubtful_area;
+}
+
+/// Draws the faces of a batch from one on, but for those that may be held back; which is the first
+/// that has to be cut before it is drawn.
+template <class Target>
+[[nodiscard]] std::size_t draw_batch(const Target& target, Index width, Index height,
+                                     const FaceBatch& batch, const FaceMeasures& measures,
+                                     std::size_t from, HeldFaces* held) {
+  return vectorised_by_four([&target, width, height, &batch, &measures, from, held] {
+    for (std::size_t i = from; i < batch.count; ++i) {
+      const double area = measures.areas[i];
+      if (area != 0 && width >= lanes) {
+        const PixelBox box{measures.left[i], measures.right[i], measures.top[i],
+                           measures.bottom[i]};
+        if (box.is_empty()) continue;
+        if (area > 0 && held != nullptr) {
+          held->add(batch.faces[i], measures.least[i], box);
+          continue;
+        }
+        if (draw_sure(target, width, batch, measures, i)) continue;
+      } else if (!batch.is_near(i)) {
+        return i;
+      }
+      const auto& [a, b, c] = batch.corners[i];
+      draw_exactly(target, width, height, batch.faces[i], batch.points[a], batch.points[b],
+                   batch.points[c]);
+    }
+    return batch.count;
+  });
+}
+#else
+struct FaceMeasures {
+  void find(const FaceBatch&, Index, Index) {}
+};
+template <class Target>
+[[nodiscard]] std::size_t draw_batch(const Target& target, Index width, Index height,
+                                     const FaceBatch& batch, const FaceMeasures&, std::size_t from,
+                                     HeldFaces*) {
+  for (std::size_t i = from; i < batch.count; ++i) {
+    if (!batch.is_near(i)) return i;
+    const auto& [a, b, c] = batch.corners[i];
+    draw_exactly(target, width, height, batch.faces[i], batch.points[a], batch.points[b],
+                 batch.points[c]);
+  }
+  return batch.count;
+}
+#endif
+
+template <TriangleMesh M>
+[[nodiscard]] Vec3<double> vertex_position(const M& mesh, Index v) {
+  const auto& p = MeshTraits<M>::position(mesh, v);
+  return {double{p[0]}, double{p[1]}, double{p[2]}};
+}
+
+/// A moved mesh, as it is seen.
+template <TriangleMesh M>
 class MeshImage {
  public:
   /// The points of all vertices are kept in `points`; null: they are projected face by face.
-  MeshImage(const M& mesh, const ImagePlane& plane, Index width, Index height,
-            const Position& position, ImagePoint* points)
+  MeshImage(const M& mesh, const Pose& pose, const ImagePlane& plane, Index width, Index height,
+            ImagePoint* points)
       : mesh_(mesh),
+        pose_(pose),
         plane_(plane),
         width_(width),
         height_(height),
-        position_(position),
         vertices_(static_cast<Index>(Traits::vertex_count(mesh))),
         faces_(static_cast<Index>(Traits::face_count(mesh))),
         points_(points) {
@@ -700,96 +1079,111 @@ class MeshImage {
       const Index first = v, end = std::min(vertices_, v + Index{PositionBatch::size});
       batch.count = 0;
       while (v < end) batch.add(position(v++));
-      plane.project(points + first, batch);
-      for (const ImagePoint& p : std::span(points + first, batch.count)) {
-        all_are_near_ &= p.inverse_z > 0;
-        least_z_ = lesser(least_z_, p.z);
-        most_z_ = greater(most_z_, p.z);
-      }
+      all_are_usual_ &= plane.project(points + first, batch);
     }
   }
 
   /// Throws for all that may be wrong with the mesh.
   template <class T>
   void check() const {
+    const auto end = static_cast<std::uint32_t>(vertices_);
+    const auto is_there = [&](Index v) { return static_cast<std::uint32_t>(v) < end; };
     for (Index f = 0; f < faces_; ++f) {
       const Face face = Traits::face(mesh_, f);
+      if (is_there(face[0]) && is_there(face[1]) && is_there(face[2])) continue;
       for (const Index v : face) require_vertex(f, v, vertices_);
     }
-    const bool all_are_drawn = is_drawn<T>(least_z_) && is_drawn<T>(most_z_);
-    if (points_ != nullptr && all_are_near_ && all_are_drawn) return;
-    each_batch([&](Index first, Index count, const auto& faces, const ImagePoint* const* corners) {
-      for (Index i = 0; i < count; ++i) {
-        const ImagePoint* const* const c = corners + std::ptrdiff_t{3} * i;
-        const auto is_fine = [](const ImagePoint& p) {
+    if (points_ != nullptr && all_are_usual_) return;
+    each_batch(nullptr, [&](const FaceBatch& batch) {
+      for (std::size_t i = 0; i < batch.count; ++i) {
+        const auto is_fine = [&](std::size_t k) {
+          const ImagePoint& p = batch.points[batch.corners[i][k]];
           return p.inverse_z > 0 && is_drawn<T>(p.z);
         };
-        if (is_fine(*c[0]) && is_fine(*c[1]) && is_fine(*c[2])) continue;
-        draw_alone(NoTarget<T>{}, first + i, faces[static_cast<std::size_t>(i)], c, true);
+        if (!(is_fine(0) && is_fine(1) && is_fine(2))) draw_cut(NoTarget<T>{}, batch, i, true);
       }
     });
   }
 
+  /// Null: no faces are held back.
   template <class Target>
-  void draw(const Target& target) const {
-    FaceBatch batch;
-    each_batch([&](Index first, Index count, const auto& faces, const ImagePoint* const* corners) {
-      batch.clear();
-      for (Index i = 0; i < count; ++i) {
-        const ImagePoint* const* const c = corners + std::ptrdiff_t{3} * i;
-        batch.add(*c[0], *c[1], *c[2]);
-      }
-      batch.measure(width_, height_);
-      for (Index i = 0; i < count; ++i) {
-        const auto n = static_cast<std::size_t>(i);
-        const Index kind = batch.kind(n);
-        if (kind == FaceBatch::draw_none) continue;
-        if (kind == FaceBatch::draw_together && batch.add_pixels(n)) continue;
-        batch.draw(target, first);
-        if (kind == FaceBatch::draw_alone) {
-          draw_alone(target, first + i, faces[n], corners + std::ptrdiff_t{3} * i, false);
-        }
-      }
-      batch.draw(target, first);
-    });
+  void draw(const Target& target, HeldFaces* held) const {
+    if (held != nullptr && !held->begin(faces_, width_, height_)) held = nullptr;
+    draw(target, nullptr, held);
+    if (held == nullptr) return;
+    held->drop_hidden(target, width_, height_);
+    draw(target, held, nullptr);
   }
 
  private:
   using Traits = MeshTraits<M>;
   using Face = std::array<Index, 3>;
 
-  /// Calls `work(first, count, faces, corners)` with some faces after the other.
+  [[nodiscard]] Vec3<double> position(Index v) const { return pose_(vertex_position(mesh_, v)); }
+
+  template <class Target>
+  void draw(const Target& target, const HeldFaces* some, HeldFaces* held) const {
+    FaceMeasures measures;
+    each_batch(some, [&](const FaceBatch& batch) {
+      measures.find(batch, width_, height_);
+      for (std::size_t i = 0;; ++i) {
+        i = draw_batch(target, width_, height_, batch, measures, i, held);
+        if (i == batch.count) break;
+        draw_cut(target, batch, i, false);
+      }
+    });
+  }
+
+  /// Calls `work(batch)` with some faces after the other, of those given or of all.
   template <class Work>
-  void each_batch(const Work& work) const {
-    std::array<Face, FaceBatch::size> faces;
-    std::array<const ImagePoint*, 3 * FaceBatch::size> corners;
+  void each_batch(const HeldFaces* some, const Work& work) const {
+    FaceBatch batch;
     PositionBatch positions;
     std::array<ImagePoint, PositionBatch::size> own;
-    for (Index first = 0; first < faces_; first += Index{FaceBatch::size}) {
-      const Index count = std::min(faces_ - first, Index{FaceBatch::size});
-      positions.count = 0;
-      for (Index i = 0; i < count; ++i) {
-        const Face face = Traits::face(mesh_, first + i);
-        faces[static_cast<std::size_t>(i)] = face;
-        for (std::size_t k = 0; k < 3; ++k) {
-          const auto at = 3 * static_cast<std::size_t>(i) + k;
-          corners[at] = points_ != nullptr ? points_ + face[k] : own.data() + at;
-          if (points_ == nullptr) positions.add(position_(face[k]));
-        }
+    batch.points = points_ != nullptr ? points_ : own.data();
+    batch.are_usual = all_are_usual_;
+    const Index count = some != nullptr ? some->count() : faces_;
+    for (Index first = 0; first < count; first += Index{FaceBatch::size}) {
+      const auto size = static_cast<std::size_t>(std::min(count - first, Index{FaceBatch::size}));
+      batch.count = size;
+      for (std::size_t i = 0; i < size; ++i) {
+        const Index n = first + static_cast<Index>(i), f = some != nullptr ? some->face(n) : n;
+        const Face face = Traits::face(mesh_, f);
+        auto& corners = batch.corners[i];
+        batch.faces[i] = f;
+        corners[0] = face[0], corners[1] = face[1], corners[2] = face[2];
       }
-      plane_.project(own.data(), positions);
-      work(first, count, faces, corners.data());
+      if (points_ == nullptr) batch.are_usual = project_corners(own.data(), positions, batch);
+      work(batch);
     }
   }
 
+  /// Projects the corners of the faces one by one.
+  [[nodiscard]] bool project_corners(ImagePoint* out, PositionBatch& positions,
+                                     FaceBatch& batch) const {
+    positions.count = 0;
+    for (std::size_t i = 0; i < batch.count; ++i) {
+      for (Index& v : batch.corners[i]) {
+        const auto at = static_cast<Index>(positions.count);
+        positions.add(position(v));
+        v = at;
+      }
+    }
+    return plane_.project(out, positions);
+  }
+
+  /// Draws a face of a batch, or the part of it that has a place on the plane.
   template <class Target>
-  void draw_alone(const Target& target, Index f, const Face& face, const ImagePoint* const* corners,
-                  bool is_checked) const {
-    const std::array seen{*corners[0], *corners[1], *corners[2]};
+  void draw_cut(const Target& target, const FaceBatch& batch, std::size_t i,
+                bool is_checked) const {
+    const auto& [a, b, c] = batch.corners[i];
+    const std::array seen{batch.points[a], batch.points[b], batch.points[c]};
+    const Index f = batch.faces[i];
     std::array<Vec3<double>, 3> positions;
     if (!(seen[0].inverse_z > 0 && seen[1].inverse_z > 0 && seen[2].inverse_z > 0)) {
+      const Face face = Traits::face(mesh_, f);
       for (std::size_t k = 0; k < 3; ++k) {
-        positions[k] = position_(face[k]);
+        positions[k] = position(face[k]);
         if (is_checked) require_in_range(positions[k], face[k]);
       }
     }
@@ -797,58 +1191,20 @@ class MeshImage {
   }
 
   const M& mesh_;
+  const Pose& pose_;
   const ImagePlane& plane_;
   Index width_, height_;
-  const Position& position_;
   Index vertices_, faces_;
   const ImagePoint* points_;
-  bool all_are_near_ = true;  // of the points that are kept, and between which depths they are
-  double least_z_ = most_drawn, most_z_ = least_drawn;
+  bool all_are_usual_ = true;  // of the points that are kept
 };
-
-template <TriangleMesh M>
-[[nodiscard]] Vec3<double> vertex_position(const M& mesh, Index v) {
-  const auto& p = MeshTraits<M>::position(mesh, v);
-  return {double{p[0]}, double{p[1]}, double{p[2]}};
-}
 
 }  // namespace detail
 
-/// Where a rigid body is: a point p of it is seen at rotation p + translation, in the camera's
-/// frame. An `Eigen::Isometry3d` or another of Eigen's transforms converts to it.
-struct Pose {
-  /// Or any other linear map, such as one with a size, which is then drawn as it is: nothing checks
-  /// that it keeps lengths.
-  Eigen::Matrix3d rotation{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  Vec3<double> translation{0, 0, 0};  ///< in the unit of the mesh
-
-  Pose() = default;
-  /// Of the two.
-  Pose(const Eigen::Matrix3d& turned, const Vec3<double>& moved)
-      : rotation(turned), translation(moved) {}
-  /// Of what has a linear part and a translation.
-  template <class Transform>
-  requires requires(const Transform& t) {
-    t.linear();
-    t.translation();
-  }
-  Pose(const Transform& transform)
-      : rotation(transform.linear().template cast<double>()),
-        translation(transform.translation().template cast<double>()) {}
-
-  /// Where a point of the body is.
-  [[nodiscard]] Vec3<double> operator()(const Vec3<double>& p) const {
-    // Spelled out, with sums in Eigen's order: its product takes long to compile.
-    const Eigen::Matrix3d& r = rotation;
-    return {r(0, 0) * p[0] + r(0, 1) * p[1] + r(0, 2) * p[2] + translation[0],
-            r(1, 0) * p[0] + r(1, 1) * p[1] + r(1, 2) * p[2] + translation[1],
-            r(2, 0) * p[0] + (r(2, 1) * p[1] + r(2, 2) * p[2]) + translation[2]};
-  }
-};
-
 /// Memory that `rasterize_into` works in: with one kept from frame to frame, each vertex is
-/// projected once rather than in each of its faces, and nothing comes from the heap after the first
-/// frame of the largest mesh.
+/// projected once rather than in each of its faces, faces behind others are not drawn where that is
+/// easily told, and nothing comes from the heap after the first frame of the largest mesh and
+/// image.
 class RasterWorkspace {
  public:
   /// Room for the vertices of a mesh.
@@ -857,22 +1213,44 @@ class RasterWorkspace {
     return points_;
   }
 
+  /// Room for the faces that are drawn last.
+  [[nodiscard]] detail::HeldFaces& held() { return held_; }
+
+  /// Makes a target tell what one call draws from what others drew.
+  ///@{
+  template <class T>
+  void begin_call(detail::DepthTarget<T>&) {}
+  template <class T>
+  void begin_call(detail::FaceTarget<T>& target) {
+    const std::size_t pixels = target.raster.face.pixels().size();
+    if (calls_.size() < pixels || call_ == std::numeric_limits<std::uint8_t>::max()) {
+      calls_.assign(std::max(pixels, calls_.size()), 0);
+      call_ = 0;
+    }
+    target.calls = calls_.data();
+    target.call = ++call_;
+  }
+  ///@}
+
  private:
   std::vector<detail::ImagePoint> points_;
+  detail::HeldFaces held_;
+  std::vector<std::uint8_t> calls_;  // of each pixel, which of the last calls drew there
+  std::uint8_t call_ = 0;
 };
 
 namespace detail {
 
 template <template <class> class Target, std::floating_point T, TriangleMesh M>
-void draw_moved(const Target<T>& target, const M& mesh, const Pose& pose, const Camera<T>& camera,
+void draw_moved(Target<T> target, const M& mesh, const Pose& pose, const Camera<T>& camera,
                 RasterWorkspace* work) {
   const ImagePlane plane(camera.template cast<double>());
-  const auto position = [&](Index v) { return pose(vertex_position(mesh, v)); };
   const auto vertices = static_cast<Index>(MeshTraits<M>::vertex_count(mesh));
   ImagePoint* const points = work == nullptr ? nullptr : work->points(vertices).data();
-  const MeshImage image(mesh, plane, camera.width, camera.height, position, points);
+  const MeshImage image(mesh, pose, plane, camera.width, camera.height, points);
   image.template check<T>();
-  image.draw(target);
+  if (work != nullptr) work->begin_call(target);
+  image.draw(target, work == nullptr ? nullptr : &work->held());
 }
 
 }  // namespace detail
@@ -930,13 +1308,8 @@ template <std::floating_point T>
 template <std::floating_point T, TriangleMesh M>
 [[nodiscard]] Raster<T> rasterize(const M& mesh, const Camera<T>& camera) {
   Raster<T> raster = empty_raster(camera);
-  const detail::ImagePlane plane(camera.template cast<double>());
-  const auto position = [&](Index v) { return detail::vertex_position(mesh, v); };
-  std::vector<detail::ImagePoint> points(
-      static_cast<std::size_t>(MeshTraits<M>::vertex_count(mesh)));
-  const detail::MeshImage image(mesh, plane, camera.width, camera.height, position, points.data());
-  image.template check<T>();
-  image.draw(detail::FaceTarget<T>{raster});
+  RasterWorkspace work;
+  detail::draw_moved(detail::FaceTarget<T>{raster}, mesh, Pose(), camera, &work);
   return raster;
 }
 
