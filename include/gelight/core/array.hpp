@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <cstring>
 #include <initializer_list>
 #include <iterator>
 #include <limits>
@@ -77,14 +78,24 @@ class Array {
   }
   [[gnu::noinline]] void resize(std::size_t count) {
     make_room(count);
-    for (; size_ < count; ++size_) new (data_ + size_) T();
-    cut(count);
+    if constexpr (std::is_trivial_v<T>) {
+      if (size_ < count) std::memset(data_ + size_, 0, (count - size_) * sizeof(T));
+      size_ = count;
+    } else {
+      for (; size_ < count; ++size_) new (data_ + size_) T();
+      cut(count);
+    }
   }
   [[gnu::noinline]] void resize(std::size_t count, const T& value) {
     const T kept = value;  // which may be one of these
     make_room(count);
-    for (; size_ < count; ++size_) new (data_ + size_) T(kept);
-    cut(count);
+    if constexpr (std::is_trivial_v<T>) {
+      if (size_ < count) std::fill(data_ + size_, data_ + count, kept);
+      size_ = count;
+    } else {
+      for (; size_ < count; ++size_) new (data_ + size_) T(kept);
+      cut(count);
+    }
   }
   void assign(std::size_t count, const T& value) {
     const T kept = value;
