@@ -302,14 +302,15 @@ using Three = std::array<double, 3>;
 /// with each. GCC and Clang have such types for all processors; elsewhere pixels are drawn one by
 /// one.
 #if defined(__GNUC__)
-inline constexpr Index lanes = 4;
+inline constexpr Index pixels_at_once = 4;
 template <class T>
-struct LanesType {
-  typedef T type __attribute__((vector_size(lanes * sizeof(T))));  // where `using` takes none
+struct FourType {
+  typedef T type
+      __attribute__((vector_size(pixels_at_once * sizeof(T))));  // where `using` takes none
 };
 template <class T>
-using LanesOf = typename LanesType<T>::type;
-using Lanes = LanesOf<double>;
+using Four = typename FourType<T>::type;
+using FourDoubles = Four<double>;
 
 /// Four numbers that lie one after the other.
 template <class T, class Source>
@@ -318,8 +319,8 @@ template <class T, class Source>
 }
 
 /// A bit for each of four pixels that are covered.
-[[nodiscard]] inline std::uint64_t bits_of(const LanesOf<std::int64_t>& is_covered) {
-  const LanesOf<std::int64_t> bits = is_covered & LanesOf<std::int64_t>{1, 2, 4, 8};
+[[nodiscard]] inline std::uint64_t bits_of(const Four<std::int64_t>& is_covered) {
+  const Four<std::int64_t> bits = is_covered & Four<std::int64_t>{1, 2, 4, 8};
   return static_cast<std::uint64_t>((bits[0] | bits[2]) | (bits[1] | bits[3]));
 }
 
@@ -342,11 +343,11 @@ struct DepthTarget {
     void show(Index, Index, const auto&) const {}
 #if defined(__GNUC__)
     /// Pixels from x on, at depths of which those that are not covered are infinite.
-    void show_lanes(Index x, const Lanes& z) const {
-      LanesOf<T> was;
+    void show_four(Index x, const FourDoubles& z) const {
+      Four<T> was;
       load(was, depth + x);
-      const LanesOf<T> is = __builtin_convertvector(z, LanesOf<T>);
-      const LanesOf<T> now = is < was ? is : was;
+      const Four<T> is = __builtin_convertvector(z, Four<T>);
+      const Four<T> now = is < was ? is : was;
       std::memcpy(depth + x, &now, sizeof now);
     }
 #endif
@@ -418,9 +419,9 @@ class CoveredPixels {
   [[nodiscard]] bool is_full() const { return count_ == most_; }
 
   /// Some of the four pixels of a row from one on, and the areas that they span with the sides.
-  void add(std::ptrdiff_t first, std::uint64_t bits, const Lanes& a, const Lanes& b,
-           const Lanes& c) {
-    bits_ |= bits << (lanes * count_);
+  void add(std::ptrdiff_t first, std::uint64_t bits, const FourDoubles& a, const FourDoubles& b,
+           const FourDoubles& c) {
+    bits_ |= bits << (pixels_at_once * count_);
     first_[count_] = first;
     a_[count_] = a, b_[count_] = b, c_[count_] = c;
     ++count_;
@@ -432,28 +433,28 @@ class CoveredPixels {
     const auto row = target.row(0);  // and all others behind it
     for (; bits_ != 0; bits_ &= bits_ - 1) {
       const auto bit = static_cast<std::size_t>(std::countr_zero(bits_));
-      const std::size_t n = bit / lanes, k = bit % lanes;
+      const std::size_t n = bit / pixels_at_once, k = bit % pixels_at_once;
       const double a = a_[n][k], b = b_[n][k], c = c_[n][k];
       // Linear in the image are 1 / z, and the barycentric coordinates divided by z.
       const double part_a = a * inverse_depths[0], part_b = b * inverse_depths[1],
                    part_c = c * inverse_depths[2];
       const double sum = part_a + part_b + part_c;
-      const Lanes quotients = Lanes{part_a, part_b, part_c, a + b + c} / sum;
+      const FourDoubles quotients = FourDoubles{part_a, part_b, part_c, a + b + c} / sum;
       const double depth = lesser(greater(quotients[3], least), most);
       const std::ptrdiff_t at = first_[n] + static_cast<std::ptrdiff_t>(k);
       if (!row.is_nearer(at, static_cast<T>(depth), face)) continue;
-      const auto shares = __builtin_convertvector(quotients, LanesOf<T>);
+      const auto shares = __builtin_convertvector(quotients, Four<T>);
       row.show(at, face, [&]() -> std::array<T, 3> { return {shares[0], shares[1], shares[2]}; });
     }
     count_ = 0;
   }
 
  private:
-  static constexpr std::size_t most_ = 64 / lanes;
+  static constexpr std::size_t most_ = 64 / pixels_at_once;
   std::uint64_t bits_ = 0;
   std::size_t count_ = 0;
   std::array<std::ptrdiff_t, most_> first_;
-  std::array<Lanes, most_> a_, b_, c_;
+  std::array<FourDoubles, most_> a_, b_, c_;
 };
 #endif
 
@@ -826,14 +827,14 @@ class FaceMeasures {
   static constexpr std::size_t size = FaceBatch::size;
   /// Twice the areas, but for rounding, positive where the corners go round with the clock; zero:
   /// the face is left to others.
-  alignas(Lanes) std::array<double, size> areas;
-  alignas(Lanes) std::array<double, size> doubtful;                          // areas up to this
-  alignas(Lanes) std::array<double, size> least, most;                       // depths
-  alignas(LanesOf<Index>) std::array<Index, size> left, right, top, bottom;  // pixels in the box
+  alignas(FourDoubles) std::array<double, size> areas;
+  alignas(FourDoubles) std::array<double, size> doubtful;                 // areas up to this
+  alignas(FourDoubles) std::array<double, size> least, most;              // depths
+  alignas(Four<Index>) std::array<Index, size> left, right, top, bottom;  // pixels in the box
 
   void find(const FaceBatch& batch, Index width, Index height) {
     vectorised_by_four([this, &batch, columns = double(width), rows = double(height)] {
-      for (std::size_t i = 0; i < batch.count; i += std::size_t{lanes}) {
+      for (std::size_t i = 0; i < batch.count; i += std::size_t{pixels_at_once}) {
         find_four(batch, i, columns, rows);
       }
     });
@@ -862,20 +863,20 @@ class FaceMeasures {
     const auto [a1, b1, c1] = corners(batch, std::min(i + 1, end));
     const auto [a2, b2, c2] = corners(batch, std::min(i + 2, end));
     const auto [a3, b3, c3] = corners(batch, std::min(i + 3, end));
-    const Lanes ax{a0->x, a1->x, a2->x, a3->x}, ay{a0->y, a1->y, a2->y, a3->y};
-    const Lanes bx{b0->x, b1->x, b2->x, b3->x}, by{b0->y, b1->y, b2->y, b3->y};
-    const Lanes cx{c0->x, c1->x, c2->x, c3->x}, cy{c0->y, c1->y, c2->y, c3->y};
-    const Lanes az{a0->z, a1->z, a2->z, a3->z}, bz{b0->z, b1->z, b2->z, b3->z},
+    const FourDoubles ax{a0->x, a1->x, a2->x, a3->x}, ay{a0->y, a1->y, a2->y, a3->y};
+    const FourDoubles bx{b0->x, b1->x, b2->x, b3->x}, by{b0->y, b1->y, b2->y, b3->y};
+    const FourDoubles cx{c0->x, c1->x, c2->x, c3->x}, cy{c0->y, c1->y, c2->y, c3->y};
+    const FourDoubles az{a0->z, a1->z, a2->z, a3->z}, bz{b0->z, b1->z, b2->z, b3->z},
         cz{c0->z, c1->z, c2->z, c3->z};
-    const Lanes z_ab = bz < az ? bz : az, z_abc = cz < z_ab ? cz : z_ab;
-    const Lanes z_most_ab = az < bz ? bz : az, z_most = z_most_ab < cz ? cz : z_most_ab;
-    const Lanes x_ab = bx < ax ? bx : ax, x0 = cx < x_ab ? cx : x_ab;
-    const Lanes x1_ab = ax < bx ? bx : ax, x1 = x1_ab < cx ? cx : x1_ab;
-    const Lanes y_ab = by < ay ? by : ay, y0 = cy < y_ab ? cy : y_ab;
-    const Lanes y1_ab = ay < by ? by : ay, y1 = y1_ab < cy ? cy : y1_ab;
-    const Lanes none{}, box = (x1 - x0) * (y1 - y0);
-    const Lanes area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
-    const Lanes absolute = area < none ? -area : area;
+    const FourDoubles z_ab = bz < az ? bz : az, z_abc = cz < z_ab ? cz : z_ab;
+    const FourDoubles z_most_ab = az < bz ? bz : az, z_most = z_most_ab < cz ? cz : z_most_ab;
+    const FourDoubles x_ab = bx < ax ? bx : ax, x0 = cx < x_ab ? cx : x_ab;
+    const FourDoubles x1_ab = ax < bx ? bx : ax, x1 = x1_ab < cx ? cx : x1_ab;
+    const FourDoubles y_ab = by < ay ? by : ay, y0 = cy < y_ab ? cy : y_ab;
+    const FourDoubles y1_ab = ay < by ? by : ay, y1 = y1_ab < cy ? cy : y1_ab;
+    const FourDoubles none{}, box = (x1 - x0) * (y1 - y0);
+    const FourDoubles area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+    const FourDoubles absolute = area < none ? -area : area;
     keep(least, i, z_abc);
     keep(most, i, z_most);
     keep(areas, i, absolute > box / 16 ? area : none);
@@ -888,29 +889,29 @@ class FaceMeasures {
 
   /// As `first_pixel` and `last_pixel`.
   ///@{
-  static void keep_first(std::array<Index, size>& into, std::size_t i, const Lanes& x,
+  static void keep_first(std::array<Index, size>& into, std::size_t i, const FourDoubles& x,
                          double pixels) {
-    const Lanes none{}, end = none + pixels;
-    const Lanes from_0 = x < none ? none : x, in_reach = end < from_0 ? end : from_0;
-    const auto whole = __builtin_convertvector(in_reach, LanesOf<Index>);
-    const Lanes back = __builtin_convertvector(whole, Lanes);
+    const FourDoubles none{}, end = none + pixels;
+    const FourDoubles from_0 = x < none ? none : x, in_reach = end < from_0 ? end : from_0;
+    const auto whole = __builtin_convertvector(in_reach, Four<Index>);
+    const FourDoubles back = __builtin_convertvector(whole, FourDoubles);
     keep(into, i, back < in_reach ? back + 1 : back);
   }
-  static void keep_last(std::array<Index, size>& into, std::size_t i, const Lanes& x,
+  static void keep_last(std::array<Index, size>& into, std::size_t i, const FourDoubles& x,
                         double pixels) {
-    const Lanes before{-1, -1, -1, -1}, last = before + pixels;
-    const Lanes from = x < before ? before : x, in_reach = last < from ? last : from;
-    const auto whole = __builtin_convertvector(in_reach, LanesOf<Index>);
-    const Lanes back = __builtin_convertvector(whole, Lanes);
+    const FourDoubles before{-1, -1, -1, -1}, last = before + pixels;
+    const FourDoubles from = x < before ? before : x, in_reach = last < from ? last : from;
+    const auto whole = __builtin_convertvector(in_reach, Four<Index>);
+    const FourDoubles back = __builtin_convertvector(whole, FourDoubles);
     keep(into, i, back > in_reach ? back - 1 : back);
   }
   ///@}
 
-  static void keep(std::array<double, size>& into, std::size_t i, const Lanes& numbers) {
+  static void keep(std::array<double, size>& into, std::size_t i, const FourDoubles& numbers) {
     std::memcpy(&into[i], &numbers, sizeof numbers);
   }
-  static void keep(std::array<Index, size>& into, std::size_t i, const Lanes& numbers) {
-    const auto whole = __builtin_convertvector(numbers, LanesOf<Index>);
+  static void keep(std::array<Index, size>& into, std::size_t i, const FourDoubles& numbers) {
+    const auto whole = __builtin_convertvector(numbers, Four<Index>);
     std::memcpy(&into[i], &whole, sizeof whole);
   }
 };
@@ -921,7 +922,7 @@ template <class Target>
 [[nodiscard]] bool draw_sure(const Target& target, Index width, const FaceBatch& batch,
                              const FaceMeasures& measures, std::size_t i) {
   constexpr double in = std::numeric_limits<double>::infinity();
-  constexpr Lanes none{}, inside{in, in, in, in}, outside{-in, -in, -in, -in};
+  constexpr FourDoubles none{}, inside{in, in, in, in}, outside{-in, -in, -in, -in};
   const Index face = batch.faces[i];
   const ImagePoint& corner_a = batch.points[batch.corners[i][0]];
   const ImagePoint& corner_b = batch.points[batch.corners[i][1]];
@@ -930,12 +931,12 @@ template <class Target>
   const auto p = ImageTriangle::side(sign, corner_b, corner_c);
   const auto q = ImageTriangle::side(sign, corner_c, corner_a);
   const auto r = ImageTriangle::side(sign, corner_a, corner_b);
-  const Lanes least = none + measures.least[i], most = none + measures.most[i];
-  const Lanes doubtful = none + doubtful_area;
-  const Lanes inverse_a = none + corner_a.inverse_z, inverse_b = none + corner_b.inverse_z,
-              inverse_c = none + corner_c.inverse_z;
+  const FourDoubles least = none + measures.least[i], most = none + measures.most[i];
+  const FourDoubles doubtful = none + doubtful_area;
+  const FourDoubles inverse_a = none + corner_a.inverse_z, inverse_b = none + corner_b.inverse_z,
+                    inverse_c = none + corner_c.inverse_z;
   // The largest of what makes pixels doubtful: the smallest areas of those that are not drawn.
-  Lanes doubts = outside;
+  FourDoubles doubts = outside;
   CoveredPixels pixels;
   const auto show_pixels = [&] {
     if constexpr (Target::wants_shares) {
@@ -944,12 +945,12 @@ template <class Target>
     }
   };
 
-  const auto draw_lanes = [&](Index x, Index v, const Lanes& a, const Lanes& b, const Lanes& c,
-                              const Lanes& limit) {
-    const Lanes a_or_b = b < a ? b : a, one = c < a_or_b ? c : a_or_b;
-    const Lanes smallest = limit < one ? limit : one;
+  const auto draw_lanes = [&](Index x, Index v, const FourDoubles& a, const FourDoubles& b,
+                              const FourDoubles& c, const FourDoubles& limit) {
+    const FourDoubles a_or_b = b < a ? b : a, one = c < a_or_b ? c : a_or_b;
+    const FourDoubles smallest = limit < one ? limit : one;
     const auto is_covered = smallest > doubtful;
-    const Lanes doubt = is_covered ? outside : smallest;
+    const FourDoubles doubt = is_covered ? outside : smallest;
     doubts = doubts < doubt ? doubt : doubts;
     if constexpr (Target::wants_shares) {
       if (pixels.is_full()) show_pixels();
@@ -959,31 +960,31 @@ template <class Target>
       pixels.add(at, bits_of(is_covered), a, b, c);
     } else {
       // Linear in the image is 1 / z.
-      const Lanes parts = a * inverse_a + b * inverse_b + c * inverse_c;
-      const Lanes depth = (a + b + c) / (is_covered ? parts : none + 1);
-      const Lanes from_least = depth < least ? least : depth;
-      const Lanes exact = most < from_least ? most : from_least;
-      target.row(v).show_lanes(x, is_covered ? exact : inside);
+      const FourDoubles parts = a * inverse_a + b * inverse_b + c * inverse_c;
+      const FourDoubles depth = (a + b + c) / (is_covered ? parts : none + 1);
+      const FourDoubles from_least = depth < least ? least : depth;
+      const FourDoubles exact = most < from_least ? most : from_least;
+      target.row(v).show_four(x, is_covered ? exact : inside);
     }
   };
 
   const Index left = measures.left[i], right = measures.right[i];
   const Index top = measures.top[i], bottom = measures.bottom[i];
-  const Lanes from_0{0, 1, 2, 3};
-  if (right - left < lanes) {
-    const Index x = std::min(left, width - lanes);
+  const FourDoubles from_0{0, 1, 2, 3};
+  if (right - left < pixels_at_once) {
+    const Index x = std::min(left, width - pixels_at_once);
     const double first = left;
-    const Lanes steps = from_0 - static_cast<double>(left - x);
-    const Lanes within = steps > none + (right - left) ? outside : inside;
-    const Lanes limit = steps < none ? outside : within;
-    const Lanes step_p = steps * p.dy, step_q = steps * q.dy, step_r = steps * r.dy;
+    const FourDoubles steps = from_0 - static_cast<double>(left - x);
+    const FourDoubles within = steps > none + (right - left) ? outside : inside;
+    const FourDoubles limit = steps < none ? outside : within;
+    const FourDoubles step_p = steps * p.dy, step_q = steps * q.dy, step_r = steps * r.dy;
     const double across_p = p.dy * (first - p.x), across_q = q.dy * (first - q.x),
                  across_r = r.dy * (first - r.x);
     for (Index v = top; v <= bottom; ++v) {
       const double y = v;
-      const Lanes a = (p.dx * (y - p.y) - across_p) - step_p;
-      const Lanes b = (q.dx * (y - q.y) - across_q) - step_q;
-      const Lanes c = (r.dx * (y - r.y) - across_r) - step_r;
+      const FourDoubles a = (p.dx * (y - p.y) - across_p) - step_p;
+      const FourDoubles b = (q.dx * (y - q.y) - across_q) - step_q;
+      const FourDoubles c = (r.dx * (y - r.y) - across_r) - step_r;
       draw_lanes(x, v, a, b, c, limit);
     }
   } else {
@@ -991,13 +992,13 @@ template <class Target>
     triangle.set_sides(sign, doubtful_area);
     triangle.each_row({left, right, top, bottom}, width, [&](Index v, Index first, Index last) {
       const auto start = triangle.areas_at(first, v);
-      for (Index u = first; u <= last; u += lanes) {
-        const Index x = std::min(u, width - lanes);
-        const Lanes steps = from_0 - static_cast<double>(first - x);
-        const Lanes within = steps > none + (last - first) ? outside : inside;
-        const Lanes limit = steps < none ? outside : within;
-        const Lanes a = start[0] - steps * p.dy, b = start[1] - steps * q.dy,
-                    c = start[2] - steps * r.dy;
+      for (Index u = first; u <= last; u += pixels_at_once) {
+        const Index x = std::min(u, width - pixels_at_once);
+        const FourDoubles steps = from_0 - static_cast<double>(first - x);
+        const FourDoubles within = steps > none + (last - first) ? outside : inside;
+        const FourDoubles limit = steps < none ? outside : within;
+        const FourDoubles a = start[0] - steps * p.dy, b = start[1] - steps * q.dy,
+                          c = start[2] - steps * r.dy;
         draw_lanes(x, v, a, b, c, limit);
       }
     });
@@ -1016,7 +1017,7 @@ template <class Target>
   return vectorised_by_four([&target, width, height, &batch, &measures, from, held] {
     for (std::size_t i = from; i < batch.count; ++i) {
       const double area = measures.areas[i];
-      if (area != 0 && width >= lanes) {
+      if (area != 0 && width >= pixels_at_once) {
         const PixelBox box{measures.left[i], measures.right[i], measures.top[i],
                            measures.bottom[i]};
         if (box.is_empty()) continue;
