@@ -24,7 +24,17 @@
   how template class detail::DistanceQueries<ExactSolver<T>, T>;                                  \
   how template class detail::DistanceQueries<HeatSolver<T>, T>;                                   \
   how template class detail::DistanceQueries<DistancePlanner<T>, T>;                              \
+  how template class SmoothDistanceSolver<T>;                                                     \
+  how template class detail::DistanceQueries<SmoothDistanceSolver<T>, T>;                         \
+  how template class VectorHeatSolver<T>;                                                         \
+  how template class SpringBed<T>;                                                                \
+  how template class SeeThroughRenderer<T>;                                                       \
   how template class TactileRenderer<T>;                                                          \
+  how template Mesh<T> grid<T>(Index, Index, T, T);                                               \
+  how template Mesh<T> icosphere<T>(int, T);                                                      \
+  how template Mesh<T> torus<T>(T, T, Index, Index);                                              \
+  how template Mesh<T> placed<T>(Mesh<T>, const Eigen::Matrix<T, 3, 3>&, const Vec3<T>&);         \
+  how template Mesh<T> joined<T>(std::span<const Mesh<T>>);                                       \
   how template SensorPreset<T> geltip<T>(Index, Index, T);                                        \
   how template SensorPreset<T> gelsight_mini<T>(Index, Index, T);                                 \
   how template SensorPreset<T> digit<T>(Index, Index, T);                                         \
@@ -46,7 +56,16 @@
 #define GELIGHT_FOR_MESH(how, T, M)                                      \
   how template auto Surface<T>::snapshot<M>(const M&, const CancelHook&) \
       ->std::shared_ptr<const Data>;
+// What computes in double whatever it is asked in.
+#define GELIGHT_FOR_DOUBLE(how)                                  \
+  how template class TangentFrames<double>;                      \
+  how template class SymmetricPattern<double>;                   \
+  how template class detail::Dissection<double>;                 \
+  how template class detail::SparseFactor<double>;               \
+  how template class detail::SparseFactor<std::complex<double>>; \
+  how template struct detail::HeatSystem<double>;
 #define GELIGHT_FOR_ALL(how)                     \
+  GELIGHT_FOR_DOUBLE(how)                        \
   GELIGHT_FOR_SCALAR(how, float)                 \
   GELIGHT_FOR_SCALAR(how, double)                \
   GELIGHT_FOR_MESH(how, float, Mesh<float>)      \
