@@ -19,7 +19,7 @@ if(GELIGHT_BUILD_COMPILED)
   target_link_libraries(gelight_once INTERFACE gelight::compiled)
 endif()
 set(GELIGHT_PROGRAM_OPTIONS "" CACHE STRING
-  "Compiler options of benchmarks, and of those examples that do little themselves")
+  "Compiler options of benchmarks and examples that are compiled to see that they compile")
 
 # The packages of the opt-in headers and of the tests; Debian's names are in dependencies.sh.
 find_package(OpenMesh QUIET)
