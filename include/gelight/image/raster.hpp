@@ -305,8 +305,7 @@ using Three = std::array<double, 3>;
 inline constexpr Index pixels_at_once = 4;
 template <class T>
 struct FourType {
-  typedef T type
-      __attribute__((vector_size(pixels_at_once * sizeof(T))));  // where `using` takes none
+  using type [[gnu::vector_size(pixels_at_once * sizeof(T))]] = T;
 };
 template <class T>
 using Four = typename FourType<T>::type;
