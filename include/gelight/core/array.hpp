@@ -87,7 +87,8 @@ class Array {
     }
   }
   [[gnu::noinline]] void resize(std::size_t count, const T& value) {
-    const T kept = value;  // which may be one of these
+    // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): it may be one of these
+    const T kept = value;
     make_room(count);
     if constexpr (std::is_trivial_v<T>) {
       if (size_ < count) std::fill(data_ + size_, data_ + count, kept);
@@ -98,6 +99,7 @@ class Array {
     }
   }
   void assign(std::size_t count, const T& value) {
+    // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): likewise
     const T kept = value;
     clear();
     resize(count, kept);
