@@ -19,6 +19,7 @@ namespace gelight {
 template <std::floating_point Real>
 class SymmetricPattern {
  public:
+  /// That of a matrix with an entry for each vertex and each edge.
   explicit SymmetricPattern(const IntrinsicTriangulation<Real>& mesh) {
     const Index halfedges = static_cast<Index>(mesh.origins.size());
     const auto ends = [&](Index h) -> std::pair<Index, Index> {
@@ -45,15 +46,21 @@ class SymmetricPattern {
     }
   }
 
+  /// How many columns there are, and rows.
   [[nodiscard]] Index size() const { return static_cast<Index>(begin_.size()) - 1; }
+  /// How many entries the lower triangle has.
   [[nodiscard]] Index entry_count() const { return begin_.back(); }
   /// Where the entries of a column begin; those of column `size()` are the end.
   [[nodiscard]] Index begin(Index column) const { return begin_[column]; }
+  /// The row of an entry; they ascend within a column.
   [[nodiscard]] Index row(Index entry) const { return rows_[entry]; }
+  /// The entry of a vertex with itself.
   [[nodiscard]] Index diagonal(Index vertex) const { return begin_[vertex]; }
   /// The entry of a half-edge's two vertices.
   [[nodiscard]] Index entry(Index halfedge) const { return slots_[halfedge]; }
+  /// Where each column begins, and the end: size() + 1 numbers.
   [[nodiscard]] const Index* begins() const { return begin_.data(); }
+  /// The rows of all entries.
   [[nodiscard]] const Index* rows() const { return rows_.data(); }
 
  private:
@@ -81,11 +88,13 @@ class SymmetricPattern {
 /// A(row(e), column).
 template <class Scalar>
 struct SymmetricMatrix {
+  /// The real numbers that the scalars are made of.
   using Real = typename Eigen::NumTraits<Scalar>::Real;
 
-  std::shared_ptr<const SymmetricPattern<Real>> pattern;
-  detail::Array<Scalar> values;
+  std::shared_ptr<const SymmetricPattern<Real>> pattern;  ///< where its entries are
+  detail::Array<Scalar> values;                           ///< of each entry
 
+  /// The product with a vector of size() scalars.
   [[nodiscard]] detail::Array<Scalar> operator*(const detail::Array<Scalar>& x) const {
     detail::Array<Scalar> y(x.size());
     for (Index j = 0; j < pattern->size(); ++j) {
