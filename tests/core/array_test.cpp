@@ -67,6 +67,7 @@ void compare(const Make& make) {
     REQUIRE(ours.size() == theirs.size());
     REQUIRE(ours.capacity() >= ours.size());
     REQUIRE(std::ranges::equal(ours, theirs));
+    REQUIRE(std::vector<T>(ours) == theirs);
   }
 }
 

@@ -12,6 +12,7 @@
 #include <span>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace gelight::detail {
 
@@ -64,6 +65,8 @@ class Array {
   [[nodiscard]] const T& front() const { return *data_; }
   [[nodiscard]] T& back() { return data_[size_ - 1]; }
   [[nodiscard]] const T& back() const { return data_[size_ - 1]; }
+  /// A copy, for who keeps vectors.
+  operator std::vector<T>() const { return std::vector<T>(begin(), end()); }
   [[nodiscard]] bool operator==(const Array& other) const {
     return std::equal(begin(), end(), other.begin(), other.end());
   }
