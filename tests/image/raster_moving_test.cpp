@@ -249,13 +249,8 @@ Mesh<double> turned_inside_out(Mesh<double> mesh) {
   return mesh;
 }
 
-Mesh<double> joined(Mesh<double> mesh, const Mesh<double>& other) {
-  const auto first = static_cast<Index>(mesh.positions.size());
-  mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
-  for (const auto& f : other.faces) {
-    mesh.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
-  }
-  return mesh;
+Mesh<double> both_of(const Mesh<double>& first, const Mesh<double>& second) {
+  return joined<double>(std::vector{first, second});
 }
 
 }  // namespace
@@ -305,7 +300,7 @@ TEST_CASE("of faces at the same place the first is seen, whichever way they look
   for (int round = 0; round < 8; ++round) {
     const auto ball = moved(icosphere<double>(round % 4, 0.8), random_pose(random, 0));
     const auto other = turned_inside_out(ball);
-    const auto both = joined(ball, other), reversed = joined(other, ball);
+    const auto both = both_of(ball, other), reversed = both_of(other, ball);
     const std::vector<std::vector<Mesh<double>>> scenes{
         {both}, {reversed}, {ball, both}, {other, reversed}, {both, other, ball}, {ball, ball}};
     for (const auto& meshes : scenes) {
@@ -324,7 +319,7 @@ TEST_CASE(
   RasterWorkspace work;
   const Mesh<double> sheet{{{-1, -1, 2}, {1, -1, 2}, {1, 1, 2}, {-1, 1, 2}},
                            {{0, 1, 2}, {0, 2, 3}}};
-  const Mesh<double> two = joined(turned_inside_out(sheet), sheet);
+  const Mesh<double> two = both_of(turned_inside_out(sheet), sheet);
   for (int call = 0; call < 600; ++call) {
     const Index width = call % 7 == 0 ? 40 : 16;
     const Camera<float> eye = Camera<double>{8, 8, 8.3, 7.9, width, 17}.cast<float>();

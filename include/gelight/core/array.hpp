@@ -7,7 +7,6 @@
 #include <initializer_list>
 #include <iterator>
 #include <limits>
-#include <memory>
 #include <new>
 #include <span>
 #include <type_traits>
@@ -16,9 +15,8 @@
 
 namespace gelight::detail {
 
-/// What std::vector is, but with a subscript of any sign, so that an Index needs no cast, and of
-/// few functions: each kind of std::vector costs a compiler forty milliseconds, and there are
-/// dozens.
+/// What std::vector is, but with a subscript of any sign, so that an Index needs no cast, and with
+/// few functions, so that the dozens of kinds in the library compile quickly.
 template <class T>
 class Array {
  public:
@@ -147,6 +145,7 @@ class Array {
     if (count > capacity_) move_to(std::max(count, 2 * capacity_));
   }
   [[gnu::noinline]] void move_to(std::size_t capacity) {
+    static_assert(std::is_nothrow_move_constructible_v<T>, "elements would be lost half-way");
     if (capacity > std::size_t{std::numeric_limits<std::ptrdiff_t>::max()} / sizeof(T)) {
       throw std::bad_array_new_length();
     }
