@@ -249,7 +249,7 @@ inline RandomRequest random_request(std::uint64_t number) {
   }
   // Where it is hardest to tell: about what fast marching just keeps, or just does not.
   if (uniform(random, 0, 1) < 0.1) {
-    detail::Sources ways = out.sources;
+    detail::Sources ways(out.sources.begin(), out.sources.end());
     (void)detail::move_to_zero(Surface(out.mesh), ways);
     const std::span<const Source<double>> from(ways);
     const double error = true_error(FastMarchingSolver(out.mesh).distance(from), 0,

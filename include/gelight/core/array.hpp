@@ -128,6 +128,8 @@ class Array {
   }
   void pop_back() { cut(size_ - 1); }
   void clear() { cut(0); }
+  /// Drops what comes from `end` on, which may be what a standard algorithm left behind.
+  void keep_until(const T* end) { cut(static_cast<std::size_t>(end - data_)); }
 
  private:
   static constexpr bool is_aligned = alignof(T) > __STDCPP_DEFAULT_NEW_ALIGNMENT__;

@@ -46,7 +46,7 @@ struct WorkingPrecision {
   using Real = double;
 };
 
-using Sources = std::vector<Source<double>>;
+using Sources = Array<Source<double>>;
 
 template <std::floating_point Real, std::floating_point T>
 [[nodiscard]] Source<Real> checked_source(const Surface<Real>& surface, const Source<T>& source,
@@ -65,9 +65,9 @@ template <std::floating_point Real>
 /// Sources in the precision that is worked in. They take the place of `old` ones, whose memory
 /// serves again.
 template <std::floating_point Real, class Place>
-[[nodiscard]] std::vector<Source<Real>> checked_sources(const Surface<Real>& surface,
-                                                        std::span<const Place> sources,
-                                                        std::vector<Source<Real>> old = {}) {
+[[nodiscard]] Array<Source<Real>> checked_sources(const Surface<Real>& surface,
+                                                  std::span<const Place> sources,
+                                                  Array<Source<Real>> old = {}) {
   require(!sources.empty(), "there is no source");
   old.clear();
   old.reserve(sources.size());
@@ -87,7 +87,7 @@ struct Starts {
 
   /// Moves the start distances so that the earliest of each connected part is 0, and keeps what
   /// those were. Sources that others have overtaken before they start are dropped.
-  void move_to_zero(const Surface<Real>& surface, std::vector<Source<Real>>& sources);
+  void move_to_zero(const Surface<Real>& surface, Array<Source<Real>>& sources);
 };
 
 /// A number no less than the length of any shortest path.
@@ -107,7 +107,7 @@ template <std::floating_point Real>
 }
 
 template <std::floating_point Real>
-void Starts<Real>::move_to_zero(const Surface<Real>& surface, std::vector<Source<Real>>& sources) {
+void Starts<Real>::move_to_zero(const Surface<Real>& surface, Array<Source<Real>>& sources) {
   of_vertex.clear();
   left.clear();
   const auto is_earlier = [](const auto& a, const auto& b) { return a.distance < b.distance; };
@@ -137,7 +137,9 @@ void Starts<Real>::move_to_zero(const Surface<Real>& surface, std::vector<Source
     if (!(sources[i].distance > overtaken)) left.push_back(static_cast<Index>(i));
   }
   if (left.size() == sources.size()) left.clear();
-  std::erase_if(sources, [&](const auto& source) { return source.distance > overtaken; });
+  sources.keep_until(std::remove_if(sources.begin(), sources.end(), [&](const auto& source) {
+    return source.distance > overtaken;
+  }));
 
   if (!parts_differ) return starts.clear();
   common = 0;
@@ -149,7 +151,7 @@ void Starts<Real>::move_to_zero(const Surface<Real>& surface, std::vector<Source
 
 template <std::floating_point Real>
 [[nodiscard]] Starts<Real> move_to_zero(const Surface<Real>& surface,
-                                        std::vector<Source<Real>>& sources) {
+                                        Array<Source<Real>>& sources) {
   Starts<Real> starts;
   starts.move_to_zero(surface, sources);
   return starts;
@@ -158,7 +160,7 @@ template <std::floating_point Real>
 /// What a query asks and finds, in memory that serves the next one again.
 template <std::floating_point Real>
 struct DistanceQuery {
-  std::vector<Source<Real>> sources;
+  Array<Source<Real>> sources;
   Starts<Real> starts;
   Array<Real> distance;  // of each vertex; +infinity before it is solved
 };

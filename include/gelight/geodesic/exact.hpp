@@ -751,7 +751,7 @@ class ExactField {
   Mesh surface_;
   std::shared_ptr<const PlanarFaces> faces_;
   detail::Starts<Real> starts_;
-  std::vector<Source<Real>> sources_;                 // their distances less those
+  detail::Array<Source<Real>> sources_;               // their distances less those
   detail::Array<detail::SegmentFront<Real>> fronts_;  // of segments, theirs likewise
   Real bound_ = unreachable<Real>;
   detail::Array<Real> distances_;    // of each vertex, less its start
@@ -908,7 +908,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   using Real = typename detail::WorkingPrecision<T>::Real;
   using Point = SurfacePoint<Real>;
   using PlanarFaces = detail::PlanarFaces<Real>;
-  using Sources = std::vector<Source<Real>>;
+  using Sources = detail::Array<Source<Real>>;
   using Workspace = detail::WindowPropagation<Real>;
   using Limits = detail::PropagationLimits<Real>;
   using Pool = detail::Pool<Workspace>;

@@ -408,7 +408,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
                                                   const CancelHook& cancelled) const {
     detail::Array<Real> near(static_cast<std::size_t>(surface_.vertex_count()), unreachable<Real>);
     if (exact_ && system_->mean_edge > 0) {
-      std::vector<Source<Real>> sources;
+      detail::Array<Source<Real>> sources;
       for (const auto& point : points) sources.push_back({point, 0});
       ExactOptions<Real> options{.max_distance = options_.exact_radius * system_->mean_edge};
       if (cancelled) {

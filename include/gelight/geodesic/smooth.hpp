@@ -274,7 +274,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     query.distance.assign(found.begin(), found.end());
   }
 
-  [[nodiscard]] SmoothDistances<T> solve_checked(std::vector<Source<Real>> sources) const {
+  [[nodiscard]] SmoothDistances<T> solve_checked(detail::Array<Source<Real>> sources) const {
     ExactOptions<Real> options;
     options.cancelled = options_.cancelled.part(0, 0.3);
     SmoothDistances<T> out{

@@ -102,7 +102,7 @@ class GrowingDistances {
   detail::Array<Real> starts_;  // of each part, at its number
   detail::WindowPropagation<Real> propagation_;
   detail::PropagationLimits<Real> limits_;
-  std::vector<Source<Real>> sources_;
+  detail::Array<Source<Real>> sources_;
   bool is_first_ = true;
 };
 

@@ -38,7 +38,7 @@ class LowerPotential {
   /// negative, or +infinity where no path leads. Rounding is on the safe side. The sources' start
   /// distances and the potential both count from the least start distance. Linear time.
   [[nodiscard]] Array<Real> bounds(const Array<Real>& potential,
-                                   const std::vector<Source<Real>>& sources) const {
+                                   const Array<Source<Real>>& sources) const {
     Levels levels = levels_of(potential);
     for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto [a, b, c] = surface_.face(f);

@@ -199,10 +199,10 @@ class UpperMarch {
   Array<double> bound_;  // of each vertex
   Array<char> settled_;  // of each vertex
   Array<char> proved_;   // of each half-edge: F is an upper bound on its edge
-  std::vector<SourceEdge> source_edges_;
+  Array<SourceEdge> source_edges_;
   IndexedHeap<Real> heap_;
-  std::vector<Index> pending_;   // faces of which more may be proved now
-  std::vector<Index> marching_;  // half-edges just proved, with an apex yet to settle
+  Array<Index> pending_;   // faces of which more may be proved now
+  Array<Index> marching_;  // half-edges just proved, with an apex yet to settle
 };
 
 }  // namespace gelight::detail

@@ -16,7 +16,7 @@ template <std::floating_point Real>
 struct Solved {
   const Surface<Real>& surface;
   const PlanarFaces<Real>& faces;
-  const std::vector<Source<Real>>& sources;
+  const Array<Source<Real>>& sources;
   const Array<Real>& distances;          // of each vertex
   const Array<Arrival<Real>>& arrivals;  // of each vertex
   const Array<Origin<Real>>& origins;

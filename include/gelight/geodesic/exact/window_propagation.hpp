@@ -138,7 +138,7 @@ class WindowPropagation {
   }
 
   void run(const Surface<Real>& surface, const PlanarFaces<Real>& faces,
-           const std::vector<Source<Real>>& sources, const Limits& limits) {
+           const Array<Source<Real>>& sources, const Limits& limits) {
     // Making room for a million vertices takes as long as some thousand polls; so ask before it,
     // too.
     limits_ = &limits;
@@ -150,7 +150,7 @@ class WindowPropagation {
   /// The same from further sources, where they are nearer than those of the run before: distances
   /// only ever fall, and arrivals are those of this run alone, so that `came_nearer` tells which
   /// vertices they reached.
-  void run_further(const std::vector<Source<Real>>& sources, const Limits& limits) {
+  void run_further(const Array<Source<Real>>& sources, const Limits& limits) {
     limits_ = &limits;
     ask(0);
     for (const Index v : reached_) {
@@ -173,7 +173,7 @@ class WindowPropagation {
   }
 
  private:
-  void propagate_sources(const std::vector<Source<Real>>& sources) {
+  void propagate_sources(const Array<Source<Real>>& sources) {
     for (std::size_t s = 0; s < sources.size(); ++s) add_source(sources[s], static_cast<Index>(s));
     for (std::size_t i = 0; i < limits_->fronts.size(); ++i) {
       add_front(limits_->fronts[i], static_cast<Index>(i));
@@ -205,8 +205,8 @@ class WindowPropagation {
 
   void ask(double done) const { limits_->cancelled.check(done, "the exact solve"); }
 
-  void reset(const Mesh& surface, const PlanarFaces& faces,
-             const std::vector<Source<Real>>& sources, const Limits& limits) {
+  void reset(const Mesh& surface, const PlanarFaces& faces, const Array<Source<Real>>& sources,
+             const Limits& limits) {
     surface_ = &surface;
     faces_ = &faces;
     forget_vertices(surface.vertex_count(), std::exchange(is_further_, false));
@@ -215,7 +215,7 @@ class WindowPropagation {
     prepare(sources, limits);
   }
 
-  void prepare(const std::vector<Source<Real>>& sources, const Limits& limits) {
+  void prepare(const Array<Source<Real>>& sources, const Limits& limits) {
     sources_ = &sources;
     bound_ = limits.distance;
     origins.clear();
@@ -765,7 +765,7 @@ class WindowPropagation {
 
   const Mesh* surface_ = nullptr;
   const PlanarFaces* faces_ = nullptr;
-  const std::vector<Source<Real>>* sources_ = nullptr;
+  const Array<Source<Real>>* sources_ = nullptr;
   const Limits* limits_ = nullptr;
   Real bound_ = unreachable<Real>;
   IndexedHeap<Real> heap_;

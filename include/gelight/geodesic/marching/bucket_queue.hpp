@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
@@ -111,8 +110,8 @@ class BucketQueue {
   std::size_t front_ = 0;                 // number of the bucket in turn
   std::size_t round_end_ = bucket_count;  // those from here on are put off
   std::size_t count_ = 0;
-  std::vector<std::vector<Entry>> buckets_;
-  std::vector<Entry> later_, waiting_;
+  Array<Array<Entry>> buckets_;
+  Array<Entry> later_, waiting_;
   Array<Entry> passed_;  // a heap
 };
 

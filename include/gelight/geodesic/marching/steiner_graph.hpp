@@ -45,7 +45,7 @@ class SteinerGraph {
 
   /// Distance along the graph of every vertex from the sources. Start distances are not negative.
   /// They take the place of `old` ones, whose memory serves again.
-  [[nodiscard]] Array<Real> distance(const std::vector<Source<Real>>& sources,
+  [[nodiscard]] Array<Real> distance(const Array<Source<Real>>& sources,
                                      const CancelHook& cancelled = {}, Array<Real> old = {}) const {
     const typename Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;

@@ -99,7 +99,7 @@ struct Waves {
 
 /// A source that was named before starts no wave of its own, nor does one that starts later there.
 template <std::floating_point Real>
-void keep_different(const Surface<Real>& surface, std::vector<Source<Real>>& sources) {
+void keep_different(const Surface<Real>& surface, Array<Source<Real>>& sources) {
   const auto less = [](const Source<Real>& a, const Source<Real>& b) {
     return std::tie(a.point.kind, a.point.element, a.point.weights, a.distance) <
            std::tie(b.point.kind, b.point.element, b.point.weights, b.distance);
@@ -108,7 +108,7 @@ void keep_different(const Surface<Real>& surface, std::vector<Source<Real>>& sou
   std::make_heap(sources.begin(), sources.end(), less);
   std::sort_heap(sources.begin(), sources.end(), less);  // less to compile than std::sort
   const auto same = [](const auto& a, const auto& b) { return a.point == b.point; };
-  sources.erase(std::unique(sources.begin(), sources.end(), same), sources.end());
+  sources.keep_until(std::unique(sources.begin(), sources.end(), same));
 }
 
 }  // namespace gelight::detail
