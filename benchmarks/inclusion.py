@@ -4,7 +4,8 @@
 Seconds of processor time (user) and peak memory, the median of several turns over all, so that what
 slows the machine down slows all alike. Eigen/Core, which nearly all need, is the yardstick: what
 counts are the ratios to it. Headers are parsed only; programs are compiled without optimisation and
-at -O2, by each compiler, and with GELIGHT_COMPILED, which leaves most of it to gelight.cpp.
+at -O2, by each compiler, with GELIGHT_COMPILED, which leaves most of it to gelight.cpp, and with
+gelight.hpp precompiled besides.
 """
 
 import argparse
@@ -52,13 +53,26 @@ def headers():
             yield name
 
 
+def command(compiler, folders, flags):
+    system = [flag for folder in folders for flag in ("-isystem", folder)]
+    return [compiler, "-std=c++20", *flags, "-I", INCLUDE, *system]
+
+
+def precompile(compiler, folders, flags, folder):
+    """A header in that folder that includes all of gelight, beside what it is precompiled to."""
+    header = folder / "all.hpp"
+    header.write_text("#include <gelight/gelight.hpp>\n")
+    subprocess.run([*command(compiler, folders, flags), "-x", "c++-header", header,
+                    "-o", f"{header}.{'pch' if 'clang' in compiler else 'gch'}"], check=True)
+    return header
+
+
 def compile_once(compiler, folders, text, flags):
     """Seconds and megabytes of one run of the compiler."""
     with tempfile.NamedTemporaryFile("w", suffix=".cpp") as source:
         source.write(text)
         source.flush()
-        system = [flag for folder in folders for flag in ("-isystem", folder)]
-        child = subprocess.Popen([compiler, "-std=c++20", *flags, "-I", INCLUDE, *system,
+        child = subprocess.Popen([*command(compiler, folders, flags),
                                   "-c", source.name, "-o", os.devnull])
         _, status, used = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(status)
@@ -106,9 +120,16 @@ def main():
                 {h: (compiler, f"#include <{h}>\n", ["-fsyntax-only"]) for h in headers()},
                 given.turns, folders)
         if given.only != "headers":
-            for flags in (["-O0"], ["-O2"], ["-O2", "-DGELIGHT_COMPILED"]):
+            compiled = ["-O2", "-DGELIGHT_COMPILED"]
+            for flags in (["-O0"], ["-O2"], compiled):
                 tables[" ".join(flags)] = measure(
                     {name: (compiler, text, flags) for name, text in programs()},
+                    given.turns, folders)
+            with tempfile.TemporaryDirectory() as folder:
+                header = precompile(compiler, folders, compiled, pathlib.Path(folder))
+                tables[" ".join(compiled) + " precompiled"] = measure(
+                    {name: (compiler, text, compiled + (["-include", header] if own else []))
+                     for own, (name, text) in enumerate(programs())},
                     given.turns, folders)
         for title, table in tables.items():
             show(f"{compiler} {title}", table)

@@ -6,7 +6,7 @@ set(package_dir ${CMAKE_INSTALL_DATADIR}/cmake/gelight)
 install(DIRECTORY include/gelight DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(TARGETS gelight EXPORT gelight)
 if(GELIGHT_BUILD_COMPILED)
-  install(TARGETS gelight_compiled EXPORT gelight)
+  install(TARGETS gelight_compiled gelight_precompiled EXPORT gelight)
 endif()
 install(EXPORT gelight NAMESPACE gelight:: DESTINATION ${package_dir} FILE gelightTargets.cmake)
 configure_package_config_file(cmake/gelightConfig.cmake.in gelightConfig.cmake
