@@ -136,10 +136,10 @@ TEST_CASE("Bessel functions and the table of a layer's difference from a half-sp
     double sum = 0;
     for (int i = 0; i < 20000; ++i) {
       const double r = (i + 0.5) / 1000;
-      sum += (1 - nu + r * correction.at(detail::LayerCorrection::pressure, r)) / 1000;
+      sum += (1 - nu + r * correction.at(decltype(correction)::pressure, r)) / 1000;
     }
     CHECK(std::abs(sum - (1 - 2 * nu) / (2 * (1 - nu))) < 1e-6);
-    CHECK(std::abs((1 - nu) / 15 + correction.at(detail::LayerCorrection::pressure, 15)) < 1e-6);
+    CHECK(std::abs((1 - nu) / 15 + correction.at(decltype(correction)::pressure, 15)) < 1e-6);
   }
 }
 

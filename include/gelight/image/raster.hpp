@@ -10,7 +10,6 @@
 #include <cstring>
 #include <limits>
 #include <type_traits>
-#include <vector>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
@@ -102,11 +101,14 @@ struct PositionBatch {
   }
 };
 
+/// A number for each side or corner of a triangle.
+using Three = std::array<double, 3>;
+
 /// A corner of a face that was cut.
 struct CutCorner {
-  Vec3<double> point;  // column and row times z, and z
+  Three point;  // column and row times z, and z
   ImagePoint seen;
-  Vec3<double> shares;  // its barycentric coordinates in the whole face
+  Three shares;  // its barycentric coordinates in the whole face
 };
 
 /// The corners of a face that was cut, without memory from the heap. Each of four cuts makes no
@@ -160,15 +162,13 @@ class ImagePlane {
   /// Whether a face has nothing in front of the camera, or nothing in the image for lying beside
   /// it.
   [[nodiscard]] bool misses_image(const std::array<ImagePoint, 3>& corners) const {
-    const auto all = [&](const auto& is) {
-      return is(corners[0]) && is(corners[1]) && is(corners[2]);
-    };
-    if (all([](const ImagePoint& p) { return p.z <= 0; })) return true;
-    if (!all([](const ImagePoint& p) { return p.z > 0; })) return false;
-    return all([](const ImagePoint& p) { return p.x < 0; }) ||
-           all([](const ImagePoint& p) { return p.y < 0; }) ||
-           all([&](const ImagePoint& p) { return p.x > camera_.width - 1; }) ||
-           all([&](const ImagePoint& p) { return p.y > camera_.height - 1; });
+    const auto& [a, b, c] = corners;
+    if (a.z <= 0 && b.z <= 0 && c.z <= 0) return true;
+    if (!(a.z > 0 && b.z > 0 && c.z > 0)) return false;
+    const double right = camera_.width - 1, bottom = camera_.height - 1;
+    return (a.x < 0 && b.x < 0 && c.x < 0) || (a.y < 0 && b.y < 0 && c.y < 0) ||
+           (a.x > right && b.x > right && c.x > right) ||
+           (a.y > bottom && b.y > bottom && c.y > bottom);
   }
 
   /// The part of a face that has a place on the plane: a convex polygon, perhaps of no corners.
@@ -180,10 +180,10 @@ class ImagePlane {
       const CutCorner corner{{std::fma(camera_.fx, p[0], camera_.cx * p[2]),
                               std::fma(camera_.fy, p[1], camera_.cy * p[2]), p[2]},
                              seen[k],
-                             Vec3<double>(k == 0, k == 1, k == 2)};
+                             {k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0}};
       polygon.push_back(corner);
     }
-    for (const Index axis : {0, 1}) {
+    for (const std::size_t axis : {0U, 1U}) {
       for (const double side : {-1, 1}) polygon = cut(polygon, axis, side * far_ * size_);
     }
     for (CutCorner& corner : polygon) {
@@ -221,7 +221,7 @@ class ImagePlane {
 
   /// The part of a polygon on this side of a column or row. Its sides are cut from their end
   /// inside, so that both faces at a side find the same point.
-  [[nodiscard]] CutPolygon cut(const CutPolygon& polygon, Index axis, double at) const {
+  [[nodiscard]] CutPolygon cut(const CutPolygon& polygon, std::size_t axis, double at) const {
     const double sign = at < 0 ? 1 : -1;
     const auto distance = [&](const CutCorner& corner) {
       return std::fma(std::abs(at), corner.point[2], sign * corner.point[axis]);
@@ -246,7 +246,7 @@ class ImagePlane {
 
   [[nodiscard]] static CutCorner between(const CutCorner& a, const CutCorner& b, double t) {
     CutCorner corner;
-    for (Index i = 0; i < 3; ++i) {
+    for (std::size_t i = 0; i < 3; ++i) {
       corner.point[i] = std::fma(t, b.point[i] - a.point[i], a.point[i]);
       corner.shares[i] = std::max(a.shares[i] + t * (b.shares[i] - a.shares[i]), 0.0);
     }
@@ -294,9 +294,6 @@ void require_drawn(double z, Index face) {
   require(is_drawn<T>(z), "face ", face, " is seen at depth ", z,
           ", which is out of the range of depths");
 }
-
-/// A number for each side or corner of a triangle.
-using Three = std::array<double, 3>;
 
 /// A number for each of four pixels that lie side by side, with what C++ does with one number done
 /// with each. GCC and Clang have such types for all processors; elsewhere pixels are drawn one by
@@ -502,7 +499,7 @@ class ImageTriangle {
   }
 
   /// Each corner's barycentric coordinates in the face; null: the corners are those of the face.
-  using Shares = std::array<Vec3<double>, 3>;
+  using Shares = std::array<Three, 3>;
 
   template <template <class> class Target, class T>
   void draw(const Target<T>& target, Index width, Index height, Index face, const Shares* shares) {
@@ -748,7 +745,7 @@ class HeldFaces {
   };
 
   template <class Element>
-  static void grow(std::vector<Element>& elements, Index count) {
+  static void grow(Array<Element>& elements, Index count) {
     const auto n = static_cast<std::size_t>(count);
     if (elements.size() < n) elements.resize(n);
   }
@@ -812,9 +809,9 @@ class HeldFaces {
     return true;
   }
 
-  std::vector<Held> held_;
+  Array<Held> held_;
   std::size_t count_ = 0;
-  std::vector<double> farthest_;
+  Array<double> farthest_;
   Index columns_ = 0;
 };
 
@@ -1208,7 +1205,7 @@ class MeshImage {
 class RasterWorkspace {
  public:
   /// Room for the vertices of a mesh.
-  [[nodiscard]] std::vector<detail::ImagePoint>& points(Index vertices) {
+  [[nodiscard]] detail::Array<detail::ImagePoint>& points(Index vertices) {
     points_.resize(static_cast<std::size_t>(vertices));
     return points_;
   }
@@ -1233,9 +1230,9 @@ class RasterWorkspace {
   ///@}
 
  private:
-  std::vector<detail::ImagePoint> points_;
+  detail::Array<detail::ImagePoint> points_;
   detail::HeldFaces held_;
-  std::vector<std::uint8_t> calls_;  // of each pixel, which of the last calls drew there
+  detail::Array<std::uint8_t> calls_;  // of each pixel, which of the last calls drew there
   std::uint8_t call_ = 0;
 };
 

@@ -19,26 +19,28 @@ namespace detail {
 
 /// A kernel along rows and columns: pixel i of the result is the sum of weights[j] times pixel
 /// i + j - size / 2.
+template <class Real>
 struct PulseKernel {
   /// What SciPy's Gaussian filter makes of a unit pulse in the middle of `size` numbers: cut off at
   /// 4 sigma, and what leaves the array reflected back into it.
-  PulseKernel(double sigma, Index size) : weights(static_cast<std::size_t>(size)) {
+  PulseKernel(Real sigma, Index size) : weights(static_cast<std::size_t>(size)) {
     const Index radius = static_cast<Index>(std::floor(4 * sigma + 0.5));
-    const auto gaussian = gaussian_weights<double>(sigma, radius);
+    const auto gaussian = gaussian_weights<Real>(sigma, radius);
     for (Index i = 0; i < size; ++i) {
       for (Index k = -radius; k <= radius; ++k) {
         if (inside(i + k, size, Border::reflect) != size / 2) continue;
         weights[static_cast<std::size_t>(i)] += gaussian[static_cast<std::size_t>(std::abs(k))];
       }
     }
-    sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+    sum = std::accumulate(weights.begin(), weights.end(), Real(0));
   }
 
-  std::vector<double> weights;
-  double sum = 0;
+  std::vector<Real> weights;
+  Real sum = 0;
 };
 
 /// The larger of a protrusion and its blurred self, scaled to the same height, again and again.
+template <class Real>
 class SpreadRounds {
  public:
   SpreadRounds(Index width, Index height)
@@ -56,7 +58,7 @@ class SpreadRounds {
     any_missing_ = false;
     for (Index y = 0; y < spread_.height(); ++y) {
       for (Index x = 0; x < spread_.width(); ++x) {
-        const double value = protrusion(x, y);
+        const Real value = protrusion(x, y);
         protrusion_(x, y) = value;
         if (value > highest_) highest_ = value;
         any_missing_ = any_missing_ || std::isnan(value);
@@ -66,36 +68,36 @@ class SpreadRounds {
   }
 
   /// One more round. What is not known stays so, and is left out of the blur.
-  void spread(const PulseKernel& kernel) {
+  void spread(const PulseKernel<Real>& kernel) {
     const auto known = [&](std::size_t i) {
       return std::isnan(spread_.pixels()[i]) ? 0 : spread_.pixels()[i];
     };
     correlate_into(next_, known, kernel);
     if (any_missing_) {
-      const double share = 1 / (kernel.sum * kernel.sum);
+      const Real share = 1 / (kernel.sum * kernel.sum);
       correlate_into(
           lack_, [&](std::size_t i) { return std::isnan(spread_.pixels()[i]) ? share : 0; },
           kernel);
     }
-    double highest = 0;
+    Real highest = 0;
     for (std::size_t i = 0; i < next_.pixels().size(); ++i) {
       if (std::isnan(protrusion_.pixels()[i])) continue;
       if (any_missing_) next_.pixels()[i] /= 1 - lack_.pixels()[i];
       highest = std::max(highest, next_.pixels()[i]);
     }
-    const double scale = highest > 0 ? highest_ / highest : 0;
+    const Real scale = highest > 0 ? highest_ / highest : 0;
     for (std::size_t i = 0; i < next_.pixels().size(); ++i) {
-      const double own = protrusion_.pixels()[i];
+      const Real own = protrusion_.pixels()[i];
       spread_.pixels()[i] = std::isnan(own) ? own : std::max(scale * next_.pixels()[i], own);
     }
   }
 
   /// What the rounds have made of it.
-  [[nodiscard]] const Image<double>& result() const { return spread_; }
+  [[nodiscard]] const Image<Real>& result() const { return spread_; }
 
  private:
   template <class At>
-  void correlate_into(Image<double>& out, const At& at, const PulseKernel& kernel) {
+  void correlate_into(Image<Real>& out, const At& at, const PulseKernel<Real>& kernel) {
     const Index width = rows_.width(), height = rows_.height();
     const Index taps = static_cast<Index>(kernel.weights.size()), anchor = taps / 2;
     for (Index y = 0; y < height; ++y) {
@@ -114,9 +116,9 @@ class SpreadRounds {
   }
 
   template <class Row>
-  void sum_rows(double* out, const PulseKernel& kernel, const Row& row) const {
+  void sum_rows(Real* out, const PulseKernel<Real>& kernel, const Row& row) const {
     const Index width = rows_.width();
-    std::fill_n(out, width, 0.0);
+    std::fill_n(out, width, Real(0));
     vectorised([&] {
       for (std::size_t j = 0; j < kernel.weights.size(); ++j) {
         add_scaled(out, row(static_cast<Index>(j)), kernel.weights[j], width);
@@ -126,9 +128,9 @@ class SpreadRounds {
 
   static constexpr Index most_taps = 52;
 
-  Image<double> protrusion_, spread_, rows_, next_, lack_;
-  std::vector<double> padded_;
-  double highest_ = 0;
+  Image<Real> protrusion_, spread_, rows_, next_, lack_;
+  std::vector<Real> padded_;
+  Real highest_ = 0;
   bool any_missing_ = false;
 };
 
@@ -145,8 +147,8 @@ class FlatGelSightMembrane {
  public:
   /// The memory that `press_into` works in.
   struct Workspace {
-    detail::SpreadRounds narrow;  ///< of the object
-    detail::SpreadRounds wide;    ///< of the object
+    detail::SpreadRounds<double> narrow;  ///< of the object
+    detail::SpreadRounds<double> wide;    ///< of the object
   };
 
   /// What the concept MembraneModel asks for.
@@ -174,7 +176,7 @@ class FlatGelSightMembrane {
   ///@}
 
  private:
-  detail::PulseKernel narrow_{7, 21}, wide_{9, 52};
+  detail::PulseKernel<double> narrow_{7, 21}, wide_{9, 52};
 };
 
 static_assert(MembraneModel<FlatGelSightMembrane<float>, float>);

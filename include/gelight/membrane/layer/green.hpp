@@ -67,15 +67,16 @@ struct LayerResponse {
 /// What a layer's response to a point load has beyond a half-space's, by distance over thickness
 /// r, where it is smooth: the integral over c of the difference of two responses times a Bessel
 /// function of c r. Tabulated, and interpolated by cubics.
+template <class Real = double>
 class LayerCorrection {
  public:
   enum Part { pressure, mean, difference, coupling };  // mean, difference: of along and across
 
   /// Beyond this many thicknesses of the layer nothing moves: less than 1e-10 of what moves at one.
-  static constexpr double reach = 20;
+  static constexpr Real reach = 20;
 
   /// For distances over thickness up to the smaller of `reach` and what is asked for.
-  LayerCorrection(double nu, double farthest) {
+  LayerCorrection(Real nu, Real farthest) {
     const LayerResponse far = half_space_response(nu);
     nodes_.resize(static_cast<std::size_t>(std::min(farthest, reach) * per_thickness) + 2);
     // Gauss and Legendre's rule of ten points in panels of half a unit. Beyond c = 20 the responses
@@ -84,51 +85,51 @@ class LayerCorrection {
                                 0.8650633666889845, 0.9739065285171717};
     constexpr std::array weights{0.2955242247147529, 0.2692667193099963, 0.2190863625159820,
                                  0.1494513491505806, 0.0666713443086881};
-    constexpr double panel = 0.5;
+    constexpr Real panel = 0.5;
     constexpr int panels = 40;  // up to c = 20
     for (int k = 0; k < panels; ++k) {
-      const double middle = (k + 0.5) * panel;
+      const Real middle = (k + 0.5) * panel;
       for (std::size_t i = 0; i < 2 * points.size(); ++i) {
-        const double side = i < points.size() ? 1 : -1;
-        const double c = middle + side * panel / 2 * points[i % points.size()];
+        const Real side = i < points.size() ? 1 : -1;
+        const Real c = middle + side * panel / 2 * points[i % points.size()];
         const LayerResponse here = layer_response(c, nu);
-        const double weight = weights[i % points.size()] * panel / 2;
-        const std::array<double, 4> rest{here.down_by_pressure - far.down_by_pressure,
-                                         (here.along_by_traction + here.across_by_traction -
-                                          far.along_by_traction - far.across_by_traction) /
-                                             2,
-                                         (here.along_by_traction - here.across_by_traction -
-                                          far.along_by_traction + far.across_by_traction) /
-                                             2,
-                                         here.coupling - far.coupling};
+        const Real weight = weights[i % points.size()] * panel / 2;
+        const std::array<Real, 4> rest{here.down_by_pressure - far.down_by_pressure,
+                                       (here.along_by_traction + here.across_by_traction -
+                                        far.along_by_traction - far.across_by_traction) /
+                                           2,
+                                       (here.along_by_traction - here.across_by_traction -
+                                        far.along_by_traction + far.across_by_traction) /
+                                           2,
+                                       here.coupling - far.coupling};
         add_wave(c, {weight * rest[0], weight * rest[1], weight * rest[2], weight * rest[3]});
       }
     }
   }
 
   /// At a distance over thickness.
-  [[nodiscard]] double at(Part part, double r) const {
-    const double place = r * per_thickness;
+  [[nodiscard]] Real at(Part part, Real r) const {
+    const Real place = r * per_thickness;
     const auto i = static_cast<std::ptrdiff_t>(place);
-    const double t = place - static_cast<double>(i), s = 1 - t;
+    const Real t = place - static_cast<Real>(i), s = 1 - t;
     const Node &a = nodes_[i], &b = nodes_[i + 1];
     return s * s * ((1 + 2 * t) * a.value[part] + t / per_thickness * a.slope[part]) +
            t * t * ((1 + 2 * s) * b.value[part] - s / per_thickness * b.slope[part]);
   }
 
  private:
-  static constexpr double per_thickness = 16;
+  static constexpr Real per_thickness = 16;
 
   struct Node {
-    std::array<double, 4> value{}, slope{};
+    std::array<Real, 4> value{}, slope{};
   };
 
-  void add_wave(double c, const std::array<double, 4>& height) {
+  void add_wave(Real c, const std::array<Real, 4>& height) {
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
-      const double r = static_cast<double>(n) / per_thickness;
+      const Real r = static_cast<Real>(n) / per_thickness;
       const auto [j0, j1, j2] = bessel(c * r);
       // J1(x) / x and J2(x) / x.
-      const double over1 = (j0 + j2) / 2, over2 = r > 0 ? j2 / (c * r) : 0;
+      const Real over1 = (j0 + j2) / 2, over2 = r > 0 ? j2 / (c * r) : 0;
       auto& [value, slope] = nodes_.data()[n];
       value[pressure] += height[pressure] * j0;
       slope[pressure] -= height[pressure] * c * j1;
@@ -153,10 +154,11 @@ struct LayerGrid {
 };
 
 /// How the layer differs from a half-space, none where it is one.
-[[nodiscard]] inline std::optional<LayerCorrection> layer_correction(const LayerGrid& grid) {
+template <class Real = double>
+[[nodiscard]] std::optional<LayerCorrection<Real>> layer_correction(const LayerGrid& grid) {
   if (!std::isfinite(grid.thickness)) return {};
   const double diagonal = std::hypot(grid.width, grid.aspect * grid.height);
-  return LayerCorrection(grid.poisson_ratio, diagonal / grid.thickness);
+  return LayerCorrection<Real>(grid.poisson_ratio, diagonal / grid.thickness);
 }
 
 /// Functions of the offset from one pixel, which is loaded, to the centre of another: integrals
@@ -165,14 +167,14 @@ struct LayerGrid {
 /// `corner(x, y)` gives the integrals, for a half-space, over the quadrant of which (x, y) is the
 /// corner; `rest(cos, sin, r)` what a layer's functions have beyond that in a direction, at a
 /// distance over thickness.
-template <std::size_t N, class Corner, class Rest>
-[[nodiscard]] Array<std::array<double, N>> integrate_pixels(
-    const LayerGrid& grid, const std::optional<LayerCorrection>& correction, const Corner& corner,
-    const Rest& rest) {
+template <std::size_t N, class Real, class Corner, class Rest>
+[[nodiscard]] Array<std::array<Real, N>> integrate_pixels(
+    const LayerGrid& grid, const std::optional<LayerCorrection<Real>>& correction,
+    const Corner& corner, const Rest& rest) {
   const auto at = [&](Index x, Index y) { return std::ptrdiff_t{y} * grid.width + x; };
-  Array<std::array<double, N>> sums(static_cast<std::size_t>(grid.width) *
-                                    static_cast<std::size_t>(grid.height));
-  Array<std::array<double, N>> above(static_cast<std::size_t>(grid.width) + 1), below(above);
+  Array<std::array<Real, N>> sums(static_cast<std::size_t>(grid.width) *
+                                  static_cast<std::size_t>(grid.height));
+  Array<std::array<Real, N>> above(static_cast<std::size_t>(grid.width) + 1), below(above);
   for (Index j = 0; j <= grid.height; ++j) {
     std::swap(above, below);
     for (Index i = 0; i <= grid.width; ++i) {
@@ -187,11 +189,11 @@ template <std::size_t N, class Corner, class Rest>
   }
   if (!correction) return sums;
   // Gauss and Legendre's rule of two points, in pieces smaller than the thickness.
-  const double thickness = grid.thickness, reach = LayerCorrection::reach * thickness;
+  const double thickness = grid.thickness, reach = LayerCorrection<Real>::reach * thickness;
   const int pieces = static_cast<int>(std::ceil(2 * std::max(1.0, grid.aspect) / thickness));
   const double piece = 1.0 / pieces, side = piece / (2 * std::numbers::sqrt3);
   const double weight = grid.aspect * piece * piece / 4 / thickness;
-  Array<double> places;
+  Array<Real> places;
   for (int i = 0; i < pieces; ++i) {
     const double middle = (i + 0.5) * piece - 0.5;
     places.push_back(middle - side);
@@ -204,8 +206,8 @@ template <std::size_t N, class Corner, class Rest>
         sum = {};  // too far away to move
         continue;
       }
-      for (const double v : places) {
-        for (const double u : places) {
+      for (const Real v : places) {
+        for (const Real u : places) {
           const double x = column + u, y = grid.aspect * (row + v), r = std::sqrt(x * x + y * y);
           const auto value = rest(x / r, y / r, r / thickness);
           for (std::size_t k = 0; k < N; ++k) sum[k] += weight * value[k];
@@ -225,56 +227,58 @@ template <std::size_t N, class Corner, class Rest>
 /// How far a pressure on one pixel moves another's centre down. For a half-space exactly the
 /// integral (Love, The stress produced in a semi-infinite solid by pressure on part of the
 /// boundary, 1929, doi:10.1098/rsta.1929.0009).
+template <class Real>
 class PressureGreen {
  public:
-  PressureGreen(const LayerGrid& grid, const std::optional<LayerCorrection>& correction)
+  PressureGreen(const LayerGrid& grid, const std::optional<LayerCorrection<Real>>& correction)
       : width_(grid.width) {
-    const double scale = 1 / (2 * std::numbers::pi), near = scale * (1 - grid.poisson_ratio);
+    const Real scale = 1 / (2 * std::numbers::pi), near = scale * (1 - grid.poisson_ratio);
     values_ = integrate_pixels<1>(
         grid, correction,
-        [&](double x, double y) -> std::array<double, 1> {
-          const double r = std::sqrt(x * x + y * y);
+        [&](Real x, Real y) -> std::array<Real, 1> {
+          const Real r = std::sqrt(x * x + y * y);
           return {near * (y * inverse_sinh(x, y, r) + x * inverse_sinh(y, x, r))};  // of 1 / r
         },
-        [&](double, double, double r) -> std::array<double, 1> {
-          return {scale * correction->at(LayerCorrection::pressure, r)};
+        [&](Real, Real, Real r) -> std::array<Real, 1> {
+          return {scale * correction->at(LayerCorrection<Real>::pressure, r)};
         });
   }
 
-  [[nodiscard]] double down(Index x, Index y) const {
+  [[nodiscard]] Real down(Index x, Index y) const {
     return values_[std::ptrdiff_t{std::abs(y)} * width_ + std::abs(x)][0];
   }
 
  private:
   Index width_;
-  Array<std::array<double, 1>> values_;
+  Array<std::array<Real, 1>> values_;
 };
 
 /// How far pressure and traction on one pixel move another's centre sideways: after Cerruti, as
 /// in Johnson, Contact Mechanics, 1985, doi:10.1017/CBO9781139171731, section 3.6. By reciprocity
 /// traction moves it down by what pressure moves it sideways, with the sign changed.
+template <class Real>
 class SidewaysGreen {
  public:
-  SidewaysGreen(const LayerGrid& grid, const std::optional<LayerCorrection>& correction)
+  SidewaysGreen(const LayerGrid& grid, const std::optional<LayerCorrection<Real>>& correction)
       : width_(grid.width) {
-    const double nu = grid.poisson_ratio, scale = 1 / (2 * std::numbers::pi);
-    const double pull = -scale * (1 - 2 * nu) / 2;
+    const Real nu = grid.poisson_ratio, scale = 1 / (2 * std::numbers::pi);
+    const Real pull = -scale * (1 - 2 * nu) / 2;
     values_ = integrate_pixels<5>(
         grid, correction,
-        [&](double x, double y) -> std::array<double, 5> {
-          const double r = std::hypot(x, y), log_r = std::log(r);
-          const double xx = y * inverse_sinh(x, y, r);  // of x^2 / r^3
-          const double yy = x * inverse_sinh(y, x, r);  // of y^2 / r^3
+        [&](Real x, Real y) -> std::array<Real, 5> {
+          const Real r = std::hypot(x, y), log_r = std::log(r);
+          const Real xx = y * inverse_sinh(x, y, r);  // of x^2 / r^3
+          const Real yy = x * inverse_sinh(y, x, r);  // of y^2 / r^3
           // Of x / r^2, y / r^2 and x y / r^3.
           return {pull * (y * log_r + x * std::atan(y / x)),
                   pull * (x * log_r + y * std::atan(x / y)), scale * (xx + (1 - nu) * yy),
                   scale * (yy + (1 - nu) * xx), -scale * nu * r};
         },
-        [&](double cos, double sin, double r) -> std::array<double, 5> {
-          const double mean = scale * correction->at(LayerCorrection::mean, r);
-          const double difference = scale * correction->at(LayerCorrection::difference, r);
-          const double coupling = scale * correction->at(LayerCorrection::coupling, r);
-          const double twice = cos * cos - sin * sin;
+        [&](Real cos, Real sin, Real r) -> std::array<Real, 5> {
+          const Real mean = scale * correction->at(LayerCorrection<Real>::mean, r);
+          const Real difference = scale * correction->at(LayerCorrection<Real>::difference, r);
+          const Real coupling = scale * correction->at(LayerCorrection<Real>::coupling, r);
+          const Real twice = cos * cos - sin * sin;
           return {-coupling * cos, -coupling * sin, mean - twice * difference,
                   mean + twice * difference, -2 * cos * sin * difference};
         });
@@ -282,24 +286,24 @@ class SidewaysGreen {
 
   /// Along x and y, by pressure.
   ///@{
-  [[nodiscard]] double x(Index x, Index y) const { return sign(x) * at(x, y)[0]; }
-  [[nodiscard]] double y(Index x, Index y) const { return sign(y) * at(x, y)[1]; }
+  [[nodiscard]] Real x(Index x, Index y) const { return sign(x) * at(x, y)[0]; }
+  [[nodiscard]] Real y(Index x, Index y) const { return sign(y) * at(x, y)[1]; }
   ///@}
   /// Along x by traction along x, along y by traction along y, and along the one by the other.
   ///@{
-  [[nodiscard]] double xx(Index x, Index y) const { return at(x, y)[2]; }
-  [[nodiscard]] double yy(Index x, Index y) const { return at(x, y)[3]; }
-  [[nodiscard]] double xy(Index x, Index y) const { return sign(x) * sign(y) * at(x, y)[4]; }
+  [[nodiscard]] Real xx(Index x, Index y) const { return at(x, y)[2]; }
+  [[nodiscard]] Real yy(Index x, Index y) const { return at(x, y)[3]; }
+  [[nodiscard]] Real xy(Index x, Index y) const { return sign(x) * sign(y) * at(x, y)[4]; }
   ///@}
 
  private:
-  [[nodiscard]] static double sign(Index i) { return i < 0 ? -1 : 1; }
-  [[nodiscard]] const std::array<double, 5>& at(Index x, Index y) const {
+  [[nodiscard]] static Real sign(Index i) { return i < 0 ? -1 : 1; }
+  [[nodiscard]] const std::array<Real, 5>& at(Index x, Index y) const {
     return values_[std::ptrdiff_t{std::abs(y)} * width_ + std::abs(x)];
   }
 
   Index width_;
-  Array<std::array<double, 5>> values_;
+  Array<std::array<Real, 5>> values_;
 };
 
 }  // namespace gelight::detail

@@ -379,23 +379,23 @@ class PressedLayer {
   [[nodiscard]] bool is_layer() const { return std::isfinite(grid_.thickness); }
   [[nodiscard]] Box whole() const { return {0, 0, grid_.width, grid_.height}; }
 
-  [[nodiscard]] const std::optional<LayerCorrection>& correction() const {
+  [[nodiscard]] const std::optional<LayerCorrection<>>& correction() const {
     return correction_.get([&] { return layer_correction(grid_); });
   }
-  [[nodiscard]] const PressureGreen& by_pressure() const {
+  [[nodiscard]] const PressureGreen<double>& by_pressure() const {
     return by_pressure_.get([&] { return PressureGreen(grid_, correction()); });
   }
-  [[nodiscard]] const SidewaysGreen& sideways() const {
+  [[nodiscard]] const SidewaysGreen<double>& sideways() const {
     return sideways_.get([&] { return SidewaysGreen(grid_, correction()); });
   }
 
   [[nodiscard]] Kernels kernels(const Box& from, const Box& to, bool has_down,
                                 bool has_sideways) const {
     Kernels k{Convolution(fourier_, from, to), {}, {}, {}, {}, {}, {}};
-    const PressureGreen& down = by_pressure();
+    const PressureGreen<double>& down = by_pressure();
     if (has_down) k.down = k.convolution.kernel([&](Index x, Index y) { return down.down(x, y); });
     if (!has_sideways) return k;
-    const SidewaysGreen& green = sideways();
+    const SidewaysGreen<double>& green = sideways();
     k.x = k.convolution.kernel([&](Index x, Index y) { return green.x(x, y); });
     k.y = k.convolution.kernel([&](Index x, Index y) { return green.y(x, y); });
     k.xx = k.convolution.kernel([&](Index x, Index y) { return green.xx(x, y); });
@@ -664,9 +664,9 @@ class PressedLayer {
   LayerGrid grid_;
   double friction_;
   FourierBackend fourier_;
-  Lazy<std::optional<LayerCorrection>> correction_;
-  Lazy<PressureGreen> by_pressure_;
-  Lazy<SidewaysGreen> sideways_;
+  Lazy<std::optional<LayerCorrection<>>> correction_;
+  Lazy<PressureGreen<double>> by_pressure_;
+  Lazy<SidewaysGreen<double>> sideways_;
 };
 
 }  // namespace gelight::detail

@@ -117,8 +117,9 @@ class TautGrid {
 };
 
 /// Corrections to the solution of that equation where some pixels are fixed, by a multigrid cycle:
-/// in float, since what a correction lacks the next one finds. (Brandt, Multi-level adaptive
+/// float does, since what a correction lacks the next one finds. (Brandt, Multi-level adaptive
 /// solutions to boundary-value problems, 1977, doi:10.1090/S0025-5718-1977-0431719-X)
+template <class Real>
 class TautGrids {
  public:
   TautGrids(Index width, Index height, double across, double down) {
@@ -135,11 +136,11 @@ class TautGrids {
 
   /// Near to the solution for a right hand side, `scale` times `wanted`, that is smooth, and 0
   /// where `fixed` is not.
-  [[nodiscard]] const Array<float>& correction(const Array<double>& wanted, double scale,
-                                               const Array<char>& fixed) {
+  [[nodiscard]] const Array<Real>& correction(const Array<double>& wanted, double scale,
+                                              const Array<char>& fixed) {
     Level& fine = levels_.front();
     std::transform(wanted.begin(), wanted.end(), fine.wanted.begin(),
-                   [&](double value) { return static_cast<float>(scale * value); });
+                   [&](double value) { return static_cast<Real>(scale * value); });
     if (fixed != fine.fixed) {
       fine.fixed = fixed;
       for (std::size_t l = 1; l < levels_.size(); ++l) coarsen_fixed(levels_[l], levels_[l - 1]);
@@ -153,19 +154,19 @@ class TautGrids {
     Level(Index width, Index height, double across, double down)
         : grid(width, height, across, down) {
       const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-      for (Array<float>* const values : {&u, &wanted, &left}) values->resize(count);
+      for (Array<Real>* const values : {&u, &wanted, &left}) values->resize(count);
       fixed.resize(count);
     }
 
-    TautGrid<float> grid;
-    Array<float> u, wanted, left;
+    TautGrid<Real> grid;
+    Array<Real> u, wanted, left;
     Array<char> fixed;
   };
 
   static void smooth(Level& level, int sweeps) {
     for (int i = 0; i < sweeps; ++i) {
-      (void)level.grid.sweep(level.u, level.wanted, [&](std::ptrdiff_t at, float value) {
-        return level.fixed[at] != 0 ? 0.0F : value;
+      (void)level.grid.sweep(level.u, level.wanted, [&](std::ptrdiff_t at, Real value) {
+        return level.fixed[at] != 0 ? Real(0) : value;
       });
     }
   }
@@ -173,7 +174,7 @@ class TautGrids {
   void cycle(std::size_t l) {
     constexpr int sweeps = 2, last_sweeps = 12;
     Level& fine = levels_[l];
-    std::fill(fine.u.begin(), fine.u.end(), 0.0F);
+    std::fill(fine.u.begin(), fine.u.end(), Real(0));
     if (l + 1 == levels_.size()) return smooth(fine, last_sweeps);
     // The right hand side of the finest grid is smooth.
     if (l > 0) smooth(fine, sweeps);
@@ -193,14 +194,14 @@ class TautGrids {
     });
   }
 
-  static void restrict_residual(Level& coarse, const Level& fine, const Array<float>& left) {
+  static void restrict_residual(Level& coarse, const Level& fine, const Array<Real>& left) {
     for_children(coarse, fine, [&](std::ptrdiff_t parent, const auto& children, int count) {
-      float sum = 0;
+      Real sum = 0;
       for (int i = 0; i < count; ++i) {
         const std::ptrdiff_t child = children[static_cast<std::size_t>(i)];
         sum += fine.fixed[child] != 0 ? 0 : left[child];
       }
-      coarse.wanted[parent] = sum / static_cast<float>(count);
+      coarse.wanted[parent] = sum / static_cast<Real>(count);
     });
   }
 
@@ -224,20 +225,20 @@ class TautGrids {
   // Between the coarse pixels' centres bilinearly: between two rows first.
   static void add_coarse(Level& fine, Level& coarse) {
     const Index last_row = coarse.grid.height() - 1, last = coarse.grid.width() - 1;
-    float* const row = coarse.left.data();
+    Real* const row = coarse.left.data();
     for (Index y = 0; y < fine.grid.height(); ++y) {
       const Index near = y / 2;
       const Index far = std::clamp(y % 2 == 0 ? near - 1 : near + 1, Index{0}, last_row);
-      const float* const a = &coarse.u[coarse.grid.at(0, near)];
-      const float* const b = &coarse.u[coarse.grid.at(0, far)];
+      const Real* const a = &coarse.u[coarse.grid.at(0, near)];
+      const Real* const b = &coarse.u[coarse.grid.at(0, far)];
       vectorised([&] {
-        for (Index x = 0; x <= last; ++x) row[x] = 0.75F * a[x] + 0.25F * b[x];
+        for (Index x = 0; x <= last; ++x) row[x] = Real(0.75) * a[x] + Real(0.25) * b[x];
       });
-      float* const u = &fine.u[fine.grid.at(0, y)];
+      Real* const u = &fine.u[fine.grid.at(0, y)];
       const char* const fixed = &fine.fixed[fine.grid.at(0, y)];
       for (Index x = 0; x < fine.grid.width(); ++x) {
         const Index c = x / 2, d = std::clamp(c + 2 * (x % 2) - 1, Index{0}, last);
-        u[x] += fixed[x] != 0 ? 0 : 0.75F * row[c] + 0.25F * row[d];
+        u[x] += fixed[x] != 0 ? 0 : Real(0.75) * row[c] + Real(0.25) * row[d];
       }
     }
   }

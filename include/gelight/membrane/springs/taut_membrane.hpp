@@ -340,7 +340,7 @@ class TautMembrane {
   double across_, down_;
   Array<double> w_;
   TautGrid<double> grid_;
-  TautGrids grids_;
+  TautGrids<float> grids_;
   Array<double> none_;  // no load but the contact's
   Array<double> obstacle_, left_, step_;
   std::array<Array<double>, 3> changes_;  // of w by what was last asked for
