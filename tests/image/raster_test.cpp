@@ -745,6 +745,43 @@ TEST_CASE("small faces among others are seen as each drawn alone") {
   }
 }
 
+TEST_CASE("a longer type than double shows what double does") {
+  // With faces that are cut, held back, wide and narrow.
+  auto mesh = gelight::icosphere<double>(4, 0.9);
+  for (auto& p : mesh.positions) p[2] += 1.2;
+  const auto sheet = gelight::grid<double>(2, 2, 30, 30);
+  for (const auto& p : sheet.positions)
+    mesh.positions.push_back({p[0] - 15, p[1] - 15, 1.5 + p[1] / 9});
+  const auto offset = static_cast<Index>(mesh.positions.size() - sheet.positions.size());
+  for (const auto& f : sheet.faces) {
+    mesh.faces.push_back({f[0] + offset, f[1] + offset, f[2] + offset});
+  }
+  Mesh<long double> same;
+  same.faces = mesh.faces;
+  for (const auto& p : mesh.positions) same.positions.push_back({p[0], p[1], p[2]});
+
+  const auto camera = small_camera<double>();
+  const auto longer = camera.cast<long double>();
+  const auto expected = gelight::rasterize(mesh, camera);
+  const auto raster = gelight::rasterize(same, longer);
+  gelight::Image<long double> depth(64, 48, std::numeric_limits<long double>::infinity());
+  gelight::RasterWorkspace work;
+  gelight::rasterize_into<long double>(depth, same, {}, longer, &work);
+  int seen = 0;
+  for (Index v = 0; v < camera.height; ++v) {
+    for (Index u = 0; u < camera.width; ++u) {
+      seen += expected.face(u, v) >= 0;
+      CHECK(depth(u, v) == expected.depth(u, v));
+      CHECK(raster.depth(u, v) == expected.depth(u, v));
+      CHECK(raster.face(u, v) == expected.face(u, v));
+      for (std::size_t k = 0; k < 3; ++k) {
+        CHECK(raster.barycentric(u, v)[k] == expected.barycentric(u, v)[k]);
+      }
+    }
+  }
+  CHECK(seen > 1000);
+}
+
 TEST_CASE("bad cameras and bad meshes are refused") {
   using gelight::InvalidInput;
   const Mesh<double> box = gelight::box(1.0, 1.0, 1.0);

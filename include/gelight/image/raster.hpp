@@ -282,10 +282,14 @@ class ImagePlane {
 }
 ///@}
 
+/// T, or double where T is longer: what is drawn is computed in double.
+template <class T>
+using AtMostDouble = std::conditional_t<(sizeof(T) > sizeof(double)), double, T>;
+
 /// Whether T holds a depth, and double what is computed with it.
 template <class T>
 [[nodiscard]] bool is_drawn(double z) {
-  using Limits = std::numeric_limits<T>;
+  using Limits = std::numeric_limits<AtMostDouble<T>>;
   return z >= std::max(least_drawn, double{Limits::min()}) &&
          z <= std::min(most_drawn, double{Limits::max()});
 }
@@ -340,11 +344,15 @@ struct DepthTarget {
 #if defined(__GNUC__)
     /// Pixels from x on, at depths of which those that are not covered are infinite.
     void show_four(Index x, const FourDoubles& z) const {
-      Four<T> was;
-      load(was, depth + x);
-      const Four<T> is = __builtin_convertvector(z, Four<T>);
-      const Four<T> now = is < was ? is : was;
-      std::memcpy(depth + x, &now, sizeof now);
+      if constexpr (sizeof(T) > sizeof(double)) {  // of which there are no vectors
+        for (Index k = 0; k < pixels_at_once; ++k) (void)is_nearer(x + k, T{z[k]}, 0);
+      } else {
+        Four<T> was;
+        load(was, depth + x);
+        const Four<T> is = __builtin_convertvector(z, Four<T>);
+        const Four<T> now = is < was ? is : was;
+        std::memcpy(depth + x, &now, sizeof now);
+      }
     }
 #endif
   };
@@ -439,7 +447,7 @@ class CoveredPixels {
       const double depth = lesser(greater(quotients[3], least), most);
       const std::ptrdiff_t at = first_[n] + static_cast<std::ptrdiff_t>(k);
       if (!row.is_nearer(at, static_cast<T>(depth), face)) continue;
-      const auto shares = __builtin_convertvector(quotients, Four<T>);
+      const auto shares = __builtin_convertvector(quotients, Four<AtMostDouble<T>>);
       row.show(at, face, [&]() -> std::array<T, 3> { return {shares[0], shares[1], shares[2]}; });
     }
     count_ = 0;
@@ -603,7 +611,7 @@ class ImageTriangle {
   }
 
   [[nodiscard]] static Three in_whole(const Shares& shares, const Three& parts) {
-    const auto part = [&](Index k) {
+    const auto part = [&](std::size_t k) {
       return shares[0][k] * parts[0] + shares[1][k] * parts[1] + shares[2][k] * parts[2];
     };
     return {part(0), part(1), part(2)};
@@ -1053,7 +1061,7 @@ template <class Target>
 template <TriangleMesh M>
 [[nodiscard]] Vec3<double> vertex_position(const M& mesh, Index v) {
   const auto& p = MeshTraits<M>::position(mesh, v);
-  return {double{p[0]}, double{p[1]}, double{p[2]}};
+  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
 
 /// A moved mesh, as it is seen.
