@@ -43,9 +43,10 @@ class Backtrace {
       for_each_vertex_near(surface_, source.point, [&](Index v, double) { is_near_[v] = 1; });
     }
     // Those at vertices are met there.
-    std::erase_if(sources_, [](const auto& source) {
+    const auto is_vertex = [](const auto& source) {
       return source.point.kind == SurfacePoint<double>::Kind::vertex;
-    });
+    };
+    sources_.keep_until(std::remove_if(sources_.begin(), sources_.end(), is_vertex));
   }
 
   /// A path's length and its source's start distance: as walked, and pulled taut between the
