@@ -31,8 +31,9 @@ Vec3<double> at(const Mesh<double>& mesh, std::size_t v) {
   return {mesh.positions[v][0], mesh.positions[v][1], mesh.positions[v][2]};
 }
 
+// (Nothing from a point to itself, which a cross product is not where the compiler fuses.)
 double arc(const Vec3<double>& a, const Vec3<double>& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
+  return 2 * std::atan2((a - b).norm(), (a + b).norm());
 }
 
 Error sphere_error(int level, Index source, const HeatOptions& options = {}) {

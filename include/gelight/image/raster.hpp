@@ -1264,8 +1264,9 @@ void draw_moved(Target<T> target, const M& mesh, const Pose& pose, const Camera<
 /// after the other, in any order, gives the nearest of several objects. Begin with +infinity
 /// everywhere.
 ///
-/// It is seen as `rasterize` sees the mesh with its vertices moved (in double). Nothing is taken
-/// from the heap; with a workspace, see there. Throws InvalidInput, before anything is drawn, as
+/// It is seen as `rasterize` sees the mesh with its vertices moved (in double), but for rounding in
+/// depths where the compiler may fuse multiplications with additions. Nothing is taken from the
+/// heap; with a workspace, see there. Throws InvalidInput, before anything is drawn, as
 /// `rasterize` does and for a depth image of another size than the camera's. Cost: O(faces + rows
 /// and pixels covered).
 template <std::floating_point T, TriangleMesh M>
