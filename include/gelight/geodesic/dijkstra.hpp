@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <concepts>
+#include <cstddef>
+#include <cstring>
 #include <memory>
 #include <utility>
 
@@ -63,9 +65,20 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
 
   void solve_vertices(detail::DistanceQuery<Real>& query) const;
 
-  struct Edge {
-    Real length;
-    Index tip;
+  // Unaligned, in three quarters of the memory: queries wait for this more than for all else.
+  class Edge {
+   public:
+    Edge(Index tip, Real length) : tip_(tip) { std::memcpy(length_, &length, sizeof length); }
+    [[nodiscard]] Index tip() const { return tip_; }
+    [[nodiscard]] Real length() const {
+      Real length;
+      std::memcpy(&length, length_, sizeof length);
+      return length;
+    }
+
+   private:
+    Index tip_;
+    char length_[sizeof(Real)];
   };
 
   void solve_along_edges(detail::DistanceQuery<Real>& query) const {
@@ -90,7 +103,7 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
       if (d > distance[v]) continue;  // reached on a shorter way since it was queued
       progress.step();
       for (Index e = begin_[v]; e < begin_[v + 1]; ++e) {
-        relax(edges_[e].tip, d + edges_[e].length);
+        relax(edges_[e].tip(), d + edges_[e].length());
       }
     }
   }
@@ -106,8 +119,8 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       for (const Index out : surface_.corners(v)) {
         const Index in = surface_.previous(out);
-        if (stands_for_edge(out)) edges_.push_back({surface_.length(out), surface_.tip(out)});
-        if (stands_for_edge(in)) edges_.push_back({surface_.length(in), surface_.origin(in)});
+        if (stands_for_edge(out)) edges_.emplace_back(surface_.tip(out), surface_.length(out));
+        if (stands_for_edge(in)) edges_.emplace_back(surface_.origin(in), surface_.length(in));
       }
       begin_.push_back(static_cast<Index>(edges_.size()));
     }
