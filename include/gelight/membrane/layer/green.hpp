@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <numbers>
 #include <optional>
+#include <type_traits>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
@@ -76,7 +77,7 @@ class LayerCorrection {
   static constexpr Real reach = 20;
 
   /// For distances over thickness up to the smaller of `reach` and what is asked for.
-  LayerCorrection(Real nu, Real farthest) {
+  LayerCorrection(Real nu, std::type_identity_t<Real> farthest) {
     const LayerResponse far = half_space_response(nu);
     nodes_.resize(static_cast<std::size_t>(std::min(farthest, reach) * per_thickness) + 2);
     // Gauss and Legendre's rule of ten points in panels of half a unit. Beyond c = 20 the responses
