@@ -496,9 +496,9 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
       work.changes.mark_near(work.changed, y, y, membrane_.radius() + 1, block_reach() + 1);
     } else {
       if (extent == Extent::not_at_rest) copy_rest(out, y);
-      membrane_.mark_changed(work.membrane, y, work.changed);
+      if (!membrane_.mark_changed(work.membrane, y, work.changed)) return;
     }
-    detail::gather_runs(work.runs, work.changed, camera_.width);
+    detail::gather_runs(work.runs, work.changed.data(), camera_.width);
     if (work.runs.empty()) return;
     const bool darkens = options_.darkening > 0;
     if (darkens) {
@@ -523,19 +523,22 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   template <class D>
   void find_touched(const D& depth, Workspace& work, Index y) const {
     const T* const z = detail::row_of(depth, y, work.membrane.buffer.data(), camera_.width);
-    const T *const surface = membrane_.row(work.membrane, y), *const rest = membrane_.rest(y);
+    const T* const rest = membrane_.rest(y);
     T* const touched = work.touched.data();
-    detail::vectorised([&] {
-      for (Index x = 0; x < camera_.width; ++x) {
-        touched[x] = z[x] > 0 && z[x] < rest[x] && z[x] <= surface[x] ? T(1) : T(0);
-      }
-    });
+    for (const detail::Run& run : work.runs) {
+      const T* const surface = membrane_.row(work.membrane, y, run);
+      detail::vectorised([&] {
+        for (Index x = run.begin; x < run.end; ++x) {
+          touched[x] = z[x] > 0 && z[x] < rest[x] && z[x] <= surface[x] ? T(1) : T(0);
+        }
+      });
+    }
   }
 
   void shade_run(Workspace& work, Index y, const detail::Run& run, const T* kept) const {
-    const T *const above = membrane_.row(work.membrane, y - 1),
-                   *const middle = membrane_.row(work.membrane, y),
-                   *const below = membrane_.row(work.membrane, y + 1);
+    const T *const above = membrane_.row(work.membrane, y - 1, run),
+                   *const middle = membrane_.row(work.membrane, y, run),
+                   *const below = membrane_.row(work.membrane, y + 1, run);
     const bool masked = !is_gaussian || masked_near(y);
     detail::for_each_tile(run, [&](const detail::Run& part) {
       const auto n = shading_.normals(work.shading, y, part, above, middle, below);

@@ -56,14 +56,17 @@ void bulge_row(T* __restrict out, const T* depth, const T* rest, const T* spread
   }
 }
 
-/// Whether a row is known and its protrusion 0, as most rows of a small contact are. `allowed` is
-/// 0 where what lies deeper than the membrane does not touch it, and otherwise the largest depth.
-/// A loop for each question, without branches: so compilers vectorise it.
+/// Whether a row is known where the membrane is and its protrusion 0, as most rows of a small
+/// contact are. `allowed` is 0 where what lies deeper than the membrane does not touch it, and
+/// otherwise the largest depth. Without branches: so compilers vectorise it.
 template <class T>
 [[nodiscard]] bool row_is_at_rest(const T* depth, const T* rest, T allowed, std::ptrdiff_t count) {
   int moved = 0;
-  for (std::ptrdiff_t i = 0; i < count; ++i) moved |= depth[i] < rest[i] ? 1 : 0;
-  for (std::ptrdiff_t i = 0; i < count; ++i) moved |= depth[i] > 0 ? 0 : 1;
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const int is_behind = depth[i] >= rest[i] ? 1 : 0;
+    const int is_outside = rest[i] == rest[i] ? 0 : 1;  // NOLINT(misc-redundant-expression): NaN
+    moved |= 1 - (is_behind | is_outside);
+  }
   if (allowed == 0) return moved == 0;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     moved |= contact_depth(depth[i], rest[i], allowed) > rest[i] ? 1 : 0;
@@ -97,6 +100,20 @@ void keep_rest_rows(PaddedRows<T>& rest, Array<char>& masked, const D& image, In
   }
 }
 
+/// Marks the blocks of a row that have a number other than 0.
+template <class T>
+void mark_blocks(char* __restrict marks, const T* row, std::ptrdiff_t count) {
+  std::ptrdiff_t b = 0;
+  for (; (b + 1) * block_size <= count; ++b) {
+    int any = 0;
+    for (Index i = 0; i < block_size; ++i) any |= row[b * block_size + i] == 0 ? 0 : 1;
+    marks[b] = static_cast<char>(any);
+  }
+  if (b * block_size == count) return;
+  marks[b] = 0;
+  for (std::ptrdiff_t i = b * block_size; i < count; ++i) marks[b] |= row[i] == 0 ? 0 : 1;
+}
+
 /// Rows of an image that slide along with a window, each of them kept twice: so all rows of the
 /// window lie one after the other in memory, wherever it is.
 template <class T>
@@ -109,7 +126,7 @@ class SlidingRows {
         before_(before),
         stride_(row_stride(width)),
         numbers_(2 * static_cast<std::size_t>(count) * static_cast<std::size_t>(stride_)),
-        used_(static_cast<std::size_t>(count)) {}
+        used_(static_cast<std::size_t>(count), Run{0, 0}) {}
 
   /// Room for what symmetric_sums reads beyond the end, and an odd number of cache lines, so that
   /// the rows' numbers of one column do not compete for a few places in the cache.
@@ -121,30 +138,33 @@ class SlidingRows {
   [[nodiscard]] std::ptrdiff_t stride() const { return stride_; }
   [[nodiscard]] const T* row(Index y) const { return numbers_.data() + slot(y) * stride_; }
 
-  /// Makes row y what `write(row)` writes into zeros.
+  /// Makes row y what `write(row)` writes into zeros, no further than some columns.
   template <class Write>
-  void set(Index y, const Write& write) {
+  void set(Index y, const Run& columns, const Write& write) {
     clear(y);
     T* const first = numbers_.data() + slot(y) * stride_;
     write(first);
-    std::copy_n(first, stride_, first + count_ * stride_);
-    used_[static_cast<std::size_t>(slot(y))] = 1;
+    std::copy(first + columns.begin, first + columns.end, first + count_ * stride_ + columns.begin);
+    used_[slot(y)] = columns;
   }
 
   void clear(Index y) {
-    char& used = used_[static_cast<std::size_t>(slot(y))];
-    if (used == 0) return;
+    Run& used = used_[slot(y)];
+    if (used.end == 0) return;
     T* const first = numbers_.data() + slot(y) * stride_;
-    std::fill_n(first, stride_, T(0));
-    std::fill_n(first + count_ * stride_, stride_, T(0));
-    used = 0;
+    std::fill(first + used.begin, first + used.end, T(0));
+    std::fill(first + count_ * stride_ + used.begin, first + count_ * stride_ + used.end, T(0));
+    used = {0, 0};
   }
 
   void copy(Index y, Index from) {
     clear(y);
-    if (used_[static_cast<std::size_t>(slot(from))] == 0) return;
+    const Run columns = used_[slot(from)];
+    if (columns.end == 0) return;
     const T* const source = row(from);
-    set(y, [&](T* out) { std::copy_n(source, stride_, out); });
+    set(y, columns, [&](T* out) {
+      std::copy(source + columns.begin, source + columns.end, out + columns.begin);
+    });
   }
 
  private:
@@ -153,7 +173,7 @@ class SlidingRows {
   Index count_ = 1, before_ = 0;
   std::ptrdiff_t stride_ = 0;
   Lines<T> numbers_;
-  Array<char> used_;  // of each row: whether it is not all zero
+  Array<Run> used_;  // of each row: the columns that are not all zero
 };
 
 /// The depth of an elastic membrane under contact, row after row: min(contact, rest - G(rest -
@@ -176,13 +196,14 @@ class MembraneRows {
     SlidingRows<T> missing;  // 1 where the depth is not known, smoothed along
     std::array<Lines<T>, band> spread, lack;  // the same, smoothed down
     Lines<T> membrane;  // rows of depth, a pixel more on each side: y at y mod (2 band)
-    std::array<const T*, std::size_t{2} * band> rows{};  // where those rows are: there, or at rest
-    std::array<Array<char>, 2> moved;  // of each block of two bands: whether not at rest
-    Array<char> touched;               // of each block of a row
-    Array<Index> newest;               // of each block: the last row that spreads into it
-    Array<char> holes;                 // of each row: whether it has unknown depths
+    std::array<Run, std::size_t{2} * band> made;  // the columns of those rows that are there
+    Array<char> touched;       // of each block of a row: whether the contact's protrusion is there
+    Array<char> moved;         // of each block of a band
+    Array<char> spread_marks;  // of each block of each row: whether the row is spread into it
+    Array<char> spreads, holes;  // of each row: whether it is, and has unknown depths
     Array<const T*> taps;
     Array<Run> runs;
+    Index last_spread = 0;  // the last row that is
     bool everything = false, any_holes = false;
   };
 
@@ -195,7 +216,6 @@ class MembraneRows {
         radius_(static_cast<Index>(weights.size()) - 1),
         allowed_(allowed),
         weights_(std::move(weights)),
-        zeros_(static_cast<std::size_t>(width)),
         rest_(width, height),
         masked_(static_cast<std::size_t>(height)) {
     keep_rest(rest);
@@ -225,9 +245,10 @@ class MembraneRows {
       work.lack[r] = work.spread[r];
     }
     work.membrane.resize(static_cast<std::size_t>(2 * band * stride()));
-    for (auto& marks : work.moved) marks.resize(blocks);
     work.touched.resize(blocks);
-    work.newest.resize(blocks);
+    work.moved.resize(blocks);
+    work.spread_marks.resize(blocks * static_cast<std::size_t>(height_));
+    work.spreads.resize(static_cast<std::size_t>(height_));
     work.holes.resize(static_cast<std::size_t>(height_));
     work.taps.resize(static_cast<std::size_t>(window));
     work.runs.reserve(blocks);
@@ -238,7 +259,8 @@ class MembraneRows {
   void start(Workspace& work, bool everything) const {
     work.everything = everything;
     work.any_holes = false;
-    std::fill(work.newest.begin(), work.newest.end(), -1 - radius_);
+    work.last_spread = -1;
+    std::fill(work.spreads.begin(), work.spreads.end(), char{0});
     std::fill(work.holes.begin(), work.holes.end(), char{0});
   }
 
@@ -253,15 +275,20 @@ class MembraneRows {
     }
     press_holes(work, depth, y);
     T* const protrusion = work.padded.data() + whole_lines<T>(radius_);
-    vectorised([&] { protrusion_row(protrusion, depth, rest(y), allowed_, width_); });
-    if (!mark_touched(work, protrusion)) return work.across.clear(y);
-    for (std::size_t b = 0; b < work.touched.size(); ++b) {
-      if (work.touched[b] != 0) work.newest[b] = y;
-    }
+    vectorised([&] {
+      protrusion_row(protrusion, depth, rest(y), allowed_, width_);
+      mark_blocks(work.touched.data(), protrusion, width_);
+    });
+    char* const spread = work.spread_marks.data() + block_count(width_) * std::ptrdiff_t{y};
+    if (!mark_spread(work, protrusion, spread)) return work.across.clear(y);
+    if (wanted != nullptr) keep_marks(spread, wanted, block_count(width_));
+    work.spreads[y] = 1;
+    work.last_spread = y;
     if (radius_ == 0) return;
-    if (wanted != nullptr) keep_marks(work.touched.data(), wanted, std::ssize(work.touched));
-    gather_runs(work.runs, work.touched, width_);
-    work.across.set(y, [&](T* out) { smooth_along(work, out); });
+    gather_runs(work.runs, spread, width_);
+    if (work.runs.empty()) return work.across.clear(y);
+    const Run columns{work.runs[0].begin, work.runs[std::ssize(work.runs) - 1].end};
+    work.across.set(y, columns, [&](T* out) { smooth_along(work, out); });
   }
 
   /// Takes in a row of which nothing needs to be known.
@@ -274,16 +301,17 @@ class MembraneRows {
   /// the blocks that `wanted` marks, if there is one.
   template <ImageOf<T> D>
   void bulge(Workspace& work, const D& image, Index y, const char* wanted = nullptr) const {
-    auto& moved = work.moved[static_cast<std::size_t>(y / band % 2)];
-    for (std::size_t b = 0; b < moved.size(); ++b) moved[b] = work.newest[b] >= y - radius_;
-    if (wanted != nullptr) keep_marks(moved.data(), wanted, std::ssize(moved));
-    gather_runs(work.runs, moved, width_);
+    const Index end = std::min(height_, y + band);
     if (radius_ > 0) fill_border(work, y);
+    work.runs.clear();
+    if (mark_near(work, y - radius_, end - 1 + radius_, work.moved)) {
+      if (wanted != nullptr) keep_marks(work.moved.data(), wanted, std::ssize(work.moved));
+      gather_runs(work.runs, work.moved.data(), width_);
+    }
     if (radius_ > 0 && !work.runs.empty()) smooth_down(work, y);
-    for (Index r = 0; r < std::min(band, height_ - y); ++r) {
-      const T*& row = work.rows[static_cast<std::size_t>((y + r) % (2 * band))];
-      row = rest(y + r);
-      if (!work.runs.empty()) row = bulged_row(work, image, y + r);
+    for (Index row = y; row < end; ++row) {
+      work.made[ring_slot(row)] = {0, 0};
+      if (!work.runs.empty()) make_row(work, image, row);
     }
   }
 
@@ -294,27 +322,23 @@ class MembraneRows {
     vectorised([&] { protrusion_row(out, depth, rest(y), allowed_, width_); });
   }
 
-  /// Row y of the membrane, a pixel more on each side, while the band after the next is not made.
-  /// The rows before the first and after the last are extrapolated.
-  [[nodiscard]] const T* row(Workspace& work, Index y) const {
-    const auto slot = [](Index i) { return static_cast<std::size_t>((i + 2 * band) % (2 * band)); };
-    if (y >= 0 && y < height_) return work.rows[slot(y)];
+  /// Row y of the membrane, of which a run is asked and a pixel more on each side, while the band
+  /// after the next is not made. The rows before the first and after the last are extrapolated.
+  [[nodiscard]] const T* row(Workspace& work, Index y, const Run& run) const {
+    if (y >= 0 && y < height_) return made_row(work, y, run);
     const Index first = y < 0 ? 0 : height_ - 1;
     const Index second = std::clamp(y < 0 ? 1 : height_ - 2, Index{0}, height_ - 1);
-    T* const outside = work.membrane.data() + stride() * static_cast<Index>(slot(y)) + line_size<T>;
-    extrapolate_row(outside, work.rows[slot(first)], work.rows[slot(second)], width_);
+    T* const outside = ring_row(work, y);
+    const T *const edge = made_row(work, first, run), *const before = made_row(work, second, run);
+    for (Index x = run.begin - 1; x <= run.end; ++x) outside[x] = beyond_edge(edge[x], before[x]);
     return outside;
   }
 
-  /// Marks the blocks whose normals may differ from those at rest.
-  void mark_changed(const Workspace& work, Index y, Array<char>& changed) const {
-    std::fill(changed.begin(), changed.end(), static_cast<char>(has_holes(work, y)));
-    const Index first = std::max(Index{0}, y - 1) / band,
-                last = std::min(height_ - 1, y + 1) / band;
-    for (Index b = first; b <= last; ++b) {
-      mark_around(changed.data(), work.moved[static_cast<std::size_t>(b % 2)].data(),
-                  std::ssize(changed));
-    }
+  /// Marks the blocks whose normals may differ from those at rest; false where there are none.
+  bool mark_changed(const Workspace& work, Index y, Array<char>& changed) const {
+    if (!has_holes(work, y)) return mark_near(work, y - 1 - radius_, y + 1 + radius_, changed);
+    std::fill(changed.begin(), changed.end(), char{1});
+    return true;
   }
 
  private:
@@ -333,31 +357,73 @@ class MembraneRows {
     }
   }
 
-  // Marks the blocks that the row's protrusion is spread into; false where there is none.
-  [[nodiscard]] bool mark_touched(Workspace& work, const T* protrusion) const {
-    auto& touched = work.touched;
+  [[nodiscard]] static std::size_t ring_slot(Index y) {
+    return static_cast<std::size_t>((y + 2 * band) % (2 * band));
+  }
+  [[nodiscard]] T* ring_row(Workspace& work, Index y) const {
+    return work.membrane.data() + stride() * static_cast<Index>(ring_slot(y)) + line_size<T>;
+  }
+
+  // Where a row of the image is: at rest, or in the ring, which is filled up with what is at rest
+  // as far as it is asked for.
+  [[nodiscard]] const T* made_row(Workspace& work, Index y, const Run& run) const {
+    Run& made = work.made[ring_slot(y)];
+    if (made.end == 0) return rest(y);
+    T* const z = ring_row(work, y);
+    const Run needed{std::min(made.begin, run.begin - 1), std::max(made.end, run.end + 1)};
+    std::copy(rest(y) + needed.begin, rest(y) + made.begin, z + needed.begin);
+    std::copy(rest(y) + made.end, rest(y) + needed.end, z + made.end);
+    made = needed;
+    return z;
+  }
+
+  // Marks the blocks that the row's protrusion is spread into, and those beside them whose normals
+  // that turns; false where there is none.
+  [[nodiscard]] bool mark_spread(Workspace& work, const T* protrusion, char* spread) const {
+    const Index blocks = block_count(width_), reach = radius_ + 1;
     if (work.everything) {
-      std::fill(touched.begin(), touched.end(), char{1});
+      std::fill_n(spread, blocks, char{1});
       return true;
     }
-    std::fill(touched.begin(), touched.end(), char{0});
-    bool any = false;
-    const Index blocks = block_count(width_), reach = (radius_ + block_size - 1) / block_size;
-    for (Index b = 0; b < blocks; ++b) {
-      const Index begin = b * block_size, end = std::min(width_, begin + block_size);
-      const auto bytes = static_cast<std::size_t>(end - begin) * sizeof(T);
-      if (std::memcmp(protrusion + begin, zeros_.data() + begin, bytes) == 0) continue;
-      const Index first = std::max(Index{0}, b - reach), last = std::min(blocks - 1, b + reach);
-      std::fill(touched.begin() + first, touched.begin() + last + 1, char{1});
-      any = true;
+    gather_runs(work.runs, work.touched.data(), width_);
+    if (work.runs.empty()) return false;
+    std::fill_n(spread, blocks, char{0});
+    for (const Run& run : work.runs) {
+      Index first = run.begin, last = run.end - 1;
+      while (protrusion[first] == 0) ++first;
+      while (protrusion[last] == 0) --last;
+      std::fill(spread + std::max(Index{0}, first - reach) / block_size,
+                spread + std::min(width_ - 1, last + reach) / block_size + 1, char{1});
     }
-    return any;
+    return true;
+  }
+
+  // Marks the blocks that rows `first` to `last` of the contact are spread into; false where none
+  // of them is.
+  bool mark_near(const Workspace& work, Index first, Index last, Array<char>& marks) const {
+    first = std::max(Index{0}, first);
+    last = std::min(work.last_spread, last);
+    while (first <= last && work.spreads[first] == 0) ++first;
+    if (first > last) return false;
+    std::fill(marks.begin(), marks.end(), static_cast<char>(work.everything));
+    if (work.everything) return true;
+    const Index blocks = block_count(width_);
+    vectorised([&] {
+      for (Index y = first; y <= last; ++y) {
+        if (work.spreads[y] == 0) continue;
+        add_marks(marks.data(), work.spread_marks.data() + blocks * std::ptrdiff_t{y}, blocks);
+      }
+    });
+    return true;
   }
 
   // Smooths the padded row along itself, over the workspace's runs.
   void smooth_along(Workspace& work, T* out) const {
     T* const row = work.padded.data() + whole_lines<T>(radius_);
-    for (Index k = 1; k <= radius_; ++k) {
+    const bool at_left =
+        work.runs[0].begin<radius_, at_right = work.runs[std::ssize(work.runs) - 1].end> width_ -
+        radius_;
+    for (Index k = 1; k <= radius_ && (at_left || at_right); ++k) {
       row[-k] = row[inside(-k, width_, Border::reflect101)];
       row[width_ - 1 + k] = row[inside(width_ - 1 + k, width_, Border::reflect101)];
     }
@@ -380,7 +446,7 @@ class MembraneRows {
     T* const row = work.padded.data() + whole_lines<T>(radius_);
     for (Index x = 0; x < width_; ++x) row[x] = is_depth(rest(y)[x]) && !is_known(depth[x]) ? 1 : 0;
     work.runs.assign(1, {0, width_});
-    work.missing.set(y, [&](T* out) { smooth_along(work, out); });
+    work.missing.set(y, {0, width_}, [&](T* out) { smooth_along(work, out); });
   }
 
   // Makes the rows beyond the image that the band from row y on is the first to need.
@@ -435,14 +501,16 @@ class MembraneRows {
     }
   }
 
-  // Row y of the membrane: at rest but for the workspace's runs.
+  // Makes row y of the membrane, which is at rest but for the workspace's runs.
   template <class D>
-  [[nodiscard]] const T* bulged_row(Workspace& work, const D& image, Index y) const {
-    T* const z = work.membrane.data() + stride() * (y % (2 * band)) + line_size<T>;
-    if (!work.everything) std::copy_n(rest(y), width_, z);
+  void make_row(Workspace& work, const D& image, Index y) const {
+    T* const z = ring_row(work, y);
     const T* const depth = row_of(image, y, work.buffer.data(), width_);
     const T* const spread = work.spread[static_cast<std::size_t>(y % band)].data();
+    Run& made = work.made[ring_slot(y)];
+    made = {work.runs[0].begin, work.runs[0].begin};
     for (const Run& run : work.runs) {
+      std::copy(rest(y) + made.end, rest(y) + run.begin, z + made.end);
       const std::ptrdiff_t x = run.begin, count = run.end - run.begin;
       vectorised([&] {
         if (radius_ == 0) {
@@ -451,14 +519,16 @@ class MembraneRows {
           bulge_row(z + x, depth + x, rest(y) + x, spread + x, allowed_, count);
         }
       });
+      made.end = run.end;
     }
-    extrapolate_ends(z, width_);
-    return z;
+    if (made.begin == 0) z[--made.begin] = width_ > 1 ? beyond_edge(z[0], z[1]) : z[0];
+    if (made.end < width_) return;
+    z[made.end++] = width_ > 1 ? beyond_edge(z[width_ - 1], z[width_ - 2]) : z[0];
   }
 
   Index width_, height_, radius_;
   T allowed_;
-  std::vector<T> weights_, zeros_;
+  std::vector<T> weights_;
   PaddedRows<T> rest_;  // NaN outside the membrane
   Array<char> masked_;
   Image<T> lack_;  // the share of each pixel's Gaussian that lies outside the membrane, if any does

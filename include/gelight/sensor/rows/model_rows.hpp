@@ -104,16 +104,21 @@ class ModelRows {
 
   /// Row y of the surface, from -1 to the height, a pixel more on each side; beyond the image it is
   /// extrapolated.
-  [[nodiscard]] const T* row(const Workspace& work, Index y) const { return work.surface.row(y); }
+  [[nodiscard]] const T* row(const Workspace& work, Index y, const Run&) const {
+    return work.surface.row(y);
+  }
 
-  /// Marks the blocks whose normals may differ from those at rest.
-  void mark_changed(const Workspace& work, Index y, Array<char>& changed) const {
+  /// Marks the blocks whose normals may differ from those at rest; false where there are none.
+  bool mark_changed(const Workspace& work, Index y, Array<char>& changed) const {
     const bool whole_row = work.everything || has_holes(work, y);
-    std::fill(changed.begin(), changed.end(), static_cast<char>(whole_row));
     const Window near = work.moved.grown(1, width_, height_);
-    if (near.is_empty() || y < near.top || y >= near.bottom) return;
+    const bool is_near = !near.is_empty() && y >= near.top && y < near.bottom;
+    if (!whole_row && !is_near) return false;
+    std::fill(changed.begin(), changed.end(), static_cast<char>(whole_row));
+    if (!is_near) return true;
     std::fill(changed.begin() + near.left / block_size,
               changed.begin() + (near.right - 1) / block_size + 1, char{1});
+    return true;
   }
 
  private:

@@ -30,9 +30,9 @@ struct Run {
 };
 
 /// Gathers the marked (1, not 0) blocks of a row into runs; as many as `runs` has capacity for.
-inline void gather_runs(Array<Run>& runs, const Array<char>& marks, Index width) {
+inline void gather_runs(Array<Run>& runs, const char* marks, Index width) {
   runs.clear();
-  const char* const first = marks.data();
+  const char* const first = marks;
   const char* const end = first + block_count(width);
   const auto find = [end](const char* from, int mark) {
     const void* const found = std::memchr(from, mark, static_cast<std::size_t>(end - from));
