@@ -194,16 +194,17 @@ class MembraneRows {
     Lines<T> padded;         // a row, `radius` more pixels on each side, and what fills a line
     SlidingRows<T> across;   // protrusion, smoothed along
     SlidingRows<T> missing;  // 1 where the depth is not known, smoothed along
-    std::array<Lines<T>, band> spread, lack;  // the same, smoothed down
+    std::array<Lines<T>, band> sums, lack;  // the same, smoothed down
     Lines<T> membrane;  // rows of depth, a pixel more on each side: y at y mod (2 band)
     std::array<Run, std::size_t{2} * band> made;  // the columns of those rows that are there
-    Array<char> touched;       // of each block of a row: whether the contact's protrusion is there
-    Array<char> moved;         // of each block of a band
-    Array<char> spread_marks;  // of each block of each row: whether the row is spread into it
-    Array<char> spreads, holes;  // of each row: whether it is, and has unknown depths
+    Array<char> touched;  // of each block of a row: whether the contact's protrusion is there
+    Array<char> spread;   // of each block of a row: whether that is spread into it, or beside it
+    Array<Index> newest;  // of each block: the last row that is
+    Array<char> near;     // of each block of each row: whether its normals may not be at rest
+    Array<char> is_near, holes;  // of each row: whether it has such blocks, and unknown depths
+    Array<char> moved;           // of each block of a band
     Array<const T*> taps;
     Array<Run> runs;
-    Index last_spread = 0;  // the last row that is
     bool everything = false, any_holes = false;
   };
 
@@ -241,14 +242,14 @@ class MembraneRows {
     work.across = {width_, window + band - 1, radius_};
     work.missing = work.across;
     for (std::size_t r = 0; r < band; ++r) {
-      work.spread[r].resize(static_cast<std::size_t>(work.across.stride()));
-      work.lack[r] = work.spread[r];
+      work.sums[r].resize(static_cast<std::size_t>(work.across.stride()));
+      work.lack[r] = work.sums[r];
     }
     work.membrane.resize(static_cast<std::size_t>(2 * band * stride()));
-    work.touched.resize(blocks);
-    work.moved.resize(blocks);
-    work.spread_marks.resize(blocks * static_cast<std::size_t>(height_));
-    work.spreads.resize(static_cast<std::size_t>(height_));
+    for (auto* const marks : {&work.touched, &work.spread, &work.moved}) marks->resize(blocks);
+    work.newest.resize(blocks);
+    work.near.resize(blocks * static_cast<std::size_t>(height_));
+    work.is_near.resize(static_cast<std::size_t>(height_));
     work.holes.resize(static_cast<std::size_t>(height_));
     work.taps.resize(static_cast<std::size_t>(window));
     work.runs.reserve(blocks);
@@ -259,8 +260,10 @@ class MembraneRows {
   void start(Workspace& work, bool everything) const {
     work.everything = everything;
     work.any_holes = false;
-    work.last_spread = -1;
-    std::fill(work.spreads.begin(), work.spreads.end(), char{0});
+    for (auto* const marks : {&work.near, &work.is_near}) {
+      std::fill(marks->begin(), marks->end(), static_cast<char>(everything));
+    }
+    std::fill(work.newest.begin(), work.newest.end(), -2 * (radius_ + 1) - 1);
     std::fill(work.holes.begin(), work.holes.end(), char{0});
   }
 
@@ -279,15 +282,12 @@ class MembraneRows {
       protrusion_row(protrusion, depth, rest(y), allowed_, width_);
       mark_blocks(work.touched.data(), protrusion, width_);
     });
-    char* const spread = work.spread_marks.data() + block_count(width_) * std::ptrdiff_t{y};
-    if (!mark_spread(work, protrusion, spread)) return work.across.clear(y);
-    if (wanted != nullptr) keep_marks(spread, wanted, block_count(width_));
-    work.spreads[y] = 1;
-    work.last_spread = y;
+    if (!mark_spread(work, protrusion, y)) return work.across.clear(y);
     if (radius_ == 0) return;
-    gather_runs(work.runs, spread, width_);
+    if (wanted != nullptr) keep_marks(work.spread.data(), wanted, std::ssize(work.spread));
+    gather_runs(work.runs, work.spread.data(), width_);
     if (work.runs.empty()) return work.across.clear(y);
-    const Run columns{work.runs[0].begin, work.runs[std::ssize(work.runs) - 1].end};
+    const Run columns{work.runs.front().begin, work.runs.back().end};
     work.across.set(y, columns, [&](T* out) { smooth_along(work, out); });
   }
 
@@ -301,18 +301,21 @@ class MembraneRows {
   /// the blocks that `wanted` marks, if there is one.
   template <ImageOf<T> D>
   void bulge(Workspace& work, const D& image, Index y, const char* wanted = nullptr) const {
-    const Index end = std::min(height_, y + band);
     if (radius_ > 0) fill_border(work, y);
-    work.runs.clear();
-    if (mark_near(work, y - radius_, end - 1 + radius_, work.moved)) {
-      if (wanted != nullptr) keep_marks(work.moved.data(), wanted, std::ssize(work.moved));
-      gather_runs(work.runs, work.moved.data(), width_);
+    Index first = y, last = std::min(height_, y + band);
+    for (Index row = first; row < last; ++row) work.made[ring_slot(row)] = {0, 0};
+    while (first < last && work.is_near[first] == 0) ++first;
+    while (first < last && work.is_near[last - 1] == 0) --last;
+    if (first == last) return;
+    std::fill(work.moved.begin(), work.moved.end(), char{0});
+    for (Index row = first; row < last; ++row) {
+      add_marks(work.moved.data(), near(work, row), std::ssize(work.moved));
     }
-    if (radius_ > 0 && !work.runs.empty()) smooth_down(work, y);
-    for (Index row = y; row < end; ++row) {
-      work.made[ring_slot(row)] = {0, 0};
-      if (!work.runs.empty()) make_row(work, image, row);
-    }
+    if (wanted != nullptr) keep_marks(work.moved.data(), wanted, std::ssize(work.moved));
+    gather_runs(work.runs, work.moved.data(), width_);
+    if (work.runs.empty()) return;
+    if (radius_ > 0) smooth_down(work, y, first, last);
+    for (Index row = first; row < last; ++row) make_row(work, image, row);
   }
 
   /// How far row y of the contact is pressed in, 0 where it does not touch or is not known.
@@ -336,8 +339,12 @@ class MembraneRows {
 
   /// Marks the blocks whose normals may differ from those at rest; false where there are none.
   bool mark_changed(const Workspace& work, Index y, Array<char>& changed) const {
-    if (!has_holes(work, y)) return mark_near(work, y - 1 - radius_, y + 1 + radius_, changed);
-    std::fill(changed.begin(), changed.end(), char{1});
+    if (has_holes(work, y)) {
+      std::fill(changed.begin(), changed.end(), char{1});
+      return true;
+    }
+    if (work.is_near[y] == 0) return false;
+    std::copy_n(near(work, y), std::ssize(changed), changed.begin());
     return true;
   }
 
@@ -377,52 +384,49 @@ class MembraneRows {
     return z;
   }
 
+  template <class Work>
+  [[nodiscard]] auto* near(Work& work, Index y) const {
+    return work.near.data() + block_count(width_) * std::ptrdiff_t{y};
+  }
+
   // Marks the blocks that the row's protrusion is spread into, and those beside them whose normals
   // that turns; false where there is none.
-  [[nodiscard]] bool mark_spread(Workspace& work, const T* protrusion, char* spread) const {
-    const Index blocks = block_count(width_), reach = radius_ + 1;
+  [[nodiscard]] bool mark_spread(Workspace& work, const T* protrusion, Index y) const {
     if (work.everything) {
-      std::fill_n(spread, blocks, char{1});
+      std::fill(work.spread.begin(), work.spread.end(), char{1});
       return true;
     }
     gather_runs(work.runs, work.touched.data(), width_);
-    if (work.runs.empty()) return false;
-    std::fill_n(spread, blocks, char{0});
+    std::fill(work.spread.begin(), work.spread.end(), char{0});
+    const Index reach = radius_ + 1;
     for (const Run& run : work.runs) {
       Index first = run.begin, last = run.end - 1;
       while (protrusion[first] == 0) ++first;
       while (protrusion[last] == 0) --last;
-      std::fill(spread + std::max(Index{0}, first - reach) / block_size,
-                spread + std::min(width_ - 1, last + reach) / block_size + 1, char{1});
+      first = std::max(Index{0}, first - reach) / block_size;
+      last = std::min(width_ - 1, last + reach) / block_size;
+      std::fill_n(work.spread.begin() + first, last - first + 1, char{1});
+      for (Index b = first; b <= last; ++b) mark_near(work, b, y);
     }
-    return true;
+    return !work.runs.empty();
   }
 
-  // Marks the blocks that rows `first` to `last` of the contact are spread into; false where none
-  // of them is.
-  bool mark_near(const Workspace& work, Index first, Index last, Array<char>& marks) const {
-    first = std::max(Index{0}, first);
-    last = std::min(work.last_spread, last);
-    while (first <= last && work.spreads[first] == 0) ++first;
-    if (first > last) return false;
-    std::fill(marks.begin(), marks.end(), static_cast<char>(work.everything));
-    if (work.everything) return true;
-    const Index blocks = block_count(width_);
-    vectorised([&] {
-      for (Index y = first; y <= last; ++y) {
-        if (work.spreads[y] == 0) continue;
-        add_marks(marks.data(), work.spread_marks.data() + blocks * std::ptrdiff_t{y}, blocks);
-      }
-    });
-    return true;
+  // Marks a block in the rows that are near to row y, but for those that were near to an older one.
+  void mark_near(Workspace& work, Index block, Index y) const {
+    const Index reach = radius_ + 1;
+    const Index first = std::max({Index{0}, y - reach, work.newest[block] + reach + 1});
+    for (Index row = first; row <= std::min(height_ - 1, y + reach); ++row) {
+      near(work, row)[block] = 1;
+      work.is_near[row] = 1;
+    }
+    work.newest[block] = y;
   }
 
   // Smooths the padded row along itself, over the workspace's runs.
   void smooth_along(Workspace& work, T* out) const {
     T* const row = work.padded.data() + whole_lines<T>(radius_);
-    const bool at_left =
-        work.runs[0].begin<radius_, at_right = work.runs[std::ssize(work.runs) - 1].end> width_ -
-        radius_;
+    const bool at_left = work.runs.front().begin < radius_;
+    const bool at_right = work.runs.back().end > width_ - radius_;
     for (Index k = 1; k <= radius_ && (at_left || at_right); ++k) {
       row[-k] = row[inside(-k, width_, Border::reflect101)];
       row[width_ - 1 + k] = row[inside(width_ - 1 + k, width_, Border::reflect101)];
@@ -463,35 +467,35 @@ class MembraneRows {
          std::min(height_ - 1, y + band - 1) + radius_);
   }
 
-  // Smooths down the columns into `spread`, over the workspace's runs: a mean over the known
-  // pixels.
-  void smooth_down(Workspace& work, Index y) const {
-    const Index count = std::min(band, height_ - y);
-    sum_down(work, work.across, y, count, work.spread);
+  // Smooths down the columns into `sums`, over the workspace's runs in rows `first` to before
+  // `last` of the band from row y on: a mean over the known pixels.
+  void smooth_down(Workspace& work, Index y, Index first, Index last) const {
+    const Index begin = (first - y) / 2 * 2, end = last - y;
+    sum_down(work, work.across, y, begin, end, work.sums);
     const bool mask = lack_.width() > 0;
     if (!work.any_holes && !mask) return;
-    if (work.any_holes) sum_down(work, work.missing, y, count, work.lack);
-    for (Index r = 0; r < count; ++r) {
-      auto& spread = work.spread[static_cast<std::size_t>(r)];
+    if (work.any_holes) sum_down(work, work.missing, y, begin, end, work.lack);
+    for (Index r = begin; r < end; ++r) {
+      auto& sums = work.sums[static_cast<std::size_t>(r)];
       const auto& missing = work.lack[static_cast<std::size_t>(r)];
       for (const Run& run : work.runs) {
         for (Index x = run.begin; x < run.end; ++x) {
           const auto i = static_cast<std::size_t>(x);
           const T lack = (work.any_holes ? missing[i] : 0) + (mask ? lack_(x, y + r) : 0);
-          if (lack > 0) spread[i] = lack < 1 ? spread[i] / (1 - lack) : 0;
+          if (lack > 0) sums[i] = lack < 1 ? sums[i] / (1 - lack) : 0;
         }
       }
     }
   }
 
   // A few columns of all rows of the band at a time, so that they come from the first cache.
-  void sum_down(const Workspace& work, const SlidingRows<T>& rows, Index y, Index count,
+  void sum_down(const Workspace& work, const SlidingRows<T>& rows, Index y, Index begin, Index end,
                 std::array<Lines<T>, band>& out) const {
     const T* const middle = rows.row(y - radius_) + radius_ * rows.stride();
     for (const Run& run : work.runs) {
       vectorised([&] {
         for (Index x = run.begin; x < run.end; x += column_step) {
-          for (Index r = 0; r < count; r += 2) {
+          for (Index r = begin; r < end; r += 2) {
             const auto i = static_cast<std::size_t>(r);
             symmetric_sums(out[i].data() + x, out[i + 1].data() + x, middle + r * rows.stride() + x,
                            rows.stride(), weights_.data(), radius_, column_step);
@@ -506,7 +510,7 @@ class MembraneRows {
   void make_row(Workspace& work, const D& image, Index y) const {
     T* const z = ring_row(work, y);
     const T* const depth = row_of(image, y, work.buffer.data(), width_);
-    const T* const spread = work.spread[static_cast<std::size_t>(y % band)].data();
+    const T* const spread = work.sums[static_cast<std::size_t>(y % band)].data();
     Run& made = work.made[ring_slot(y)];
     made = {work.runs[0].begin, work.runs[0].begin};
     for (const Run& run : work.runs) {
