@@ -56,13 +56,33 @@ void bulge_row(T* __restrict out, const T* depth, const T* rest, const T* spread
   }
 }
 
-/// Whether a row is known where the membrane is and its protrusion 0, as most rows of a small
-/// contact are. `allowed` is 0 where what lies deeper than the membrane does not touch it, and
-/// otherwise the largest depth. Without branches: so compilers vectorise it.
+/// Whether a tile's depths are known and none is nearer than `farthest`.
 template <class T>
-[[nodiscard]] bool row_is_at_rest(const T* depth, const T* rest, T allowed, std::ptrdiff_t count) {
+[[nodiscard]] bool tile_is_behind(const T* depth, T farthest) {
+  int is_near = 0;
+  for (Index i = 0; i < tile_width; ++i) is_near |= depth[i] >= farthest ? 0 : 1;
+  return is_near == 0;
+}
+
+/// Whether a row is known where the membrane is and its protrusion 0, as most rows of a small
+/// contact are. `farthest` is the largest rest depth of the row; of tiles at its ends that lie
+/// behind that, the rest depth is not even fetched. `allowed` is 0 where what lies deeper than the
+/// membrane does not touch it, and otherwise the largest depth. Loops without branches: so
+/// compilers vectorise them.
+template <class T>
+[[nodiscard]] bool row_is_at_rest(const T* depth, const T* rest, T farthest, T allowed,
+                                  std::ptrdiff_t count) {
+  std::ptrdiff_t begin = 0;
+  if (allowed == 0) {
+    while (begin + tile_width <= count && tile_is_behind(depth + begin, farthest)) {
+      begin += tile_width;
+    }
+    while (begin + tile_width <= count && tile_is_behind(depth + count - tile_width, farthest)) {
+      count -= tile_width;
+    }
+  }
   int moved = 0;
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
+  for (std::ptrdiff_t i = begin; i < count; ++i) {
     const int is_behind = depth[i] >= rest[i] ? 1 : 0;
     const int is_outside = rest[i] == rest[i] ? 0 : 1;  // NOLINT(misc-redundant-expression): NaN
     moved |= 1 - (is_behind | is_outside);
@@ -86,16 +106,20 @@ template <class T>
   return false;
 }
 
-/// Keeps the depth of a membrane at rest, NaN where there is none, and marks the rows that have
-/// such pixels.
+/// Keeps the depth of a membrane at rest, NaN where there is none, marks the rows that have such
+/// pixels, and notes the largest depth of each row.
 template <class T, class D>
-void keep_rest_rows(PaddedRows<T>& rest, Array<char>& masked, const D& image, Index width,
-                    Index height) {
+void keep_rest_rows(PaddedRows<T>& rest, Array<char>& masked, Array<T>& farthest, const D& image,
+                    Index width, Index height) {
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {
       const T z = static_cast<T>(ImageTraits<D>::pixel(image, x, y));
       rest.row(y)[x] = surface_or_nan(z);
-      if (!is_depth(z)) masked[static_cast<std::size_t>(y)] = 1;
+      if (!is_depth(z)) {
+        masked[static_cast<std::size_t>(y)] = 1;
+      } else {
+        farthest[y] = std::max(farthest[y], z);
+      }
     }
   }
 }
@@ -218,7 +242,8 @@ class MembraneRows {
         allowed_(allowed),
         weights_(std::move(weights)),
         rest_(width, height),
-        masked_(static_cast<std::size_t>(height)) {
+        masked_(static_cast<std::size_t>(height)),
+        farthest_(static_cast<std::size_t>(height)) {
     keep_rest(rest);
   }
 
@@ -272,15 +297,16 @@ class MembraneRows {
   template <ImageOf<T> D>
   void press(Workspace& work, const D& image, Index y, const char* wanted = nullptr) const {
     const T* const depth = row_of(image, y, work.buffer.data(), width_);
-    if (!work.everything &&
-        vectorised([&] { return row_is_at_rest(depth, rest(y), allowed_, width_); })) {
+    if (!work.everything && vectorised([&] {
+          return row_is_at_rest(depth, rest(y), farthest_[y], allowed_, width_);
+        })) {
       return leave_out(work, y);
     }
     press_holes(work, depth, y);
     T* const protrusion = work.padded.data() + whole_lines<T>(radius_);
     vectorised([&] {
       protrusion_row(protrusion, depth, rest(y), allowed_, width_);
-      mark_blocks(work.touched.data(), protrusion, width_);
+      if (!work.everything) mark_blocks(work.touched.data(), protrusion, width_);
     });
     if (!mark_spread(work, protrusion, y)) return work.across.clear(y);
     if (radius_ == 0) return;
@@ -353,7 +379,7 @@ class MembraneRows {
 
   template <class D>
   void keep_rest(const D& image) {
-    keep_rest_rows(rest_, masked_, image, width_, height_);
+    keep_rest_rows(rest_, masked_, farthest_, image, width_, height_);
     for (Index y = 0; y < height_; ++y) extrapolate_ends(rest_.row(y), width_);
     if (radius_ > 0 && std::any_of(masked_.begin(), masked_.end(), [](char m) { return m != 0; })) {
       Image<T> outside(width_, height_);
@@ -535,6 +561,7 @@ class MembraneRows {
   std::vector<T> weights_;
   PaddedRows<T> rest_;  // NaN outside the membrane
   Array<char> masked_;
+  Array<T> farthest_;
   Image<T> lack_;  // the share of each pixel's Gaussian that lies outside the membrane, if any does
 };
 

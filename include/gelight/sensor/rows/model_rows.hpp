@@ -47,8 +47,9 @@ class ModelRows {
         deepest_(deepest),
         reach_(std::clamp(static_cast<Index>(model_.reach()), Index{0}, std::max(width, height))),
         rest_(width, height),
-        masked_(static_cast<std::size_t>(height)) {
-    keep_rest_rows(rest_, masked_, rest, width, height);
+        masked_(static_cast<std::size_t>(height)),
+        farthest_(static_cast<std::size_t>(height)) {
+    keep_rest_rows(rest_, masked_, farthest_, rest, width, height);
     extend(rest_, {0, 0, width, height});
   }
 
@@ -147,9 +148,10 @@ class ModelRows {
     for (Index y = 0; y < height_; ++y) {
       const T* const z = depth.row(y);
       const T* const r = rest(y);
-      work.holes[static_cast<std::size_t>(y)] =
-          vectorised([&] { return row_has_holes(z, r, width_); });
-      if (vectorised([&] { return row_is_at_rest(z, r, T(0), width_); })) continue;
+      char& holes = work.holes[static_cast<std::size_t>(y)];
+      holes = 0;
+      if (vectorised([&] { return row_is_at_rest(z, r, farthest_[y], T(0), width_); })) continue;
+      holes = vectorised([&] { return row_has_holes(z, r, width_); });
       for (Index x = 0; x < width_; x += block_size) {
         const Index end = std::min(width_, x + block_size);
         bool touches = false;
@@ -190,6 +192,7 @@ class ModelRows {
   Index reach_;
   PaddedRows<T> rest_;  // NaN outside the membrane
   Array<char> masked_;
+  Array<T> farthest_;
 };
 
 }  // namespace gelight::detail
