@@ -380,12 +380,14 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
 
   [[nodiscard]] Workspace make_workspace() const {
     const auto blocks = static_cast<std::size_t>(detail::block_count(camera_.width));
+    // A depth moves the membrane within its radius, which turns normals a pixel further.
+    const Index reach = membrane_.radius() + 1;
     Workspace work{shading_.make_workspace(),
                    {},
                    {},
                    {},
                    {},
-                   detail::ChangedBlocks(camera_.width, camera_.height),
+                   detail::ChangedBlocks(camera_.width, camera_.height, reach),
                    membrane_.make_workspace()};
     work.kept.resize(static_cast<std::size_t>(camera_.width));
     if (reads_touched) work.touched.resize(static_cast<std::size_t>(camera_.width));
@@ -439,12 +441,8 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
 
   // Where the surface is needed for what is shaded, in whole blocks.
   [[nodiscard]] Window wanted_surface(Extent extent, const Workspace& work) const {
-    const Index width = camera_.width, height = camera_.height;
-    if (extent != Extent::changed) return {0, 0, width, height};
-    const Index across = (block_reach() + 2) * detail::block_size, down = membrane_.radius() + 2;
-    const Window& changed = work.changes.window();
-    return {std::max(Index{0}, changed.left - across), std::max(Index{0}, changed.top - down),
-            std::min(width, changed.right + across), std::min(height, changed.bottom + down)};
+    if (extent == Extent::changed) return work.changes.window();
+    return {0, 0, camera_.width, camera_.height};
   }
 
   // Every row goes down the pipeline as soon as the rows that it needs are there, so that all is
@@ -464,28 +462,17 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
     }
   }
 
-  // How far a changed depth reaches: it moves the membrane within the Gaussian's radius, which
-  // turns normals a pixel further, for which the membrane is needed a pixel further, for which
-  // depths are needed within the radius again.
-  [[nodiscard]] Index block_reach() const {
-    return (membrane_.radius() + detail::block_size - 1) / detail::block_size;
-  }
-
   template <class D>
   void press_row(const D& depth, Extent extent, Workspace& work, Index y) const {
     if (extent != Extent::changed) return membrane_.press(work.membrane, depth, y);
-    work.changes.mark_near(work.changed, y, y, 2 * membrane_.radius() + 2, block_reach() + 2);
-    if (std::find(work.changed.begin(), work.changed.end(), char{1}) == work.changed.end()) {
-      return membrane_.leave_out(work.membrane, y);
-    }
-    membrane_.press(work.membrane, depth, y, work.changed.data());
+    if (!work.changes.is_needed(y)) return membrane_.leave_out(work.membrane, y);
+    membrane_.press(work.membrane, depth, y, work.changes.columns());
   }
 
   template <class D>
   void bulge_band(const D& depth, Extent extent, Workspace& work, Index y) const {
     if (extent != Extent::changed) return membrane_.bulge(work.membrane, depth, y);
-    work.changes.mark_near(work.changed, y, y + MembraneRows::band - 1, membrane_.radius() + 2,
-                           block_reach() + 2);
+    work.changes.mark_beside(work.changed, y - 1, y + MembraneRows::band);
     membrane_.bulge(work.membrane, depth, y, work.changed.data());
   }
 
@@ -493,7 +480,8 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   void render_row(ImageView<Rgb8> out, const D& depth, Extent extent, Workspace& work,
                   Index y) const {
     if (extent == Extent::changed) {
-      work.changes.mark_near(work.changed, y, y, membrane_.radius() + 1, block_reach() + 1);
+      if (!work.changes.any(y)) return;
+      std::copy_n(work.changes.row(y), std::ssize(work.changed), work.changed.begin());
     } else {
       if (extent == Extent::not_at_rest) copy_rest(out, y);
       if (!membrane_.mark_changed(work.membrane, y, work.changed)) return;

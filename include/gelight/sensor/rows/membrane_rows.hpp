@@ -18,6 +18,7 @@
 #include "gelight/image/normal_rows.hpp"
 #include "gelight/membrane/contact.hpp"
 #include "gelight/sensor/rows/lines.hpp"
+#include "gelight/sensor/rows/near_blocks.hpp"
 #include "gelight/sensor/rows/padded_rows.hpp"
 #include "gelight/sensor/rows/row_runs.hpp"
 #include "gelight/sensor/rows/surface_range.hpp"
@@ -223,10 +224,9 @@ class MembraneRows {
     std::array<Run, std::size_t{2} * band> made;  // the columns of those rows that are there
     Array<char> touched;  // of each block of a row: whether the contact's protrusion is there
     Array<char> spread;   // of each block of a row: whether that is spread into it, or beside it
-    Array<Index> newest;  // of each block: the last row that is
-    Array<char> near;     // of each block of each row: whether its normals may not be at rest
-    Array<char> is_near, holes;  // of each row: whether it has such blocks, and unknown depths
-    Array<char> moved;           // of each block of a band
+    Array<char> moved;    // of each block of a band
+    NearBlocks near;      // whose normals may not be at rest
+    Array<char> holes;    // of each row: whether it has unknown depths
     Array<const T*> taps;
     Array<Run> runs;
     bool everything = false, any_holes = false;
@@ -272,9 +272,7 @@ class MembraneRows {
     }
     work.membrane.resize(static_cast<std::size_t>(2 * band * stride()));
     for (auto* const marks : {&work.touched, &work.spread, &work.moved}) marks->resize(blocks);
-    work.newest.resize(blocks);
-    work.near.resize(blocks * static_cast<std::size_t>(height_));
-    work.is_near.resize(static_cast<std::size_t>(height_));
+    work.near = {width_, height_, radius_ + 1};
     work.holes.resize(static_cast<std::size_t>(height_));
     work.taps.resize(static_cast<std::size_t>(window));
     work.runs.reserve(blocks);
@@ -285,10 +283,7 @@ class MembraneRows {
   void start(Workspace& work, bool everything) const {
     work.everything = everything;
     work.any_holes = false;
-    for (auto* const marks : {&work.near, &work.is_near}) {
-      std::fill(marks->begin(), marks->end(), static_cast<char>(everything));
-    }
-    std::fill(work.newest.begin(), work.newest.end(), -2 * (radius_ + 1) - 1);
+    work.near.reset(everything);
     std::fill(work.holes.begin(), work.holes.end(), char{0});
   }
 
@@ -330,12 +325,12 @@ class MembraneRows {
     if (radius_ > 0) fill_border(work, y);
     Index first = y, last = std::min(height_, y + band);
     for (Index row = first; row < last; ++row) work.made[ring_slot(row)] = {0, 0};
-    while (first < last && work.is_near[first] == 0) ++first;
-    while (first < last && work.is_near[last - 1] == 0) --last;
+    while (first < last && !work.near.any(first)) ++first;
+    while (first < last && !work.near.any(last - 1)) --last;
     if (first == last) return;
     std::fill(work.moved.begin(), work.moved.end(), char{0});
     for (Index row = first; row < last; ++row) {
-      add_marks(work.moved.data(), near(work, row), std::ssize(work.moved));
+      add_marks(work.moved.data(), work.near.row(row), std::ssize(work.moved));
     }
     if (wanted != nullptr) keep_marks(work.moved.data(), wanted, std::ssize(work.moved));
     gather_runs(work.runs, work.moved.data(), width_);
@@ -369,8 +364,8 @@ class MembraneRows {
       std::fill(changed.begin(), changed.end(), char{1});
       return true;
     }
-    if (work.is_near[y] == 0) return false;
-    std::copy_n(near(work, y), std::ssize(changed), changed.begin());
+    if (!work.near.any(y)) return false;
+    std::copy_n(work.near.row(y), std::ssize(changed), changed.begin());
     return true;
   }
 
@@ -410,11 +405,6 @@ class MembraneRows {
     return z;
   }
 
-  template <class Work>
-  [[nodiscard]] auto* near(Work& work, Index y) const {
-    return work.near.data() + block_count(width_) * std::ptrdiff_t{y};
-  }
-
   // Marks the blocks that the row's protrusion is spread into, and those beside them whose normals
   // that turns; false where there is none.
   [[nodiscard]] bool mark_spread(Workspace& work, const T* protrusion, Index y) const {
@@ -424,28 +414,13 @@ class MembraneRows {
     }
     gather_runs(work.runs, work.touched.data(), width_);
     std::fill(work.spread.begin(), work.spread.end(), char{0});
-    const Index reach = radius_ + 1;
     for (const Run& run : work.runs) {
       Index first = run.begin, last = run.end - 1;
       while (protrusion[first] == 0) ++first;
       while (protrusion[last] == 0) --last;
-      first = std::max(Index{0}, first - reach) / block_size;
-      last = std::min(width_ - 1, last + reach) / block_size;
-      std::fill_n(work.spread.begin() + first, last - first + 1, char{1});
-      for (Index b = first; b <= last; ++b) mark_near(work, b, y);
+      work.near.add(y, first, last, work.spread.data());
     }
     return !work.runs.empty();
-  }
-
-  // Marks a block in the rows that are near to row y, but for those that were near to an older one.
-  void mark_near(Workspace& work, Index block, Index y) const {
-    const Index reach = radius_ + 1;
-    const Index first = std::max({Index{0}, y - reach, work.newest[block] + reach + 1});
-    for (Index row = first; row <= std::min(height_ - 1, y + reach); ++row) {
-      near(work, row)[block] = 1;
-      work.is_near[row] = 1;
-    }
-    work.newest[block] = y;
   }
 
   // Smooths the padded row along itself, over the workspace's runs.
