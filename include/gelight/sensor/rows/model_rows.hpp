@@ -32,7 +32,6 @@ class ModelRows {
     Image<T> depth;         // of a frame that is not of T, or not packed
     PaddedRows<T> surface;  // at rest but for `moved`
     Window moved;           // whole blocks
-    Array<char> touched;    // of each block of a row
     Array<char> holes;      // of each row: whether it has unknown depths
     decltype(std::declval<const M&>().make_workspace(Index{}, Index{})) model;
     bool everything = false;
@@ -66,11 +65,9 @@ class ModelRows {
   ///@}
 
   [[nodiscard]] Workspace make_workspace() const {
-    const auto blocks = static_cast<std::size_t>(block_count(width_));
-    Workspace work{{}, {}, rest_, {}, {}, {}, model_.make_workspace(width_, height_)};
+    Workspace work{{}, {}, rest_, {}, {}, model_.make_workspace(width_, height_)};
     work.buffer.resize(static_cast<std::size_t>(width_));
     work.depth = Image<T>(width_, height_);
-    work.touched.resize(blocks);
     work.holes.resize(static_cast<std::size_t>(height_));
     return work;
   }
@@ -81,9 +78,7 @@ class ModelRows {
   void press(Workspace& work, const D& image, bool everything, const Window& wanted) const {
     const ImageView<const T> depth = packed(work, image);
     work.everything = everything;
-    for (Index y = work.moved.top; y < work.moved.bottom; ++y) {
-      std::copy_n(rest(y) - 1, width_ + 2, work.surface.row(y) - 1);
-    }
+    restore(work);
     const Window touched = find_contact(work, depth);
     work.moved = everything ? touched.grown(whole_image, width_, height_)
                             : whole_blocks(touched.grown(reach_, width_, height_)).common(wanted);
@@ -142,7 +137,18 @@ class ModelRows {
             std::min(width_, block_count(window.right) * block_size), window.bottom};
   }
 
-  // Where something touches the membrane: whole blocks, in whole rows. Notes what is not known.
+  // Makes the surface what it is at rest.
+  void restore(Workspace& work) const {
+    const Window& moved = work.moved;
+    for (Index y = moved.top; y < moved.bottom; ++y) {
+      T* const surface = work.surface.row(y);
+      std::copy(rest(y) + moved.left, rest(y) + moved.right, surface + moved.left);
+      surface[-1] = rest(y)[-1];
+      surface[width_] = rest(y)[width_];
+    }
+  }
+
+  // Where something touches the membrane. Notes what is not known.
   [[nodiscard]] Window find_contact(Workspace& work, const ImageView<const T>& depth) const {
     Window touched{width_, height_, 0, 0};
     for (Index y = 0; y < height_; ++y) {
@@ -152,14 +158,13 @@ class ModelRows {
       holes = 0;
       if (vectorised([&] { return row_is_at_rest(z, r, farthest_[y], T(0), width_); })) continue;
       holes = vectorised([&] { return row_has_holes(z, r, width_); });
-      for (Index x = 0; x < width_; x += block_size) {
-        const Index end = std::min(width_, x + block_size);
-        bool touches = false;
-        for (Index i = x; i < end; ++i) touches = touches || (z[i] > 0 && z[i] < r[i]);
-        if (!touches) continue;
-        touched = {std::min(touched.left, x), std::min(touched.top, y),
-                   std::max(touched.right, end), y + 1};
-      }
+      const auto touches = [&](Index x) { return z[x] > 0 && z[x] < r[x]; };
+      Index left = 0, right = width_;
+      while (left < width_ && !touches(left)) ++left;
+      if (left == width_) continue;
+      while (!touches(right - 1)) --right;
+      touched = {std::min(touched.left, left), std::min(touched.top, y),
+                 std::max(touched.right, right), y + 1};
     }
     return touched.is_empty() ? Window{} : touched;
   }
