@@ -174,6 +174,53 @@ TEST_CASE("frames of any membrane and reflectance: sparse, whole and in a sequen
   }
 }
 
+TEST_CASE("wherever a small contact lies, the image is that of the frame computed everywhere") {
+  // A column and a row more than whole blocks, tiles and bands.
+  constexpr Index wide = 145, high = 41;
+  const Camera<float> eye{130, 120, 71, 19, wide, high};
+  constexpr float inf = std::numeric_limits<float>::infinity();
+  Image<float> flat(wide, high, 0.03f), slanted(wide, high), masked(wide, high);
+  for (Index y = 0; y < high; ++y) {
+    for (Index x = 0; x < wide; ++x) {
+      slanted(x, y) = 0.03f + 2e-5f * static_cast<float>(x) - 1e-5f * static_cast<float>(y);
+      masked(x, y) = x < 5 || (x > 100 && y < 9) ? 0 : slanted(x, y);
+    }
+  }
+  const auto check = [&](const Image<float>& rest, const auto& membrane) {
+    constexpr auto border = BorderNormals::extrapolated;
+    const TactileRenderer sparse(eye, rest, membrane, NormalMap{}, {.border_normals = border});
+    const TactileRenderer dense(eye, rest, membrane, NormalMap{},
+                                {.border_normals = border, .skip_unchanged = false});
+    auto frame = sparse.rest_frame();
+    Image<Rgb8> out(wide, high);  // holds the last frame
+    const auto at = [&](Index u, Index v) {
+      // Nothing around it or the membrane, one pixel or a few, and now and then one unknown.
+      const Index kind = (u + 3 * v) % 8, size = kind < 4 ? 1 : 3;
+      Image<float> depth = kind % 2 == 0 ? rest : Image<float>(wide, high, inf);
+      for (Index y = v; y < std::min(high, v + size); ++y) {
+        for (Index x = u; x < std::min(wide, u + size); ++x) depth(x, y) = 0.02f;
+      }
+      if (kind == 5) depth(wide - 1 - u, high - 1 - v) = std::nanf("");
+      CAPTURE(u);
+      CAPTURE(v);
+      const auto want = dense.render(depth);
+      sparse.render_into(out, depth);
+      CHECK(out == want);
+      sparse.render_next_into(frame, depth);
+      CHECK(frame.image == want);
+    };
+    for (Index u = 0; u < wide; ++u) at(u, 7 * u % high);
+    for (Index v = 0; v < high; ++v) at(31 * v % wide, v);
+  };
+  // So wide that what is at the end of the reach shows.
+  for (const auto& rest : {flat, slanted, masked}) check(rest, GaussianMembrane<float>(20, 5));
+  for (const auto& rest : {flat, slanted, masked}) check(rest, Plugged(20, 5));
+  check(slanted, GaussianMembrane<float>(20, 20));
+  check(slanted, GaussianMembrane<float>(20, 5, false));
+  check(slanted, GaussianMembrane<float>(0));
+  check(slanted, Rigid{});
+}
+
 TEST_CASE("a sequence goes on after a frame in which the membrane or the reflectance threw") {
   const Image<float> rest = curved_rest();
   const Brittle membrane;
