@@ -191,26 +191,35 @@ TEST_CASE("wherever a small contact lies, the image is that of the frame compute
     const TactileRenderer sparse(eye, rest, membrane, NormalMap{}, {.border_normals = border});
     const TactileRenderer dense(eye, rest, membrane, NormalMap{},
                                 {.border_normals = border, .skip_unchanged = false});
+    // Around it the membrane, nothing, or a flat thing that lies still.
+    Image<float> still = rest;
+    for (Index y = 8; y < 33; ++y) {
+      for (Index x = 30; x < 110; ++x) still(x, y) = rest(x, y) - 4e-4f;
+    }
     auto frame = sparse.rest_frame();
     Image<Rgb8> out(wide, high);  // holds the last frame
-    const auto at = [&](Index u, Index v) {
-      // Nothing around it or the membrane, one pixel or a few, and now and then one unknown.
-      const Index kind = (u + 3 * v) % 8, size = kind < 4 ? 1 : 3;
-      Image<float> depth = kind % 2 == 0 ? rest : Image<float>(wide, high, inf);
-      for (Index y = v; y < std::min(high, v + size); ++y) {
-        for (Index x = u; x < std::min(wide, u + size); ++x) depth(x, y) = 0.02f;
-      }
-      if (kind == 5) depth(wide - 1 - u, high - 1 - v) = std::nanf("");
-      CAPTURE(u);
-      CAPTURE(v);
-      const auto want = dense.render(depth);
-      sparse.render_into(out, depth);
-      CHECK(out == want);
-      sparse.render_next_into(frame, depth);
-      CHECK(frame.image == want);
-    };
-    for (Index u = 0; u < wide; ++u) at(u, 7 * u % high);
-    for (Index v = 0; v < high; ++v) at(31 * v % wide, v);
+    for (const auto& around : {rest, Image<float>(wide, high, inf), still}) {
+      const auto at = [&](Index u, Index v) {
+        // One pixel or a few, deep or hardly, and now and then one that is not known.
+        const Index kind = (u + 3 * v) % 8, size = kind < 4 ? 1 : 3;
+        Image<float> depth = around;
+        for (Index y = v; y < std::min(high, v + size); ++y) {
+          for (Index x = u; x < std::min(wide, u + size); ++x) {
+            depth(x, y) = kind % 2 == 0 ? 0.02f : rest(x, y) - 8e-4f;
+          }
+        }
+        if (kind == 5) depth(wide - 1 - u, high - 1 - v) = std::nanf("");
+        CAPTURE(u);
+        CAPTURE(v);
+        const auto want = dense.render(depth);
+        sparse.render_into(out, depth);
+        CHECK(out == want);
+        sparse.render_next_into(frame, depth);
+        CHECK(frame.image == want);
+      };
+      for (Index u = 0; u < wide; ++u) at(u, 7 * u / 16 % high);
+      for (Index v = 0; v < high; ++v) at(31 * (v / 4) % wide, v);
+    }
   };
   // So wide that what is at the end of the reach shows.
   for (const auto& rest : {flat, slanted, masked}) check(rest, GaussianMembrane<float>(20, 5));
