@@ -4,6 +4,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstring>
+#include <iterator>
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/concepts/membrane.hpp"
