@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <numeric>
 #include <span>
 #include <stdexcept>
@@ -61,6 +62,66 @@ TEST_CASE("each row is what the solver gives for its source alone") {
   check_rows(gelight::FastMarchingSolver(mesh));
   check_rows(gelight::DijkstraSolver<float>(mesh));
   check_rows(gelight::HeatSolver(mesh));
+}
+
+TEST_CASE_TEMPLATE("sources that the heat method solves together have the bits they have alone", T,
+                   double, float) {
+  gelight::test::Random random(6);
+  const std::vector<gelight::Mesh<double>> parts{gelight::test::jittered_grid(12, 0.3, random),
+                                                 gelight::icosphere<double>(2),
+                                                 gelight::grid<double>(1500, 2, 1500.0, 2.0)};
+  const auto mesh = gelight::joined<double>(std::span(parts));
+  for (const auto boundary : {gelight::HeatBoundary::neumann, gelight::HeatBoundary::averaged}) {
+    const gelight::HeatSolver<T> solver(mesh, {.boundary = boundary, .refinements = 1});
+    for (const std::size_t count : {0, 1, 3, 4, 5, 8, 9, 17}) {
+      std::vector<gelight::Source<T>> sources;
+      for (std::size_t i = 0; i < count; ++i) {
+        const auto point = gelight::test::random_point(mesh, random).template cast<T>();
+        sources.push_back({point, static_cast<T>(i % 3)});
+      }
+      for (const unsigned threads : {1U, 2U}) {
+        const auto matrix = distance_matrix(solver, std::span<const gelight::Source<T>>(sources),
+                                            {.threads = threads});
+        REQUIRE(matrix.size() == count * mesh.positions.size());
+        for (std::size_t i = 0; i < count; ++i) {
+          const auto alone = solver.distance(std::span<const gelight::Source<T>>(&sources[i], 1));
+          CHECK(std::memcmp(alone.data(), matrix.data() + i * alone.size(),
+                            alone.size() * sizeof(T)) == 0);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("sources that are solved together end one by one, where taking throws or is cancelled") {
+  const gelight::HeatSolver solver(gelight::icosphere<double>(2));
+  const auto sources = all_vertices(solver);
+  const std::span<const Index> some = std::span<const Index>(sources).first(21);
+  for (const unsigned threads : {1U, 2U, 7U}) {
+    for (int last = 1; last <= 21; ++last) {
+      int rows = 0;
+      const auto fail = [&](Index, const auto&) {
+        if (++rows >= last) throw rows;
+      };
+      CHECK_THROWS_AS(distance_rows(solver, some, fail, {.threads = threads}), int);
+      CHECK(rows == last);
+    }
+  }
+  for (int last = 0; last <= 21; ++last) {
+    int asked = 0, rows = 0;
+    const auto cancel = [&] { return asked++ == last; };
+    const auto count = [&](Index, const auto&) { ++rows; };
+    const auto solve = [&] { distance_rows(solver, some, count, {.cancelled = cancel}); };
+    if (last < 21) {
+      CHECK_THROWS_AS(solve(), gelight::Cancelled);
+      CHECK(rows <= last);
+    } else {
+      solve();
+      CHECK(asked == 21);
+      CHECK(rows == 21);
+    }
+  }
+  check_rows(solver);
 }
 
 TEST_CASE("a flat sheet's matrix is that of straight lines, a sphere's is symmetric") {

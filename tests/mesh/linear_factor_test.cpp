@@ -72,6 +72,9 @@ TEST_CASE("a factorisation of the caller's own serves the heat method") {
     for (std::size_t v = 0; v < expected.size(); ++v) {
       CHECK(found[v] == doctest::Approx(expected[v]).epsilon(1e-9));
     }
+    // Several sources, of whose right-hand sides the factor takes one after the other.
+    const std::vector<Index> sources{9, 5, 4, 3, 2, 1};
+    CHECK(theirs.distance_from_each(sources)[1] == found);
   }
   CHECK(factored >= 4);
   CHECK(solved >= 4);

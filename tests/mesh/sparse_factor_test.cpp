@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <complex>
 #include <cstddef>
+#include <cstring>
 #include <memory>
 #include <random>
+#include <span>
 #include <type_traits>
 #include <vector>
 
@@ -124,6 +126,34 @@ TEST_CASE_TEMPLATE("solves what dense elimination solves", Scalar, double, std::
       factor.solve(found_of_one);
       const auto reached = matrix * found_of_one;
       for (Index i = 0; i < pattern->size(); ++i) CHECK(std::abs(reached[i] - one[i]) < 1e-12);
+    }
+  }
+}
+
+TEST_CASE("several right-hand sides together have the bits that each has alone") {
+  for (const auto& mesh : meshes()) {
+    const auto pattern =
+        std::make_shared<SymmetricPattern<double>>(intrinsic_triangulation(Surface(mesh)));
+    const auto points = points_of(mesh);
+    const auto dissection = std::make_shared<detail::Dissection<double>>(*pattern, points);
+    const detail::SparseFactor<double> factor(dissection, random_matrix<double>(pattern));
+    std::mt19937 engine(3);
+    const std::size_t size = points.size();
+    for (const std::size_t count : {0, 1, 4, 5, 7, 8, 9, 16, 23}) {
+      std::vector<std::vector<double>> sides(count, std::vector<double>(size, -0.0));
+      for (std::size_t i = 0; i < count; ++i) {
+        // None, one or all of the unknowns have a load.
+        if (i % 3 == 1) sides[i][i * 7 % size] = 1;
+        if (i % 3 == 2) {
+          for (double& x : sides[i]) x = random_scalar<double>(engine);
+        }
+      }
+      auto alone = sides;
+      for (auto& side : alone) factor.solve(side);
+      factor.solve_each(std::vector<std::span<double>>(sides.begin(), sides.end()));
+      for (std::size_t i = 0; i < count; ++i) {
+        CHECK(std::memcmp(alone[i].data(), sides[i].data(), size * sizeof(double)) == 0);
+      }
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <span>
@@ -157,14 +158,17 @@ struct HeatSystem {
     return matrix;
   }
 
-  /// The function, up to a constant per component, whose gradient is nearest to a unit field with
-  /// this integrated divergence.
-  [[nodiscard]] Array<Real> integrate(Array<Real> divergence, const CancelHook& cancelled) const {
-    for (Index v = 0; v < pattern->size(); ++v) {
-      if (component[v] == v) divergence[v] = 0;
+  /// Puts where each unit field's integrated divergence is the function, up to a constant per
+  /// component, whose gradient is nearest to the field.
+  void integrate(std::span<Array<Real>> divergences, const CancelHook& cancelled) const {
+    std::vector<std::span<Real>> sides;
+    for (Array<Real>& divergence : divergences) {
+      for (Index v = 0; v < pattern->size(); ++v) {
+        if (component[v] == v) divergence[v] = 0;
+      }
+      sides.emplace_back(divergence);
     }
-    poisson_factor().solve(divergence, cancelled);
-    return divergence;
+    poisson_factor().solve_each(sides, cancelled);
   }
 
   /// Throws InvalidInput unless the system was made of a surface that is the same number by number.
@@ -277,6 +281,20 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   [[nodiscard]] HeatResult<T> solve(std::span<const Source<T>> sources) const;
   ///@}
 
+  /// Distances of all vertices from each of a few sources alone, bit for bit those of `distance`:
+  /// eight at once read the factors once. `distance_rows` asks so. Throws InvalidInput as
+  /// `distance` does.
+  ///@{
+  [[nodiscard]] std::vector<std::vector<T>> distance_from_each(
+      std::span<const Index> vertices) const {
+    return solve_each(vertices);
+  }
+  [[nodiscard]] std::vector<std::vector<T>> distance_from_each(
+      std::span<const Source<T>> sources) const {
+    return solve_each(sources);
+  }
+  ///@}
+
   /// The factored systems, for solvers that share them.
   [[nodiscard]] const std::shared_ptr<const detail::HeatSystem<Real>>& system() const {
     return system_;
@@ -309,46 +327,91 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
 
   void solve_vertices(detail::DistanceQuery<Real>& query) const;
 
+  template <class Place>
+  [[nodiscard]] std::vector<std::vector<T>> solve_each(std::span<const Place> places) const;
+
+  // Points that start at the same distance, of the sources of a query.
+  struct Part {
+    std::size_t query;
+    Real start;
+    Points points;
+  };
+  // So many are solved at once, for which the factors are read once.
+  static constexpr std::size_t parts_at_once = 8;
+
   [[nodiscard]] Solution solution(detail::Sources sources) const {
-    return solution(std::move(sources),
-                    detail::rising(options_.cancelled, "a query of the heat solver"));
+    return solution(std::move(sources), hook());
+  }
+  [[nodiscard]] Solution solution(detail::Sources sources, const CancelHook& cancelled) const {
+    return std::move(solutions({std::move(sources)}, cancelled).front());
+  }
+  [[nodiscard]] CancelHook hook() const {
+    return detail::rising(options_.cancelled, "a query of the heat solver");
   }
 
-  [[nodiscard]] Solution solution(detail::Sources sources, const CancelHook& cancelled) const {
+  [[nodiscard]] std::vector<Solution> solutions(std::vector<detail::Sources> queries,
+                                                const CancelHook& cancelled) const {
     const auto count = static_cast<std::size_t>(surface_.vertex_count());
-    Solution nearest{detail::Array<Real>(count, unreachable<Real>), detail::Array<char>(count, 0)};
-    nearest.starts = detail::move_to_zero(surface_, sources);
-    const auto later = [](const auto& a, const auto& b) { return a.distance < b.distance; };
-    std::stable_sort(sources.begin(), sources.end(), later);
-    for (auto first = sources.begin(); first != sources.end();) {
-      const auto last = std::upper_bound(first, sources.end(), *first, later);
-      std::vector<SurfacePoint<Real>> points;
-      for (auto s = first; s != last; ++s) {
-        const auto point = detail::simplified(surface_, s->point);
-        if (std::find(points.begin(), points.end(), point) == points.end()) points.push_back(point);
+    std::vector<Solution> nearest;
+    std::vector<Part> parts;
+    for (detail::Sources& sources : queries) {
+      nearest.push_back({detail::Array<Real>(count, unreachable<Real>),
+                         detail::Array<char>(count, 0), false,
+                         detail::move_to_zero(surface_, sources)});
+      add_parts(std::move(sources), nearest.size() - 1, parts);
+    }
+    for (std::size_t done = 0; done < parts.size();) {
+      const auto some =
+          std::span<const Part>(parts).subspan(done, std::min(parts.size() - done, parts_at_once));
+      const double share = 1 / static_cast<double>(parts.size());
+      const auto found =
+          distances_from(some, cancelled.part(share * static_cast<double>(done),
+                                              share * static_cast<double>(done + some.size())));
+      for (std::size_t i = 0; i < some.size(); ++i) {
+        take_nearer(nearest[some[i].query], some[i].start, found[i]);
       }
-      const auto share = [&](auto at) {
-        return static_cast<double>(at - sources.begin()) / static_cast<double>(sources.size());
-      };
-      const auto part = distance_from(points, cancelled.part(share(first), share(last)));
-      for (Index v = 0; v < surface_.vertex_count(); ++v) {
-        const Real d = first->distance + part.distance[v];
-        if (!(d < nearest.distance[v])) continue;
-        nearest.distance[v] = d;
-        nearest.is_exact[v] = part.is_exact[v];
-      }
-      nearest.is_too_far |= part.is_too_far;
-      first = last;
+      done += some.size();
     }
     return nearest;
   }
 
+  void add_parts(detail::Sources sources, std::size_t query, std::vector<Part>& parts) const {
+    const auto later = [](const auto& a, const auto& b) { return a.distance < b.distance; };
+    std::stable_sort(sources.begin(), sources.end(), later);
+    for (auto first = sources.begin(); first != sources.end();) {
+      const auto last = std::upper_bound(first, sources.end(), *first, later);
+      Points points;
+      for (auto s = first; s != last; ++s) {
+        const auto point = detail::simplified(surface_, s->point);
+        if (std::find(points.begin(), points.end(), point) == points.end()) points.push_back(point);
+      }
+      parts.push_back({query, first->distance, std::move(points)});
+      first = last;
+    }
+  }
+
+  void take_nearer(Solution& nearest, Real start, const Solution& part) const {
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      const Real d = start + part.distance[v];
+      if (!(d < nearest.distance[v])) continue;
+      nearest.distance[v] = d;
+      nearest.is_exact[v] = part.is_exact[v];
+    }
+    nearest.is_too_far |= part.is_too_far;
+  }
+
+  [[nodiscard]] std::vector<T> distances_of(const Solution& solution) const {
+    std::vector<T> result;
+    result.reserve(solution.distance.size());
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      result.push_back(detail::distance_as<T>(solution.distance_of(v), "vertex ", v));
+    }
+    return result;
+  }
+
   [[nodiscard]] HeatResult<T> result_of(const Solution& solution) const {
     HeatResult<T> result;
-    result.distance.reserve(solution.distance.size());
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      result.distance.push_back(detail::distance_as<T>(solution.distance_of(v), "vertex ", v));
-    }
+    result.distance = distances_of(solution);
     result.residual = residual_of(solution);
     // Where few vertices have most of the error, few paths miss it.
     const Index samples = result.residual < even_residual ? 16 : 64;
@@ -378,28 +441,47 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     return total > 0 ? sum / total : 0;
   }
 
-  [[nodiscard]] Solution distance_from(const Points& points, const CancelHook& cancelled) const {
-    const auto load = load_of(points);
-    const auto reached = system_->reached_from(load);
-    const auto near = near_distance(points, cancelled.part(0, 0.2));
-    const auto heat = detail::heat_flow(system_->heat, system_->heat_factor(), load, reached,
-                                        cancelled.part(0.2, 0.4));
+  using Flow = detail::HeatFlow<Real>;
+
+  [[nodiscard]] std::vector<Solution> distances_from(std::span<const Part> parts,
+                                                     const CancelHook& cancelled) const {
+    std::vector<detail::Array<Real>> near;
+    std::vector<detail::Array<char>> reached;
+    std::vector<Flow> heats, held_heats;
+    const auto whole = static_cast<double>(parts.size());
+    for (const Part& part : parts) {
+      const auto done = static_cast<double>(near.size());
+      auto load = load_of(part.points);
+      reached.push_back(system_->reached_from(load));
+      near.push_back(
+          near_distance(part.points, cancelled.part(0.2 * done / whole, 0.2 * (done + 1) / whole)));
+      if (border_factor_) held_heats.push_back(held_flow(load));
+      heats.emplace_back(system_->heat, std::move(load), reached.back());
+    }
+    detail::finish<Real>(heats, system_->heat_factor(), cancelled.part(0.2, 0.4));
+    if (border_factor_) {
+      detail::finish<Real>(held_heats, *border_factor_, cancelled.part(0.4, 0.6));
+    }
+    const auto first_field = [&](std::size_t i, Index f) {
+      return border_factor_ ? averaged_descent(f, held_heats[i].result(), heats[i].result())
+                            : descent(f, heats[i].result());
+    };
     const double each = 0.4 / (1 + options_.refinements);  // of the work, from 0.6 on
-    const CancelHook first = cancelled.part(0.6, 0.6 + each);
-    auto phi = border_factor_
-                   ? continued(near, averaged_field(heat, load, cancelled.part(0.4, 0.6)), first)
-                   : continued(
-                         near, [&](Index f) { return descent(f, heat); }, first);
-    for (Index i = 1; i <= options_.refinements; ++i) {
-      const double done = 0.6 + i * each;
-      phi = continued(
-          near, [&](Index f) { return refined_field(f, phi); }, cancelled.part(done, done + each));
+    auto phi = continued(near, first_field, cancelled.part(0.6, 0.6 + each));
+    for (Index k = 1; k <= options_.refinements; ++k) {
+      const double done = 0.6 + k * each;
+      const auto field = [&](std::size_t i, Index f) { return refined_field(f, phi[i]); };
+      phi = continued(near, field, cancelled.part(done, done + each));
     }
-    Solution result{placed(std::move(phi), near, reached), detail::Array<char>(near.size(), 0)};
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      result.is_exact[v] = near[v] < unreachable<Real>;
+    std::vector<Solution> result;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      result.push_back(
+          {placed(std::move(phi[i]), near[i], reached[i]), detail::Array<char>(near[i].size(), 0)});
+      for (Index v = 0; v < surface_.vertex_count(); ++v) {
+        result[i].is_exact[v] = near[i][v] < unreachable<Real>;
+      }
+      result[i].is_too_far = heats[i].result().unknown > 0;
     }
-    result.is_too_far = heat.unknown > 0;
     return result;
   }
 
@@ -429,11 +511,22 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     return near;
   }
 
-  // The function whose gradient is nearest to that of the near distance where that is known at all
-  // vertices of a face, to `unit_field(face)` elsewhere.
-  [[nodiscard]] detail::Array<Real> continued(const detail::Array<Real>& near, auto&& unit_field,
-                                              const CancelHook& cancelled) const {
-    detail::Array<Real> divergence(near.size(), 0);
+  // Functions, each with the gradient that is nearest to that of a near distance where that is
+  // known at all vertices of a face, to `unit_field(number, face)` elsewhere.
+  [[nodiscard]] std::vector<detail::Array<Real>> continued(
+      const std::vector<detail::Array<Real>>& near, const auto& unit_field,
+      const CancelHook& cancelled) const {
+    std::vector<detail::Array<Real>> result;
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      result.push_back(divergence(near[i], [&](Index f) { return unit_field(i, f); }));
+    }
+    system_->integrate(result, cancelled);
+    return result;
+  }
+
+  [[nodiscard]] detail::Array<Real> divergence(const detail::Array<Real>& near,
+                                               const auto& unit_field) const {
+    detail::Array<Real> sums(near.size(), 0);
     for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto d = values_at(f, near);
       const auto& face = system_->faces[f];
@@ -442,10 +535,10 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
           is_near ? Vec2<Real>(scaled_gradient(face, d) / (face.x1 * face.y2)) : unit_field(f);
       const auto at = integrated_divergence(face, field);
       for (Index k = 0; k < 3; ++k) {
-        divergence[system_->mesh.origins[3 * f + k]] += at[static_cast<std::size_t>(k)];
+        sums[system_->mesh.origins[3 * f + k]] += at[static_cast<std::size_t>(k)];
       }
     }
-    return system_->integrate(std::move(divergence), cancelled);
+    return sums;
   }
 
   [[nodiscard]] std::array<Real, 3> values_at(Index f, const detail::Array<Real>& u) const {
@@ -465,29 +558,28 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     return load;
   }
 
+  // Heat that is held at zero at the border.
+  [[nodiscard]] Flow held_flow(detail::Array<Real> load) const {
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (is_border_[v]) load[v] = 0;
+    }
+    auto reached = system_->reached_from(load);
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (is_border_[v]) reached[v] = 0;
+    }
+    return Flow(border_heat_, std::move(load), reached);
+  }
+
   // Mean of the directions in which heat descends that is free at the border and that is held at
   // zero there (or the latter alone). Directions are averaged rather than heats: far from the
   // source one of the heats would outweigh the other.
-  [[nodiscard]] auto averaged_field(const detail::ScaledField<Real>& free,
-                                    const detail::Array<Real>& load,
-                                    const CancelHook& cancelled) const {
-    auto inner_load = load;
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (is_border_[v]) inner_load[v] = 0;
-    }
-    auto inner_reached = system_->reached_from(inner_load);
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (is_border_[v]) inner_reached[v] = 0;
-    }
-    auto held =
-        detail::heat_flow(border_heat_, *border_factor_, inner_load, inner_reached, cancelled);
+  [[nodiscard]] Vec2<Real> averaged_descent(Index f, const detail::ScaledField<Real>& held,
+                                            const detail::ScaledField<Real>& free) const {
     const Real share = options_.boundary == HeatBoundary::dirichlet ? 0 : 1;
-    return [this, &free, share, held = std::move(held)](Index f) -> Vec2<Real> {
-      const Vec2<Real> a = descent(f, held), b = descent(f, free);
-      const Vec2<Real> mixed = a + (a.isZero(0) ? 1 : share) * b;
-      const Real norm = mixed.norm();
-      return norm > 0 ? Vec2<Real>(mixed / norm) : mixed;
-    };
+    const Vec2<Real> a = descent(f, held), b = descent(f, free);
+    const Vec2<Real> mixed = a + (a.isZero(0) ? 1 : share) * b;
+    const Real norm = mixed.norm();
+    return norm > 0 ? Vec2<Real>(mixed / norm) : mixed;
   }
 
   // Unit direction in which heat falls, or zero where it is the same at all three vertices.
@@ -598,6 +690,20 @@ void HeatSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query) const {
   const Solution result = solution(std::move(query.sources));
   query.distance.resize(result.distance.size());
   for (Index v = 0; v < surface_.vertex_count(); ++v) query.distance[v] = result.distance_of(v);
+}
+
+template <std::floating_point T>
+template <class Place>
+auto HeatSolver<T>::solve_each(std::span<const Place> places) const -> std::vector<std::vector<T>> {
+  std::vector<detail::Sources> queries;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    queries.push_back(detail::checked_sources(surface_, places.subspan(i, 1)));
+  }
+  std::vector<std::vector<T>> result;
+  for (const Solution& solution : solutions(std::move(queries), hook())) {
+    result.push_back(distances_of(solution));
+  }
+  return result;
 }
 
 template <TriangleMesh M>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <concepts>
+#include <cstddef>
 #include <memory>
 #include <span>
 
@@ -42,6 +43,17 @@ class LinearFactor {
   virtual void solve(std::span<Scalar> b, const CancelHook& cancelled) const {
     cancelled.check(0, "solving a linear system");
     solve(b);
+  }
+  /// The same for several right-hand sides, each with the bits that it has alone: a factor may
+  /// override it to be read once for several of them.
+  virtual void solve_each(std::span<const std::span<Scalar>> sides,
+                          const CancelHook& cancelled = {}) const {
+    const auto share = [&](std::size_t done) {
+      return static_cast<double>(done) / static_cast<double>(sides.size());
+    };
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+      solve(sides[i], cancelled.part(share(i), share(i + 1)));
+    }
   }
 };
 

@@ -3,16 +3,22 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
+#include <bitset>
 #include <cmath>
 #include <complex>
+#include <concepts>
 #include <cstddef>
 #include <memory>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/core/wide.hpp"
+#include "gelight/mesh/factor/columns.hpp"
 #include "gelight/mesh/factor/dissection.hpp"
 #include "gelight/mesh/factor/front.hpp"
 #include "gelight/mesh/factor/large_array.hpp"
@@ -74,11 +80,27 @@ class SparseFactor : public LinearFactor<Scalar> {
     solve_upper(x, cancelled.part(0.5, 1));
     for (Index p = 0; p < dissection_->size(); ++p) values[order[p]] = x[p];
   }
+  void solve_each(std::span<const std::span<Scalar>> sides,
+                  const CancelHook& cancelled = {}) const override {
+    std::size_t done = 0;
+    const auto part = [&](std::size_t count) {
+      const auto share = 1 / static_cast<double>(sides.size());
+      return cancelled.part(share * static_cast<double>(done),
+                            share * static_cast<double>(done + count));
+    };
+    if constexpr (has_lanes && std::same_as<Scalar, double>) {
+      constexpr std::size_t fewest = 5;  // that repay idle lanes
+      while (sides.size() - done >= fewest) {
+        const auto count = std::min(sides.size() - done, std::size_t{lanes});
+        solve_at_once(sides.subspan(done, count), part(count));
+        done += count;
+      }
+    }
+    for (; done < sides.size(); ++done) solve(sides[done], part(1));
+  }
 
  private:
   using Node = typename Dissection::Node;
-  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
-  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
   static void clear_lower_triangle(Scalar* square, Index size) {
     for (Index j = 0; j < size; ++j, square += size) {
@@ -108,43 +130,70 @@ class SparseFactor : public LinearFactor<Scalar> {
     }
   }
 
-  // How often the triangular solves ask: after so many nodes.
-  static constexpr std::ptrdiff_t nodes_between = 256;
+  // Several systems at once read the factor once.
+  static constexpr Index lanes = Lanes::count;
 
-  // Both gather a node's rows into one piece of memory, and take several columns at a time, so that
-  // those rows are read once for all of them.
-  void solve_lower(Array<Scalar>& x, const CancelHook& cancelled) const {
-    const auto& rows = dissection_->rows();
-    Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
-    const auto& nodes = dissection_->nodes();
-    for (const Node& node : nodes) {
-      const auto number = &node - nodes.data();
-      if (number % nodes_between == 0) ask(cancelled, number);
-      const Index own = node.own(), height = node.height();
-      const Scalar* const begin = x.data() + node.begin;
-      // One source is in few nodes, and reaches only those above them.
-      const auto is_zero = [](const Scalar& value) { return value == Scalar(0); };
-      if (std::all_of(begin, begin + own, is_zero)) continue;
-      std::copy(begin, begin + own, front.data());
-      std::fill(front.data() + own, front.data() + height, Scalar(0));
-      const Scalar* values = values_.get() + node.values;
-      for (Index k = 0; k < own; k += columns_at_once) {
-        const Columns columns{values, std::min(columns_at_once, own - k), height - k};
-        eliminate(columns, front.data() + k);
-        values = columns.end();
+  void solve_at_once(std::span<const std::span<Scalar>> sides,
+                     const CancelHook& cancelled) const requires std::same_as<Scalar, double> {
+    const auto& order = dissection_->order();
+    // Lanes that are left over repeat the first.
+    std::array<Slice<Scalar>, lanes> side;
+    side.fill(sides.front());
+    std::copy(sides.begin(), sides.end(), side.begin());
+    Array<Lanes> x(order.size());
+    for (Index p = 0; p < dissection_->size(); ++p) {
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        x[p].set(static_cast<Index>(lane), side[lane][order[p]]);
       }
-      std::copy(front.data(), front.data() + own, x.data() + node.begin);
-      for (Index r = own; r < height; ++r) x[rows[node.rows_begin + r - own]] += front[r];
+    }
+    vectorised([&] { solve_lower(x, cancelled.part(0, 0.5)); });
+    vectorised([&] { solve_upper(x, cancelled.part(0.5, 1)); });
+    for (Index p = 0; p < dissection_->size(); ++p) {
+      for (std::size_t lane = 0; lane < sides.size(); ++lane) {
+        side[lane][order[p]] = x[p][static_cast<Index>(lane)];
+      }
     }
   }
 
-  void solve_upper(Array<Scalar>& x, const CancelHook& cancelled) const {
+  // Both gather a node's rows into one piece of memory, and take several columns at a time, so that
+  // those rows are read once for all of them. A value is one system's or several systems'.
+  template <class Value>
+  void solve_lower(Array<Value>& x, const CancelHook& cancelled) const {
+    const auto& rows = dissection_->rows();
+    Array<Value> front(static_cast<std::size_t>(dissection_->largest_height()));
+    const auto& nodes = dissection_->nodes();
+    for (const Node& node : nodes) {
+      const auto number = &node - nodes.data();
+      if (number % nodes_between<Value> == 0) ask(cancelled, number);
+      const Index own = node.own(), height = node.height();
+      Value* const begin = x.data() + node.begin;
+      // One source is in few nodes, and reaches only those above them.
+      const auto is_reached = reached(begin, begin + own);
+      if (is_reached.none()) continue;
+      std::copy(begin, begin + own, front.data());
+      std::fill(front.data() + own, front.data() + height, Value{});
+      const Scalar* values = values_.get() + node.values;
+      for (Index k = 0; k < own; k += columns_at_once) {
+        const Columns<Scalar> columns{values, std::min(columns_at_once, own - k), height - k};
+        columns.eliminate(front.data() + k);
+        values = columns.end();
+      }
+      for (Index r = 0; r < own; ++r) set(begin[r], front[r], is_reached);
+      for (Index r = own; r < height; ++r) {
+        add(x[rows[node.rows_begin + r - own]], front[r], is_reached);
+      }
+    }
+  }
+
+  template <class Value>
+  void solve_upper(Array<Value>& x, const CancelHook& cancelled) const {
     const auto& rows = dissection_->rows();
     const auto& nodes = dissection_->nodes();
-    Array<Scalar> front(static_cast<std::size_t>(dissection_->largest_height()));
+    Array<Value> front(static_cast<std::size_t>(dissection_->largest_height()));
+    Array<Scalar> line(front.size());
     for (const auto* node = nodes.end(); node-- != nodes.begin();) {
       const auto number = nodes.end() - node - 1;
-      if (number % nodes_between == 0) ask(cancelled, number);
+      if (number % nodes_between<Value> == 0) ask(cancelled, number);
       const Index own = node->own(), height = node->height();
       std::copy(x.data() + node->begin, x.data() + node->end, front.data());
       for (Index r = own; r < height; ++r) front[r] = x[rows[node->rows_begin + r - own]];
@@ -152,91 +201,50 @@ class SparseFactor : public LinearFactor<Scalar> {
       for (Index end = own; end > 0;) {
         const Index k = (end - 1) / columns_at_once * columns_at_once, count = end - k;
         values -= std::ptrdiff_t{count} * (height - k);
-        substitute({values, count, height - k}, front.data() + k);
+        Columns<Scalar>{values, count, height - k}.substitute(front.data() + k, line.data());
         end = k;
       }
       std::copy(front.data(), front.data() + own, x.data() + node->begin);
     }
   }
 
-  using Packet = typename Eigen::internal::packet_traits<Scalar>::type;
-  static constexpr Index width = Eigen::internal::unpacket_traits<Packet>::size;
-  static constexpr Index columns_at_once = Dissection::columns_together;
+  static constexpr Index columns_at_once = Columns<Scalar>::most;
+  static_assert(columns_at_once == Dissection::columns_together);
+  // How often the triangular solves ask: after so many nodes.
+  template <class Value>
+  static constexpr std::ptrdiff_t nodes_between = 256 / static_cast<std::ptrdiff_t>(sizeof(Value) /
+                                                                                    sizeof(Scalar));
 
-  /// A few columns of the factor, from the first one's diagonal on down.
-  struct Columns {
-    const Scalar* values;
-    Index count, rows;
-
-    [[nodiscard]] const Scalar* operator[](Index j) const {
-      return values + std::ptrdiff_t{j} * rows;
+  // Which systems have a value that is not zero.
+  static std::bitset<1> reached(const Scalar* first, const Scalar* last) {
+    const auto is_zero = [](const Scalar& value) { return value == Scalar(0); };
+    return std::all_of(first, last, is_zero) ? 0 : 1;
+  }
+  static std::bitset<lanes> reached(const Lanes* first, const Lanes* last) {
+    std::bitset<lanes> result;
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      result[lane] = std::any_of(
+          first, last, [&](const Lanes& x) { return x[static_cast<Index>(lane)] != Scalar(0); });
     }
-    [[nodiscard]] const Scalar* end() const { return (*this)[count]; }
-  };
-
-  // Solves for the first rows of x, and takes what they are out of those below.
-  static void eliminate(const Columns& columns, Scalar* x) {
-    for (Index j = 0; j < columns.count; ++j) {
-      x[j] /= columns[j][j];
-      for (Index i = j + 1; i < columns.count; ++i) x[i] -= x[j] * columns[j][i];
+    return result;
+  }
+  // For the systems that are reached: others keep even the signs of their zeros.
+  static void set(Scalar& to, const Scalar& value, std::bitset<1>) { to = value; }
+  static void add(Scalar& to, const Scalar& value, std::bitset<1>) { to += value; }
+  static void set(Lanes& to, const Lanes& value, std::bitset<lanes> is_reached) {
+    if (is_reached.all()) {
+      to = value;
+      return;
     }
-    const Index below = columns.rows - columns.count;
-    Eigen::Map<Vector> rest(x + columns.count, below);
-    const auto column = [&](Index j) {
-      return Eigen::Map<const Vector>(columns[j] + columns.count, below);
-    };
-    if (columns.count == columns_at_once) {
-      rest = rest - x[0] * column(0) - x[1] * column(1) - x[2] * column(2) - x[3] * column(3);
-    } else {
-      for (Index j = 0; j < columns.count; ++j) rest -= x[j] * column(j);
+    for (Index lane = 0; lane < lanes; ++lane) {
+      if (is_reached[static_cast<std::size_t>(lane)]) to.set(lane, value[lane]);
     }
   }
-
-  // Solves for the first rows of x with those below known.
-  static void substitute(const Columns& columns, Scalar* x) {
-    const Index below = columns.rows - columns.count;
-    if (columns.count == columns_at_once) {
-      subtract_dots(columns, x, below);
-    } else {
-      const Eigen::Map<const Vector> rest(x + columns.count, below);
-      for (Index j = 0; j < columns.count; ++j) {
-        x[j] -= Eigen::Map<const Vector>(columns[j] + columns.count, below).dot(rest);
-      }
-    }
-    for (Index j = columns.count - 1; j >= 0; --j) {
-      for (Index i = j + 1; i < columns.count; ++i) x[j] -= conjugate(columns[j][i]) * x[i];
-      x[j] /= columns[j][j];
-    }
-  }
-
-  // Of all the columns with what lies below them.
-  static void subtract_dots(const Columns& columns, Scalar* x, Index below) {
-    namespace simd = Eigen::internal;
-    const Scalar *const a = columns[0] + columns_at_once, *const b = columns[1] + columns_at_once;
-    const Scalar *const c = columns[2] + columns_at_once, *const d = columns[3] + columns_at_once;
-    const Scalar* const rest = x + columns_at_once;
-    Packet sum_a = simd::pset1<Packet>(Scalar(0)), sum_b = sum_a, sum_c = sum_a, sum_d = sum_a;
-    const auto add = [](Packet& sum, const Scalar* column, const Packet& y) {
-      sum = simd::pmadd(simd::pconj(simd::ploadu<Packet>(column)), y, sum);
-    };
-    Index i = 0;
-    for (; i + width <= below; i += width) {
-      const Packet y = simd::ploadu<Packet>(rest + i);
-      add(sum_a, a + i, y);
-      add(sum_b, b + i, y);
-      add(sum_c, c + i, y);
-      add(sum_d, d + i, y);
-    }
-    x[0] -= simd::predux(sum_a);
-    x[1] -= simd::predux(sum_b);
-    x[2] -= simd::predux(sum_c);
-    x[3] -= simd::predux(sum_d);
-    for (; i < below; ++i) {
-      x[0] -= conjugate(a[i]) * rest[i];
-      x[1] -= conjugate(b[i]) * rest[i];
-      x[2] -= conjugate(c[i]) * rest[i];
-      x[3] -= conjugate(d[i]) * rest[i];
-    }
+  static void add(Lanes& to, const Lanes& value, std::bitset<lanes> is_reached) {
+    Lanes sum = to;
+    sum.low += value.low;
+    sum.high += value.high;
+    set(to, sum, is_reached);
   }
 
   void ask(const CancelHook& cancelled, std::ptrdiff_t nodes_done) const {
