@@ -72,13 +72,11 @@ struct HeatSystem {
   Real time_factor = 1;
   bool is_delaunay = false;
   Real mean_edge = 0;
-  Real unit = 1;  // of the lengths below: the mean edge, or 1 if that is zero
-  IntrinsicTriangulation<Real> mesh;
+  Real unit = 1;         // of the lengths below: the mean edge, or 1 if that is zero
+  Array<Index> origins;  // of each half-edge of the triangulation
   Array<PlanarFace> faces;
   Array<Index> component;  // of each vertex
   std::shared_ptr<const Pattern> pattern;
-  Array<Real> mass;
-  SymmetricMatrix<Real> laplacian;
   SymmetricMatrix<Real> heat;
 
   HeatSystem(const Surface<Real>& surface, Real time, bool intrinsic,
@@ -88,15 +86,9 @@ struct HeatSystem {
             time_factor, ", not a positive number");
     mean_edge = mean_edge_length(surface);
     unit = mean_edge > 0 ? mean_edge : 1;
-    mesh = intrinsic ? intrinsic_delaunay(surface, unit, cancelled.part(0, 0.1))
-                     : intrinsic_triangulation(surface, unit);
-    faces = planar_faces(mesh);
-    component = component_of_vertices(mesh);
-    pattern = std::make_shared<Pattern>(mesh);
-    mass = vertex_areas(mesh);
-    laplacian = cotan_laplacian(mesh, pattern);
-
-    heat = laplacian;
+    triangulate(cancelled.part(0, 0.1));
+    const auto mass = vertex_areas<Real>(faces, origins, pattern->size());
+    heat = laplacian();
     for (Real& x : heat.values) x *= time_factor;
     for (Index v = 0; v < pattern->size(); ++v) {
       // A vertex without faces has no area; it is its own component and never heated.
@@ -108,14 +100,21 @@ struct HeatSystem {
 
   using Factor = std::shared_ptr<const LinearFactor<Real>>;
 
+  /// Made when it is asked for: what needs it longer are factors.
+  [[nodiscard]] SymmetricMatrix<Real> laplacian() const {
+    return cotan_laplacian<Real>(faces, origins, pattern);
+  }
+
   /// Of a matrix of the pattern.
-  [[nodiscard]] Factor factor(const SymmetricMatrix<Real>& matrix,
+  [[nodiscard]] Factor factor(SymmetricMatrix<Real> matrix,
                               const CancelHook& cancelled = {}) const {
     if (analysis_ == nullptr) {
-      return std::make_shared<SparseFactor<Real>>(factored(dissection(), matrix, cancelled));
+      return std::make_shared<SparseFactor<Real>>(
+          factored(dissection(), std::move(matrix), cancelled));
     }
     cancelled.check(0, "factoring a matrix");
-    return factored(matrix, [&](const auto& positive) { return analysis_->factor(positive); });
+    return factored(std::move(matrix),
+                    [&](const auto& positive) { return analysis_->factor(positive); });
   }
 
   /// The order in which our own factors eliminate.
@@ -134,8 +133,17 @@ struct HeatSystem {
     return *lazy_poisson_.get([&] {
       Array<char> held(component.size(), 0);
       for (Index v = 0; v < pattern->size(); ++v) held[v] = component[v] == v;
-      return factor(with_held(laplacian, held), cancelled);
+      return factor(with_held(laplacian(), held), cancelled);
     });
+  }
+
+  void triangulate(const CancelHook& cancelled) {
+    auto mesh = is_delaunay ? intrinsic_delaunay(surface_, unit, cancelled)
+                            : intrinsic_triangulation(surface_, unit);
+    faces = planar_faces(mesh);
+    component = component_of_vertices(mesh);
+    pattern = std::make_shared<Pattern>(mesh);
+    origins = std::move(mesh.origins);
   }
 
   static std::shared_ptr<const Dissection> dissected(const Surface<Real>& surface,
@@ -427,7 +435,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     Real sum = 0, total = 0;
     for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto d = values_at(f, solution.distance);
-      const Index* v = system_->mesh.origins.data() + 3 * std::ptrdiff_t{f};
+      const Index* v = system_->origins.data() + 3 * std::ptrdiff_t{f};
       const auto& is_exact = solution.is_exact;
       if (!(d[0] < unreachable<Real>) || (is_exact[v[0]] && is_exact[v[1]] && is_exact[v[2]])) {
         continue;
@@ -535,14 +543,14 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
           is_near ? Vec2<Real>(scaled_gradient(face, d) / (face.x1 * face.y2)) : unit_field(f);
       const auto at = integrated_divergence(face, field);
       for (Index k = 0; k < 3; ++k) {
-        sums[system_->mesh.origins[3 * f + k]] += at[static_cast<std::size_t>(k)];
+        sums[system_->origins[3 * f + k]] += at[static_cast<std::size_t>(k)];
       }
     }
     return sums;
   }
 
   [[nodiscard]] std::array<Real, 3> values_at(Index f, const detail::Array<Real>& u) const {
-    const Index* v = system_->mesh.origins.data() + 3 * std::ptrdiff_t{f};
+    const Index* v = system_->origins.data() + 3 * std::ptrdiff_t{f};
     return {u[v[0]], u[v[1]], u[v[2]]};
   }
 
@@ -584,7 +592,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
 
   // Unit direction in which heat falls, or zero where it is the same at all three vertices.
   [[nodiscard]] Vec2<Real> descent(Index f, const detail::ScaledField<Real>& heat) const {
-    const Index* v = system_->mesh.origins.data() + 3 * std::ptrdiff_t{f};
+    const Index* v = system_->origins.data() + 3 * std::ptrdiff_t{f};
     const std::array<Index, 3> exponent{heat.exponent[v[0]], heat.exponent[v[1]],
                                         heat.exponent[v[2]]};
     const Index largest = std::max({exponent[0], exponent[1], exponent[2]});
@@ -669,10 +677,11 @@ void HeatSolver<T>::set_up(const HeatOptions& options) {
     system_ = std::make_shared<detail::HeatSystem<Real>>(
         surface_, options.time_factor, options.intrinsic_delaunay, options.backend, cancelled);
   }
-  if (options.exact_radius > 0) exact_.emplace(surface_);
   if (options.boundary != HeatBoundary::neumann) hold_border(cancelled.part(0.2, 0.5));
   (void)system_->heat_factor(cancelled.part(0.5, 0.75));
   (void)system_->poisson_factor(cancelled.part(0.75, 1));
+  // Last, for there the peak of memory is past.
+  if (options.exact_radius > 0) exact_.emplace(surface_);
 }
 
 template <std::floating_point T>

@@ -22,21 +22,22 @@ namespace gelight {
   return {scale * (y2 * y2 - x2 * (x1 - x2)), scale * x1 * x2, scale * x1 * (x1 - x2)};
 }
 
-/// The cotan Laplacian, positive semidefinite: (L u)(i) = sum over edges ij of
-/// (cot a + cot b)/2 (u(i) - u(j)). Any number of faces may share an edge.
+namespace detail {
+
+/// The two matrices below, of faces that are laid out already.
+///@{
 template <std::floating_point Real>
 [[nodiscard]] SymmetricMatrix<Real> cotan_laplacian(
-    const IntrinsicTriangulation<Real>& mesh,
-    const std::shared_ptr<const SymmetricPattern<double>>& pattern) {
+    const Array<PlanarFace>& faces, const Array<Index>& origins,
+    const std::shared_ptr<const SymmetricPattern<Real>>& pattern) {
   SymmetricMatrix<Real> matrix{pattern, {}};
   auto& values = matrix.values;
   values.assign(static_cast<std::size_t>(pattern->entry_count()), 0);
-  const auto faces = planar_faces(mesh);
-  for (Index f = 0; f < mesh.face_count(); ++f) {
+  for (Index f = 0; f < static_cast<Index>(faces.size()); ++f) {
     const auto weights = half_cotangents(faces[f]);
     for (Index k = 0; k < 3; ++k) {
       const Real weight = weights[static_cast<std::size_t>(k)];
-      const Index from = mesh.origins[3 * f + k], to = mesh.origins[3 * f + (k + 1) % 3];
+      const Index from = origins[3 * f + k], to = origins[3 * f + (k + 1) % 3];
       if (from == to) continue;  // a loop carries no difference
       values[pattern->entry(3 * f + k)] -= weight;
       values[pattern->diagonal(from)] += weight;
@@ -45,18 +46,32 @@ template <std::floating_point Real>
   }
   return matrix;
 }
+template <std::floating_point Real>
+[[nodiscard]] Array<Real> vertex_areas(const Array<PlanarFace>& faces, const Array<Index>& origins,
+                                       Index vertex_count) {
+  Array<Real> areas(static_cast<std::size_t>(vertex_count), 0);
+  for (Index f = 0; f < static_cast<Index>(faces.size()); ++f) {
+    for (Index k = 0; k < 3; ++k) areas[origins[3 * f + k]] += faces[f].x1 * faces[f].y2 / 6;
+  }
+  return areas;
+}
+///@}
+
+}  // namespace detail
+
+/// The cotan Laplacian, positive semidefinite: (L u)(i) = sum over edges ij of
+/// (cot a + cot b)/2 (u(i) - u(j)). Any number of faces may share an edge.
+template <std::floating_point Real>
+[[nodiscard]] SymmetricMatrix<Real> cotan_laplacian(
+    const IntrinsicTriangulation<Real>& mesh,
+    const std::shared_ptr<const SymmetricPattern<double>>& pattern) {
+  return detail::cotan_laplacian<Real>(planar_faces(mesh), mesh.origins, pattern);
+}
 
 /// A third of the area of each vertex's faces: the lumped mass matrix's diagonal.
 template <std::floating_point Real>
 [[nodiscard]] detail::Array<Real> vertex_areas(const IntrinsicTriangulation<Real>& mesh) {
-  detail::Array<Real> areas(static_cast<std::size_t>(mesh.vertex_count), 0);
-  const auto faces = planar_faces(mesh);
-  for (Index f = 0; f < mesh.face_count(); ++f) {
-    for (Index k = 0; k < 3; ++k) {
-      areas[mesh.origins[3 * f + k]] += faces[f].x1 * faces[f].y2 / 6;
-    }
-  }
-  return areas;
+  return detail::vertex_areas<Real>(planar_faces(mesh), mesh.origins, mesh.vertex_count);
 }
 
 /// Twice the face's area times the gradient of the linear function with these values at its

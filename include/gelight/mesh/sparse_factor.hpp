@@ -56,10 +56,7 @@ class SparseFactor : public LinearFactor<Scalar> {
       Scalar* const update = updates.get() + node.update;
       std::fill(block, block + node.block_size(), Scalar(0));
       clear_lower_triangle(update, node.border());
-      for (Index i = node.placements_begin; i < node.placements_end; ++i) {
-        const auto& [entry, is_transposed, slot] = dissection_->placements()[i];
-        block[slot] = is_transposed ? conjugate(matrix.values[entry]) : matrix.values[entry];
-      }
+      place(node, matrix, block);
       for (const std::size_t c : {1U, 0U}) {
         if (node.children[c] < 0) continue;
         const auto& child = dissection_->nodes()[node.children[c]];
@@ -105,6 +102,17 @@ class SparseFactor : public LinearFactor<Scalar> {
   static void clear_lower_triangle(Scalar* square, Index size) {
     for (Index j = 0; j < size; ++j, square += size) {
       std::fill(square + j, square + size, Scalar(0));
+    }
+  }
+
+  void place(const Node& node, const SymmetricMatrix<Scalar>& matrix, Scalar* block) const {
+    Scalar* column = block;
+    for (Index p = node.begin; p < node.end; ++p, column += node.height()) {
+      column[p - node.begin] = matrix.values[matrix.pattern->diagonal(dissection_->order()[p])];
+      for (const auto& entry : dissection_->placements(p)) {
+        const Scalar& value = matrix.values[entry.number()];
+        column[entry.row] = entry.is_transposed() ? conjugate(value) : value;
+      }
     }
   }
 

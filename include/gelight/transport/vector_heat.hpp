@@ -268,7 +268,9 @@ class VectorHeatSolver {
   }
 
   [[nodiscard]] Signposts signposts(const CancelHook& cancelled) const {
-    if (!system_->is_delaunay) return {system_->mesh, planes_.frames()};
+    if (!system_->is_delaunay) {
+      return {intrinsic_triangulation(surface_, system_->unit), planes_.frames()};
+    }
     // The same flips as the system's, with the directions kept.
     Signposts posts(detail::mollified_triangulation(surface_, system_->unit), planes_.frames());
     detail::flip_to_delaunay(
@@ -279,17 +281,17 @@ class VectorHeatSolver {
   // Mass and connection Laplacian: the heat matrix with each edge's entry turned by its transport.
   [[nodiscard]] SymmetricMatrix<std::complex<Real>> connection_matrix() const {
     const auto& pattern = *system_->pattern;
-    const auto& mesh = system_->mesh;
+    const auto& origins = system_->origins;
     SymmetricMatrix<std::complex<Real>> matrix{system_->pattern, {}};
     matrix.values.assign(system_->heat.values.begin(), system_->heat.values.end());
     for (Index v = 0; v < pattern.size(); ++v) {
       for (Index e = pattern.diagonal(v) + 1; e < pattern.begin(v + 1); ++e) matrix.values[e] = 0;
     }
-    for (Index f = 0; f < mesh.face_count(); ++f) {
+    for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto weights = half_cotangents(system_->faces[f]);
       for (Index k = 0; k < 3; ++k) {
         const Index h = 3 * f + k;
-        const Index from = mesh.origins[h], to = mesh.origins[Signposts::next(h)];
+        const Index from = origins[h], to = origins[Signposts::next(h)];
         const Real weight = system_->time_factor * weights[static_cast<std::size_t>(k)];
         const auto turn =
             std::polar(1.0, signposts_.angle_back(h) + std::numbers::pi - signposts_.angle[h]);
@@ -561,8 +563,8 @@ class VectorHeatSolver {
 
   [[nodiscard]] Field radial_directions(Index vertex, const CancelHook& cancelled) const {
     Field load(vertex_count(), 0);
-    for (Index h = 0; h < static_cast<Index>(system_->mesh.origins.size()); ++h) {
-      if (system_->mesh.origins[h] == vertex) add_radial_load(h, load);
+    for (Index h = 0; h < static_cast<Index>(system_->origins.size()); ++h) {
+      if (system_->origins[h] == vertex) add_radial_load(h, load);
     }
     auto field = unit_directions(flow(load, cancelled));
     field[vertex] = 0;

@@ -31,7 +31,6 @@ class Dissection {
   struct Node {
     Index begin = 0, end = 0;
     std::ptrdiff_t rows_begin = 0, rows_end = 0;
-    Index placements_begin = 0, placements_end = 0;
     std::array<Index, 2> children{-1, -1};
     Index parent = -1;
     std::ptrdiff_t values = 0;  // where its columns begin in the factor's values
@@ -56,11 +55,13 @@ class Dissection {
     [[nodiscard]] double work() const { return own() * (1.0 + height()) * height(); }
   };
 
-  /// Where an entry of the matrix goes in its node's block.
+  /// Where an entry off the matrix' diagonal goes in its column of its node's block.
   struct Placement {
-    Index entry;
-    bool is_transposed;  // the factor has it as column, row
-    std::ptrdiff_t slot;
+    Index entry;  // or ~entry: the factor has it as column, row
+    Index row;
+
+    [[nodiscard]] bool is_transposed() const { return entry < 0; }
+    [[nodiscard]] Index number() const { return entry < 0 ? ~entry : entry; }
   };
 
   Dissection(const SymmetricPattern<Real>& pattern, std::span<const Vec3<Real>> points,
@@ -83,6 +84,7 @@ class Dissection {
     neighbours_ = {};
     side_ = {};
     keys_ = {};
+    position_ = {};
     points_ = {};
     cancelled_ = {};
   }
@@ -93,7 +95,11 @@ class Dissection {
   [[nodiscard]] const Array<Index>& rows() const { return rows_; }
   /// For each of rows(): its row in the block of the node's parent.
   [[nodiscard]] const Array<Index>& rows_in_parent() const { return rows_in_parent_; }
-  [[nodiscard]] const Array<Placement>& placements() const { return placements_; }
+  /// Those of the column at a position of the order.
+  [[nodiscard]] std::span<const Placement> placements(Index position) const {
+    const Placement* const all = placements_.data();
+    return {all + placements_begin_[position], all + placements_begin_[position + 1]};
+  }
   /// The unknown at each position.
   [[nodiscard]] const Array<Index>& order() const { return order_; }
   /// Number of values of the factor, and room for those that wait to be added to parents.
@@ -242,7 +248,8 @@ class Dissection {
   void relate_rows(const SymmetricPattern<Real>& pattern) {
     Array<Index> row_of(order_.size());
     rows_in_parent_.resize(rows_.size());
-    placements_.reserve(static_cast<std::size_t>(pattern.entry_count()));
+    placements_.reserve(static_cast<std::size_t>(pattern.entry_count() - pattern.size()));
+    placements_begin_.reserve(order_.size() + 1);
     for (Node& node : nodes_) {
       for (Index p = node.begin; p < node.end; ++p) row_of[p] = p - node.begin;
       for (Index r = 0; r < node.border(); ++r) row_of[rows_[node.rows_begin + r]] = node.own() + r;
@@ -252,23 +259,22 @@ class Dissection {
           rows_in_parent_[r] = row_of[rows_[r]];
         }
       }
-      place_entries(node, pattern, row_of);
+      place_entries(node, row_of);
     }
+    placements_begin_.push_back(static_cast<Index>(placements_.size()));
   }
 
-  void place_entries(Node& node, const SymmetricPattern<Real>& pattern,
-                     const Array<Index>& row_of) {
-    node.placements_begin = static_cast<Index>(placements_.size());
+  void place_entries(const Node& node, const Array<Index>& row_of) {
     for (Index p = node.begin; p < node.end; ++p) {
       const Index v = order_[p];
-      const std::ptrdiff_t column = std::ptrdiff_t{p - node.begin} * node.height();
-      placements_.push_back({pattern.diagonal(v), false, column + p - node.begin});
+      placements_begin_.push_back(static_cast<Index>(placements_.size()));
       for (Index k = neighbour_begin_[v]; k < neighbour_begin_[v + 1]; ++k) {
         const auto& [w, entry] = neighbours_[k];
-        if (position_[w] > p) placements_.push_back({entry, w < v, column + row_of[position_[w]]});
+        if (position_[w] > p) {
+          placements_.push_back({w < v ? ~entry : entry, row_of[position_[w]]});
+        }
       }
     }
-    node.placements_end = static_cast<Index>(placements_.size());
   }
 
   // Updates lie on two stacks, those of children on the other one than their parent's, which is
@@ -310,6 +316,7 @@ class Dissection {
   Array<Node> nodes_;
   Array<Index> rows_, rows_in_parent_;
   Array<Placement> placements_;
+  Array<Index> placements_begin_;  // of each position and one more
   std::ptrdiff_t value_count_ = 0, stack_size_ = 0, largest_block_ = 0;
   Index largest_height_ = 0;
 };

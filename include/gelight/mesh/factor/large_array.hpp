@@ -29,9 +29,9 @@ template <class T>
 #if defined(__linux__)
   constexpr std::size_t page = std::size_t{1} << 21;
   if (bytes >= page) {
-    const std::size_t whole = (bytes + page - 1) / page * page;
-    memory = std::aligned_alloc(page, whole);
-    if (memory != nullptr) madvise(memory, whole, MADV_HUGEPAGE);
+    // What does not fill a large page lies on small ones, or the rest of it would be taken, too.
+    if (posix_memalign(&memory, page, bytes) != 0) memory = nullptr;
+    if (memory != nullptr) madvise(memory, bytes / page * page, MADV_HUGEPAGE);
   }
 #endif
   if (memory == nullptr) memory = std::malloc(bytes);
