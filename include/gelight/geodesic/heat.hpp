@@ -359,13 +359,10 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
 
   [[nodiscard]] std::vector<Solution> solutions(std::vector<detail::Sources> queries,
                                                 const CancelHook& cancelled) const {
-    const auto count = static_cast<std::size_t>(surface_.vertex_count());
     std::vector<Solution> nearest;
     std::vector<Part> parts;
     for (detail::Sources& sources : queries) {
-      nearest.push_back({detail::Array<Real>(count, unreachable<Real>),
-                         detail::Array<char>(count, 0), false,
-                         detail::move_to_zero(surface_, sources)});
+      nearest.push_back({{}, {}, false, detail::move_to_zero(surface_, sources)});
       add_parts(std::move(sources), nearest.size() - 1, parts);
     }
     for (std::size_t done = 0; done < parts.size();) {
@@ -399,6 +396,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   }
 
   void take_nearer(Solution& nearest, Real start, const Solution& part) const {
+    nearest.distance.resize(part.distance.size(), unreachable<Real>);  // at the first
+    nearest.is_exact.resize(part.is_exact.size());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const Real d = start + part.distance[v];
       if (!(d < nearest.distance[v])) continue;
@@ -470,15 +469,19 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     if (border_factor_) {
       detail::finish<Real>(held_heats, *border_factor_, cancelled.part(0.4, 0.6));
     }
-    const auto first_field = [&](std::size_t i, Index f) {
-      return border_factor_ ? averaged_descent(f, held_heats[i].result(), heats[i].result())
-                            : descent(f, heats[i].result());
+    const auto first_field = [&](std::size_t i) {
+      const auto* const held = border_factor_ ? &held_heats[i].result() : nullptr;
+      return [this, held, &free = heats[i].result()](Index f) {
+        return held != nullptr ? averaged_descent(f, *held, free) : descent(f, free);
+      };
     };
     const double each = 0.4 / (1 + options_.refinements);  // of the work, from 0.6 on
     auto phi = continued(near, first_field, cancelled.part(0.6, 0.6 + each));
     for (Index k = 1; k <= options_.refinements; ++k) {
       const double done = 0.6 + k * each;
-      const auto field = [&](std::size_t i, Index f) { return refined_field(f, phi[i]); };
+      const auto field = [&](std::size_t i) {
+        return [this, &from = phi[i]](Index f) { return refined_field(f, from); };
+      };
       phi = continued(near, field, cancelled.part(done, done + each));
     }
     std::vector<Solution> result;
@@ -508,8 +511,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
         };
       }
       const auto field = exact_->solve(sources, options);
-      const auto exact = field.distances();
-      std::copy(exact.begin(), exact.end(), near.begin());
+      for (Index v = 0; v < surface_.vertex_count(); ++v) near[v] = field.distance(v);
     }
     for (const auto& point : points) {
       detail::for_each_vertex_near(surface_, point,
@@ -520,13 +522,13 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   }
 
   // Functions, each with the gradient that is nearest to that of a near distance where that is
-  // known at all vertices of a face, to `unit_field(number, face)` elsewhere.
+  // known at all vertices of a face, to `unit_field(number)(face)` elsewhere.
   [[nodiscard]] std::vector<detail::Array<Real>> continued(
       const std::vector<detail::Array<Real>>& near, const auto& unit_field,
       const CancelHook& cancelled) const {
     std::vector<detail::Array<Real>> result;
     for (std::size_t i = 0; i < near.size(); ++i) {
-      result.push_back(divergence(near[i], [&](Index f) { return unit_field(i, f); }));
+      result.push_back(divergence(near[i], unit_field(i)));
     }
     system_->integrate(result, cancelled);
     return result;

@@ -78,6 +78,7 @@ class Dissection {
     position_.resize(count);
     for (Index p = 0; p < pattern.size(); ++p) position_[order_[p]] = p;
     find_rows();
+    rows_ = Array<Index>(rows_.begin(), rows_.end());  // without the room for more
     relate_rows(pattern);
     place_updates();
     neighbour_begin_ = {};
