@@ -141,14 +141,15 @@ class SparseFactor : public LinearFactor<Scalar> {
   // Several systems at once read the factor once.
   static constexpr Index lanes = Lanes::count;
 
-  void solve_at_once(std::span<const std::span<Scalar>> sides,
-                     const CancelHook& cancelled) const requires std::same_as<Scalar, double> {
+  // (A template, so that it is left alone where scalars are complex.)
+  template <class Value = Lanes>
+  void solve_at_once(std::span<const std::span<Scalar>> sides, const CancelHook& cancelled) const {
     const auto& order = dissection_->order();
     // Lanes that are left over repeat the first.
     std::array<Slice<Scalar>, lanes> side;
     side.fill(sides.front());
     std::copy(sides.begin(), sides.end(), side.begin());
-    Array<Lanes> x(order.size());
+    Array<Value> x(order.size());
     for (Index p = 0; p < dissection_->size(); ++p) {
       for (std::size_t lane = 0; lane < lanes; ++lane) {
         x[p].set(static_cast<Index>(lane), side[lane][order[p]]);
