@@ -700,6 +700,50 @@ TEST_CASE_TEMPLATE("what is seen at any scale is right or refused, never missing
   CHECK(refused > 100);
 }
 
+TEST_CASE_TEMPLATE("a face from beside the camera to far before it is seen where it is", T, float,
+                   double) {
+  // From (0, 0, far) to x + y = 1 at z = near: a ray (x, y, 1) with x, y > 0 meets it at
+  // z = far / ((x + y) (far - near) + 1).
+  const Camera<T> camera{16, 16, T(3.5), T(3.25), 16, 16};
+  for (const double near : {0.0, -1.0, -7.5}) {
+    for (int exponent = 0; exponent <= 37; ++exponent) {
+      const double far = 3 * std::pow(10.0, exponent);
+      CAPTURE(near);
+      CAPTURE(far);
+      Mesh<double> face;
+      face.positions = {{0, 0, far}, {1, 0, near}, {0, 1, near}};
+      face.faces = {{0, 1, 2}};
+      const auto raster = gelight::rasterize(face, camera);
+      double error = 0;
+      for (Index v = 0; v < 16; ++v) {
+        for (Index u = 0; u < 16; ++u) {
+          const double x = (u - 3.5) / 16, y = (v - 3.25) / 16;
+          REQUIRE((raster.face(u, v) == 0) == (x > 0 && y > 0));
+          if (raster.face(u, v) < 0) continue;
+          const double expected = 1 / ((x + y) * (1 - near / far) + 1 / far);
+          error = std::max(error, std::abs(raster.depth(u, v) / expected - 1));
+        }
+      }
+      CHECK(error < 16 * double{std::numeric_limits<T>::epsilon()});
+    }
+  }
+}
+
+TEST_CASE("a face that is seen next to the camera is refused, however near it is") {
+  // Before the camera it is seen at depths less than twice that of its first corner, behind it
+  // beyond its other side.
+  const Camera<double> camera{8, 8, 0.25, 0.25, 8, 8};
+  for (const double z : {1e-151, 1e-308, 1e-309, 1e-320, -1e-151, -1e-200, -1e-309}) {
+    CAPTURE(z);
+    Mesh<double> face;
+    face.positions = {{0, 0, z}, {1, 0, 1}, {0, 1, 1}};
+    face.faces = {{0, 1, 2}};
+    CHECK_THROWS_AS((void)gelight::rasterize(face, camera), gelight::InvalidInput);
+    auto depth = gelight::empty_raster(camera).depth;
+    CHECK_THROWS_AS(gelight::rasterize_into(depth, face, {}, camera), gelight::InvalidInput);
+  }
+}
+
 TEST_CASE("small faces among others are seen as each drawn alone") {
   // From a tenth of a pixel to the whole image, of any shape, some behind the camera or beside it.
   Generator random(8);

@@ -187,7 +187,8 @@ class ImagePlane {
       for (const double side : {-1, 1}) polygon = cut(polygon, axis, side * far_ * size_);
     }
     for (CutCorner& corner : polygon) {
-      corner.seen.inverse_z = 1 / corner.seen.z;
+      // At a depth without an inverse, it is to be refused rather than left out.
+      corner.seen.inverse_z = std::min(1 / corner.seen.z, std::numeric_limits<double>::max());
       // But for rounding such a face goes through the camera, and is seen edge-on.
       if (!(corner.seen.z > 0) || !is_within(2 * size_, corner.seen)) return {};
     }
@@ -219,8 +220,9 @@ class ImagePlane {
   /// The nearest point of the grid: the sum has just as many digits as the grid.
   [[nodiscard]] double on_grid(double x) const { return (x + 6 * size_) - 6 * size_; }
 
-  /// The part of a polygon on this side of a column or row. Its sides are cut from their end
-  /// inside, so that both faces at a side find the same point.
+  /// The part of a polygon on this side of a column or row. Its sides are cut from their end nearer
+  /// to that, whose digits those of a far one would drown; so both faces at a side find the same
+  /// point, too.
   [[nodiscard]] CutPolygon cut(const CutPolygon& polygon, std::size_t axis, double at) const {
     const double sign = at < 0 ? 1 : -1;
     const auto distance = [&](const CutCorner& corner) {
@@ -233,8 +235,9 @@ class ImagePlane {
       const double from_a = distance(a), from_b = distance(b);
       if (from_a > 0) inside.push_back(a);
       if ((from_a > 0) == (from_b > 0)) continue;
-      CutCorner corner = from_a > 0 ? between(a, b, from_a / (from_a - from_b))
-                                    : between(b, a, from_b / (from_b - from_a));
+      const bool a_is_nearer = std::abs(from_a) < std::abs(from_b);
+      CutCorner corner = a_is_nearer ? between(a, b, from_a / (from_a - from_b))
+                                     : between(b, a, from_b / (from_b - from_a));
       // Exactly: what is left of a face as large as can be would be lost in its rounding.
       corner.point[axis] = at * corner.point[2];
       corner.seen = {on_grid(corner.point[0] / corner.point[2]),
