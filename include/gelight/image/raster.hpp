@@ -221,8 +221,8 @@ class ImagePlane {
   [[nodiscard]] double on_grid(double x) const { return (x + 6 * size_) - 6 * size_; }
 
   /// The part of a polygon on this side of a column or row. Its sides are cut from their end nearer
-  /// to that, whose digits those of a far one would drown; so both faces at a side find the same
-  /// point, too.
+  /// to that, whose digits those of a far one would drown (of two as near from that inside), so
+  /// that both faces at a side find the same point.
   [[nodiscard]] CutPolygon cut(const CutPolygon& polygon, std::size_t axis, double at) const {
     const double sign = at < 0 ? 1 : -1;
     const auto distance = [&](const CutCorner& corner) {
@@ -235,7 +235,8 @@ class ImagePlane {
       const double from_a = distance(a), from_b = distance(b);
       if (from_a > 0) inside.push_back(a);
       if ((from_a > 0) == (from_b > 0)) continue;
-      const bool a_is_nearer = std::abs(from_a) < std::abs(from_b);
+      const double to_a = std::abs(from_a), to_b = std::abs(from_b);
+      const bool a_is_nearer = to_a < to_b || (to_a == to_b && from_a > 0);
       CutCorner corner = a_is_nearer ? between(a, b, from_a / (from_a - from_b))
                                      : between(b, a, from_b / (from_b - from_a));
       // Exactly: what is left of a face as large as can be would be lost in its rounding.
