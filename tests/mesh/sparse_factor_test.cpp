@@ -66,8 +66,8 @@ std::vector<Mesh<double>> meshes() {
   for (auto& face : scattered.faces) face = {face[0] + 1, face[1] + 1, face[2] + 1};
   auto one_place = icosphere<double>(2);  // points that tell nothing
   for (auto& p : one_place.positions) p = {0, 0, 0};
-  return {grid<double>(1, 1), icosphere<double>(3),        torus(2.0, 0.5, 25, 9), scattered,
-          one_place,          grid<double>(400, 1, 400, 1)};
+  return {grid<double>(1, 1), icosphere<double>(3),         torus(2.0, 0.5, 25, 9),    scattered,
+          one_place,          grid<double>(400, 1, 400, 1), grid<double>(2, 250, 1, 1)};
 }
 
 std::vector<Vec3<double>> points_of(const Mesh<double>& mesh) {
@@ -95,6 +95,23 @@ TEST_CASE("a dissection orders every unknown once, children before parents") {
       if (nodes[n].parent == -1) CHECK(nodes[n].border() == 0);
     }
     CHECK(end == pattern.size());
+  }
+}
+
+TEST_CASE("few numbers fill the factor of a strip, wherever its points are") {
+  // Elimination from end to end would fill 4 numbers a column.
+  const auto strip = grid<double>(2, 5000, 1, 1);  // 2500 times as dense along one axis
+  const auto pattern = SymmetricPattern<double>(intrinsic_triangulation(Surface(strip), 1.0));
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> anywhere(0, 1);
+  for (int places = 0; places < 3; ++places) {
+    auto points = points_of(strip);
+    for (auto& p : points) {
+      if (places == 1) p = {2, 3, 4};
+      if (places == 2) p = {anywhere(random), anywhere(random), anywhere(random)};
+    }
+    CAPTURE(places);
+    CHECK(detail::Dissection<double>(pattern, points).value_count() < 40 * pattern.size());
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <limits>
@@ -18,9 +19,10 @@ namespace gelight::detail {
 /// An order in which to eliminate the unknowns of a sparse matrix over points in space, and what
 /// elimination fills: nested dissection (George 1973, doi:10.1137/0710032) by planes.
 ///
-/// The points are halved at their median again and again; the vertices that join the halves come
-/// after both. Each separator, and each small part left at the end, is a node of a binary tree and
-/// is eliminated as one dense block. Made in O(n log n); serves every matrix of the pattern.
+/// The points are halved at their median again and again, or where that joins many of them, in
+/// whichever way joins few; the vertices that join the halves come after both. Each separator, and
+/// each small part left at the end, is a node of a binary tree and is eliminated as one dense
+/// block. Made in O(n log n); serves every matrix of the pattern.
 template <std::floating_point Real>
 class Dissection {
  public:
@@ -143,41 +145,103 @@ class Dissection {
     if (end - begin <= leaf_size) return add_node(begin, end, {-1, -1});
     cancelled_.check(static_cast<double>(begin) / static_cast<double>(order_.size()),
                      "ordering a matrix");
-    const Index axis = widest_axis(begin, end);
-    const Index middle = begin + (end - begin) / 2;
-    halve(begin, middle, end, axis);
+    const auto [low, high, low_cut, high_cut] = halve(begin, end, stamp);
+    const Index middle = middle_of(begin, end);
     const auto first = order_.begin();
-    const Index low = stamp++, high = stamp++;
-    for (Index i = begin; i < end; ++i) side_[order_[i]] = i < middle ? low : high;
     // The separator is made of those vertices of one half that have a neighbour in the other.
-    const auto touches = [&](Index v, Index other) {
-      for (Index n = neighbour_begin_[v]; n < neighbour_begin_[v + 1]; ++n) {
-        if (side_[neighbours_[n].unknown] == other) return true;
-      }
-      return false;
-    };
-    const auto low_cut =
-        std::count_if(first + begin, first + middle, [&](Index v) { return touches(v, high); });
-    const auto high_cut =
-        std::count_if(first + middle, first + end, [&](Index v) { return touches(v, low); });
     if (low_cut < high_cut) {
       const auto cut =
           std::partition(first + begin, first + middle, [&](Index v) { return !touches(v, high); });
       std::rotate(cut, first + middle, first + end);
       const auto inner = static_cast<Index>(cut - first);
-      return join(begin, inner, end - static_cast<Index>(low_cut), end, stamp);
+      return join(begin, inner, end - low_cut, end, stamp);
     }
     const auto cut =
         std::partition(first + middle, first + end, [&](Index v) { return !touches(v, low); });
     return join(begin, middle, static_cast<Index>(cut - first), end, stamp);
   }
 
+  /// Two halves by the marks of their unknowns, and how many of each touch the other.
+  struct Halves {
+    Index low = 0, high = 0;
+    Index low_cut = 0, high_cut = 0;
+
+    [[nodiscard]] Index separator() const { return std::min(low_cut, high_cut); }
+  };
+  static constexpr Index by_steps = 3;  // a way to halve, beside the axes
+
+  [[nodiscard]] static Index middle_of(Index begin, Index end) { return begin + (end - begin) / 2; }
+
+  // Halves a part along its widest axis, or, where that cuts more than surfaces need, in the way
+  // that cuts least: points may lie far denser along one axis than along another, or all at one
+  // place.
+  Halves halve(Index begin, Index end, Index& stamp) {
+    const double enough = 4 * std::sqrt(static_cast<double>(end - begin));
+    const Index widest = widest_axis(begin, end);
+    const Halves along = halve_in(widest, begin, end, stamp);
+    if (along.separator() <= enough) return along;
+    Index best = widest, least = along.separator();
+    for (const Index way : {0, 1, 2, by_steps}) {
+      if (way == widest) continue;
+      const Halves found = halve_in(way, begin, end, stamp);
+      if (found.separator() >= least) continue;
+      best = way;
+      least = found.separator();
+    }
+    return halve_in(best, begin, end, stamp);
+  }
+
+  Halves halve_in(Index way, Index begin, Index end, Index& stamp) {
+    const Index middle = middle_of(begin, end);
+    if (way == by_steps) {
+      order_by_steps(begin, end, order_[begin], stamp);
+      order_by_steps(begin, end, order_[end - 1], stamp);  // from one side to the other
+    } else {
+      order_along(begin, middle, end, way);
+    }
+    Halves halves{stamp, stamp + 1};
+    stamp += 2;
+    for (Index i = begin; i < end; ++i) side_[order_[i]] = i < middle ? halves.low : halves.high;
+    for (Index i = begin; i < middle; ++i) halves.low_cut += touches(order_[i], halves.high);
+    for (Index i = middle; i < end; ++i) halves.high_cut += touches(order_[i], halves.low);
+    return halves;
+  }
+
+  // Whether an unknown has a neighbour with that mark.
+  [[nodiscard]] bool touches(Index v, Index mark) const {
+    for (Index n = neighbour_begin_[v]; n < neighbour_begin_[v + 1]; ++n) {
+      if (side_[neighbours_[n].unknown] == mark) return true;
+    }
+    return false;
+  }
+
   // Puts those with the lesser coordinates before `middle`.
-  void halve(Index begin, Index middle, Index end, Index axis) {
+  void order_along(Index begin, Index middle, Index end, Index axis) {
     const auto first = keys_.begin() + begin;
     for (Index i = begin; i < end; ++i) keys_[i] = {point(order_[i])[axis], order_[i]};
     std::nth_element(first, keys_.begin() + middle, keys_.begin() + end,
                      [](const Key& a, const Key& b) { return a.coordinate < b.coordinate; });
+    for (Index i = begin; i < end; ++i) order_[i] = keys_[i].unknown;
+  }
+
+  // Puts them in the order in which they are met, going from neighbour to neighbour.
+  void order_by_steps(Index begin, Index end, Index start, Index& stamp) {
+    const Index unmet = stamp++, met = stamp++;
+    for (Index i = begin; i < end; ++i) side_[order_[i]] = unmet;
+    Index count = begin, other = begin;
+    const auto meet = [&](Index v) {
+      if (side_[v] != unmet) return;
+      side_[v] = met;
+      keys_[count++].unknown = v;
+    };
+    meet(start);
+    for (Index i = begin; i < end; ++i) {
+      while (i == count) meet(order_[other++]);  // of another connected part
+      const Index v = keys_[i].unknown;
+      for (Index n = neighbour_begin_[v]; n < neighbour_begin_[v + 1]; ++n) {
+        meet(neighbours_[n].unknown);
+      }
+    }
     for (Index i = begin; i < end; ++i) order_[i] = keys_[i].unknown;
   }
 
