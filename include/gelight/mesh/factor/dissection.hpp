@@ -145,19 +145,19 @@ class Dissection {
     if (end - begin <= leaf_size) return add_node(begin, end, {-1, -1});
     cancelled_.check(static_cast<double>(begin) / static_cast<double>(order_.size()),
                      "ordering a matrix");
-    const auto [low, high, low_cut, high_cut] = halve(begin, end, stamp);
+    const Halves halves = halve(begin, end, stamp);
     const Index middle = middle_of(begin, end);
     const auto first = order_.begin();
     // The separator is made of those vertices of one half that have a neighbour in the other.
-    if (low_cut < high_cut) {
-      const auto cut =
-          std::partition(first + begin, first + middle, [&](Index v) { return !touches(v, high); });
+    if (halves.low_cut < halves.high_cut) {
+      const auto cut = std::partition(first + begin, first + middle,
+                                      [&](Index v) { return !touches(v, halves.high); });
       std::rotate(cut, first + middle, first + end);
       const auto inner = static_cast<Index>(cut - first);
-      return join(begin, inner, end - low_cut, end, stamp);
+      return join(begin, inner, end - halves.low_cut, end, stamp);
     }
-    const auto cut =
-        std::partition(first + middle, first + end, [&](Index v) { return !touches(v, low); });
+    const auto cut = std::partition(first + middle, first + end,
+                                    [&](Index v) { return !touches(v, halves.low); });
     return join(begin, middle, static_cast<Index>(cut - first), end, stamp);
   }
 
