@@ -73,7 +73,7 @@ TEST_CASE_TEMPLATE("sources that the heat method solves together have the bits t
   const auto mesh = gelight::joined<double>(std::span(parts));
   for (const auto boundary : {gelight::HeatBoundary::neumann, gelight::HeatBoundary::averaged}) {
     const gelight::HeatSolver<T> solver(mesh, {.boundary = boundary, .refinements = 1});
-    for (const std::size_t count : {0, 1, 3, 4, 5, 8, 9, 17}) {
+    for (const std::size_t count : {0U, 1U, 3U, 4U, 5U, 8U, 9U, 17U}) {
       std::vector<gelight::Source<T>> sources;
       for (std::size_t i = 0; i < count; ++i) {
         const auto point = gelight::test::random_point(mesh, random).template cast<T>();

@@ -156,7 +156,7 @@ TEST_CASE("several right-hand sides together have the bits that each has alone")
     const detail::SparseFactor<double> factor(dissection, random_matrix<double>(pattern));
     std::mt19937 engine(3);
     const std::size_t size = points.size();
-    for (const std::size_t count : {0, 1, 4, 5, 7, 8, 9, 16, 23}) {
+    for (const std::size_t count : {0U, 1U, 4U, 5U, 7U, 8U, 9U, 16U, 23U}) {
       std::vector<std::vector<double>> sides(count, std::vector<double>(size, -0.0));
       for (std::size_t i = 0; i < count; ++i) {
         // None, one or all of the unknowns have a load.
