@@ -132,7 +132,7 @@ template <class Solver, class Place>
 /// Rows come in any order, on any of the threads, never two at once; they are bit for bit what
 /// `solver.distance` gives for that source alone. All share the solver's factors, and each thread
 /// its workspace. HeatSolver's threads take up to eight sources at once, so that their factors are
-/// read once, in half to three quarters of the time. Memory: a row and a workspace for each source
+/// read once, in two thirds of the time. Memory: a row and a workspace for each source
 /// that is being solved. Throws InvalidInput, before any row is solved, for a source that is not of
 /// the solver's surface, and in a row as the solver does; Cancelled as the hook says; what `take`
 /// throws passes through. Rows that were taken before stay taken; none is from then on.
