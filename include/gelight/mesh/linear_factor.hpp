@@ -24,7 +24,7 @@ namespace detail {
 /// is under way, in words.
 [[nodiscard]] inline CancelHook rising(const CancelHook& cancelled, const char* what) {
   if (!cancelled) return {};
-  return [cancelled, what, most = std::shared_ptr<double>(new double(0))](double done) {
+  return [cancelled, what, most = std::make_shared<double>(0)](double done) {
     *most = std::max(*most, done);
     cancelled.check(*most, what);
     return false;

@@ -236,7 +236,10 @@ class Dissection {
     };
     meet(start);
     for (Index i = begin; i < end; ++i) {
-      while (i == count) meet(order_[other++]);  // of another connected part
+      if (i == count) {  // on with another connected part
+        while (side_[order_[other]] == met) ++other;
+        meet(order_[other]);
+      }
       const Index v = keys_[i].unknown;
       for (Index n = neighbour_begin_[v]; n < neighbour_begin_[v + 1]; ++n) {
         meet(neighbours_[n].unknown);
