@@ -191,7 +191,7 @@ class Array {
 template <class T>
 class Slice : public std::span<T> {
  public:
-  using std::span<T>::span;
+  using std::span<T>::span;  // NOLINT(modernize-use-equals-default): none of these is one
   Slice(std::span<T> whole) : std::span<T>(whole) {}
   [[nodiscard]] T& operator[](std::ptrdiff_t i) const { return this->data()[i]; }
 };
