@@ -336,7 +336,17 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   void solve_vertices(detail::DistanceQuery<Real>& query) const;
 
   template <class Place>
-  [[nodiscard]] std::vector<std::vector<T>> solve_each(std::span<const Place> places) const;
+  [[nodiscard]] std::vector<std::vector<T>> solve_each(std::span<const Place> places) const {
+    std::vector<detail::Sources> queries;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      queries.push_back(detail::checked_sources(surface_, places.subspan(i, 1)));
+    }
+    std::vector<std::vector<T>> result;
+    for (const Solution& solution : solutions(std::move(queries), hook())) {
+      result.push_back(distances_of(solution));
+    }
+    return result;
+  }
 
   // Points that start at the same distance, of the sources of a query.
   struct Part {
@@ -701,20 +711,6 @@ void HeatSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query) const {
   const Solution result = solution(std::move(query.sources));
   query.distance.resize(result.distance.size());
   for (Index v = 0; v < surface_.vertex_count(); ++v) query.distance[v] = result.distance_of(v);
-}
-
-template <std::floating_point T>
-template <class Place>
-auto HeatSolver<T>::solve_each(std::span<const Place> places) const -> std::vector<std::vector<T>> {
-  std::vector<detail::Sources> queries;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    queries.push_back(detail::checked_sources(surface_, places.subspan(i, 1)));
-  }
-  std::vector<std::vector<T>> result;
-  for (const Solution& solution : solutions(std::move(queries), hook())) {
-    result.push_back(distances_of(solution));
-  }
-  return result;
 }
 
 template <TriangleMesh M>
