@@ -19,7 +19,9 @@
 #include "gelight/geodesic/exact/flat_face.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
+#include "gelight/geodesic/exact/window_solution.hpp"
 #include "gelight/geodesic/segment.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
@@ -60,12 +62,15 @@ template <std::floating_point T>
 class ArcTracer {
  public:
   ArcTracer(const ExactField<T>& field, T level, const CancelHook& cancelled)
-      : field_(field), surface_(field.surface_), level_(level), cancelled_(cancelled) {
-    require(field.windows_ && field.kept_faces_.empty(),
+      : solution_(solution_of(field)),
+        surface_(solution_.surface),
+        level_(level),
+        cancelled_(cancelled) {
+    require(solution_.keeps_all_windows(),
             "the field has not kept its windows: see ExactOptions::keep_windows");
     require(std::isfinite(level), "the level ", level, " is not finite");
     size_ = size_of(surface_);
-    same_ = (field.fronts_.empty() ? shortest : shortest_from_segments) * size_;
+    same_ = (solution_.fronts.empty() ? shortest : shortest_from_segments) * size_;
     tangent_ = touching * size_;
   }
 
@@ -139,8 +144,8 @@ class ArcTracer {
       if (f % 1024 == 0) {
         cancelled_.check(static_cast<double>(f) / surface_.face_count(), "exact isolines");
       }
-      if (is_thin(surface_, *field_.faces_, 3 * f)) continue;
-      flat_ = FlatFace<Real>(surface_, *field_.faces_, f);
+      if (is_thin(surface_, *solution_.faces, 3 * f)) continue;
+      flat_ = FlatFace<Real>(surface_, *solution_.faces, f);
       find_discs();
       if (!discs_.empty()) visit(f);
     }
@@ -149,15 +154,15 @@ class ArcTracer {
   void find_discs() {
     discs_.clear();
     const Index v = surface_.face(flat_.face)[0];
-    const Real level = Real{level_} - field_.starts_.at(v);
-    require(level <= field_.bound_at(v), "the level ", level_,
+    const Real level = Real{level_} - solution_.starts.at(v);
+    require(level <= solution_.bound_at(v), "the level ", level_,
             " is beyond the greatest distance that was solved for");
     for (std::size_t k = 0; k < 3; ++k) {
-      const Real radius = level - field_.distances_[surface_.face(flat_.face)[k]];
+      const Real radius = level - solution_.distances[surface_.face(flat_.face)[k]];
       if (radius > 0) discs_.push_back({flat_.corners[k], radius});
     }
-    for (const auto& source : field_.sources_) add_source(source, level);
-    for (const auto& front : field_.fronts_) {
+    for (const auto& source : solution_.sources) add_source(source, level);
+    for (const auto& front : solution_.fronts) {
       if (front.face == flat_.face) add_front(front, level);
     }
     for (Index h = 3 * flat_.face; h < 3 * flat_.face + 3; ++h) add_windows(h, level);
@@ -187,16 +192,16 @@ class ArcTracer {
 
   [[nodiscard]] bool is_from_front(Index origin) const {
     using Kind = typename Origin<Real>::Kind;
-    while (field_.origins_[origin].kind == Kind::crossing) {
-      origin = field_.origins_[origin].previous;
+    while (solution_.origins[origin].kind == Kind::crossing) {
+      origin = solution_.origins[origin].previous;
     }
-    return field_.origins_[origin].kind == Kind::front;
+    return solution_.origins[origin].kind == Kind::front;
   }
 
   void add_windows(Index h, Real level) {
-    field_.windows_->for_each(h, [&](const auto& w, std::ptrdiff_t count) {
+    solution_.windows->for_each(h, [&](const auto& w, std::ptrdiff_t count) {
       for (std::ptrdiff_t i = 0; i < count; ++i) {
-        const Real radius = level - field_.origins_[w.origin[i]].start;
+        const Real radius = level - solution_.origins[w.origin[i]].start;
         const Real gap = std::clamp(w.x[i], w.begin[i], w.end[i]) - w.x[i];
         if (!(radius > 0) || gap * gap + w.y[i] * w.y[i] >= radius * radius) continue;
         const Vec2<Real> centre = flat_.from_frame(h, {w.x[i], w.y[i]});
@@ -393,7 +398,7 @@ class ArcTracer {
   [[nodiscard]] Index after(Index number, const Array<char>& is_taken) {
     const Piece& piece = pieces_[static_cast<std::size_t>(number)];
     const Real reach = reach_of_joints * same_;
-    flat_ = FlatFace<Real>(surface_, *field_.faces_, piece.face);
+    flat_ = FlatFace<Real>(surface_, *solution_.faces, piece.face);
     Index best = -1;
     Real least = reach;
     const auto look = [&](Index f) {
@@ -418,7 +423,7 @@ class ArcTracer {
   }
 
   [[nodiscard]] CircularArc<T> arc_of(const Piece& piece) {
-    flat_ = FlatFace<Real>(surface_, *field_.faces_, piece.face);
+    flat_ = FlatFace<Real>(surface_, *solution_.faces, piece.face);
     const bool is_straight = piece.disc.is_straight;
     const Real length = is_straight ? piece.width : piece.disc.radius * piece.width;
     return {piece.face,
@@ -430,7 +435,7 @@ class ArcTracer {
             static_cast<T>(length)};
   }
 
-  const ExactField<T>& field_;
+  const WindowSolution<Real>& solution_;
   const Mesh& surface_;
   T level_;
   const CancelHook& cancelled_;

@@ -19,6 +19,7 @@
 #include "gelight/geodesic/exact/flat_face.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
+#include "gelight/geodesic/exact/window_solution.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/geodesic/segment.hpp"
 #include "gelight/mesh/neighbourhood.hpp"
@@ -60,11 +61,11 @@ template <std::floating_point T>
 class BorderTracer {
  public:
   BorderTracer(const ExactField<T>& field, const VoronoiEdgeOptions<T>& options)
-      : field_(field), surface_(field.surface_), options_(options) {
-    require(field.windows_ && field.kept_faces_.empty(),
+      : solution_(solution_of(field)), surface_(solution_.surface), options_(options) {
+    require(solution_.keeps_all_windows(),
             "the field has not kept its windows: see ExactOptions::keep_windows");
-    require(field.fronts_.empty(), "the field is of segments, not of points");
-    require(!(field.bound_ < unreachable<Real>),
+    require(solution_.fronts.empty(), "the field is of segments, not of points");
+    require(!(solution_.bound < unreachable<Real>),
             "the field was solved up to a greatest distance or for some targets only");
     require(options.deviation > 0, "the deviation ", options.deviation, " is not positive");
     same_ = shortest * size_of(surface_);
@@ -79,8 +80,8 @@ class BorderTracer {
       if (f % 1024 == 0) {
         options_.cancelled.check(static_cast<double>(f) / surface_.face_count(), "Voronoi edges");
       }
-      if (is_thin(surface_, *field_.faces_, 3 * f) || !is_shared(f)) continue;
-      flat_ = FlatFace<Real>(surface_, *field_.faces_, f);
+      if (is_thin(surface_, *solution_.faces, 3 * f) || !is_shared(f)) continue;
+      flat_ = FlatFace<Real>(surface_, *solution_.faces, f);
       find_images();
       find_pieces();
     }
@@ -146,8 +147,8 @@ class BorderTracer {
 
   // Those that are no vertices, by the faces that hold them.
   void find_sources() {
-    for (std::size_t s = 0; s < field_.sources_.size(); ++s) {
-      const Point& point = field_.sources_[s].point;
+    for (std::size_t s = 0; s < solution_.sources.size(); ++s) {
+      const Point& point = solution_.sources[s].point;
       if (point.kind == Point::Kind::vertex) continue;
       for_each_place(surface_, point, [&](Index f, const std::array<Real, 3>& shares) {
         places_of_sources_.push_back({f, static_cast<Index>(s), shares});
@@ -164,7 +165,7 @@ class BorderTracer {
     for (const Index v : surface_.face(f)) is_shared |= source_of(v) != source;
     for (const Place& place : sources_in(f)) is_shared |= place.source != source;
     for (Index h = 3 * f; h < 3 * f + 3; ++h) {
-      field_.windows_->for_each(h, [&](const auto& w, std::ptrdiff_t count) {
+      solution_.windows->for_each(h, [&](const auto& w, std::ptrdiff_t count) {
         for (std::ptrdiff_t i = 0; i < count && !is_shared; ++i) {
           is_shared = source_of_origin(w.origin[i]) != source;
         }
@@ -185,7 +186,7 @@ class BorderTracer {
     const auto corners = surface_.face(flat_.face);
     Real farthest = unreachable<Real>;  // no point of the face is farther
     for (std::size_t k = 0; k < 3; ++k) {
-      const Real distance = field_.distances_[corners[k]];
+      const Real distance = solution_.distances[corners[k]];
       const Real longest = std::max(stable_norm(flat_.corners[(k + 1) % 3] - flat_.corners[k]),
                                     stable_norm(flat_.corners[(k + 2) % 3] - flat_.corners[k]));
       farthest = std::min(farthest, distance + longest);
@@ -193,19 +194,19 @@ class BorderTracer {
     if (!(farthest < unreachable<Real>)) return;
     for (std::size_t k = 0; k < 3; ++k) {
       images_.push_back(
-          {flat_.corners[k], field_.distances_[corners[k]], source_of(corners[k]), true, {}, {}});
+          {flat_.corners[k], solution_.distances[corners[k]], source_of(corners[k]), true, {}, {}});
     }
     for (const Place& place : sources_in(flat_.face)) {
-      const Real start = field_.sources_[static_cast<std::size_t>(place.source)].distance;
+      const Real start = solution_.sources[static_cast<std::size_t>(place.source)].distance;
       images_.push_back({flat_.place(place.shares), start, place.source, true, {}, {}});
     }
     for (Index h = 3 * flat_.face; h < 3 * flat_.face + 3; ++h) add_windows(h, farthest);
   }
 
   void add_windows(Index h, Real farthest) {
-    field_.windows_->for_each(h, [&](const auto& w, std::ptrdiff_t count) {
+    solution_.windows->for_each(h, [&](const auto& w, std::ptrdiff_t count) {
       for (std::ptrdiff_t i = 0; i < count; ++i) {
-        const Real start = field_.origins_[w.origin[i]].start;
+        const Real start = solution_.origins[w.origin[i]].start;
         const Real aside = std::clamp(w.x[i], w.begin[i], w.end[i]) - w.x[i];
         if (start + std::hypot(aside, w.y[i]) > farthest) continue;
         const Vec2<Real> centre = flat_.from_frame(h, {w.x[i], w.y[i]});
@@ -223,10 +224,10 @@ class BorderTracer {
   }
 
   [[nodiscard]] Index source_of_origin(Index origin) {
-    while (field_.origins_[origin].kind == Origin::Kind::crossing) {
-      origin = field_.origins_[origin].previous;
+    while (solution_.origins[origin].kind == Origin::Kind::crossing) {
+      origin = solution_.origins[origin].previous;
     }
-    const Origin& o = field_.origins_[origin];
+    const Origin& o = solution_.origins[origin];
     return o.kind == Origin::Kind::vertex ? source_of(o.index) : o.index;
   }
 
@@ -241,16 +242,16 @@ class BorderTracer {
         break;
       }
       way_.push_back(vertex);
-      const Arrival& last = field_.arrivals_[vertex];
+      const Arrival& last = solution_.arrivals[vertex];
       if (last.entry == Arrival::none) break;
       Index next = last.origin;
       if (last.entry >= 0) {
         Index origin = last.origin;
-        while (field_.origins_[origin].kind == Origin::Kind::crossing) {
-          origin = field_.origins_[origin].previous;
+        while (solution_.origins[origin].kind == Origin::Kind::crossing) {
+          origin = solution_.origins[origin].previous;
         }
-        next = field_.origins_[origin].index;
-        source = field_.origins_[origin].kind == Origin::Kind::source ? next : -1;
+        next = solution_.origins[origin].index;
+        source = solution_.origins[origin].kind == Origin::Kind::source ? next : -1;
       } else if (last.entry == Arrival::from_source) {
         source = next;
       }
@@ -452,7 +453,7 @@ class BorderTracer {
   }
   [[nodiscard]] bool is_first_face_of(Index h) const {
     for (Index t = surface_.twin(h); t != h; t = surface_.twin(t)) {
-      if (t < h && !is_thin(surface_, *field_.faces_, t)) return false;
+      if (t < h && !is_thin(surface_, *solution_.faces, t)) return false;
     }
     return true;
   }
@@ -510,7 +511,7 @@ class BorderTracer {
     VoronoiEdge<T> line;
     line.is_closed = is_closed;
     for (std::size_t k = 0; k < 2; ++k) {
-      const Array<Index>& left = field_.starts_.left;
+      const Array<Index>& left = solution_.starts.left;
       line.sources[k] = left.empty() ? sources[k] : left[sources[k]];
     }
     for (const Point& p : line_) line.points.push_back(p.template cast<T>());
@@ -557,7 +558,7 @@ class BorderTracer {
                 &b = pieces_[static_cast<std::size_t>(next)];
     const Point end = line_.back(), begin = b.points.front();
     if (end.kind == begin.kind && end.element == begin.element) return false;
-    if (share_face(end, begin)) return true;
+    if (share_face(surface_, end, begin)) return true;
     const auto corners = surface_.face(a.face), others = surface_.face(b.face);
     const auto is_shared = [&](Index v) {
       return std::find(others.begin(), others.end(), v) != others.end();
@@ -566,15 +567,8 @@ class BorderTracer {
     if (corner != corners.end()) line_.push_back(vertex_point<Real>(*corner));
     return true;
   }
-  [[nodiscard]] bool share_face(const Point& p, const Point& q) const {
-    bool shared = false;
-    for_each_face_at(surface_, p, [&](Index f) {
-      for_each_face_at(surface_, q, [&](Index g) { shared |= f == g; });
-    });
-    return shared;
-  }
 
-  const ExactField<T>& field_;
+  const WindowSolution<Real>& solution_;
   const Mesh& surface_;
   const VoronoiEdgeOptions<T>& options_;
   // What counts as no length, as no way from an edge, and as no difference in distance.

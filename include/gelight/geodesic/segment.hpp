@@ -12,6 +12,7 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/path.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
@@ -37,23 +38,6 @@ template <std::floating_point T>
 }
 
 namespace detail {
-
-/// The faces that hold a point, and its shares of each one's corners.
-template <std::floating_point T>
-void for_each_place(const Surface<T>& surface, const SurfacePoint<T>& point, const auto& visit) {
-  using Kind = typename SurfacePoint<T>::Kind;
-  if (point.kind == Kind::face) return visit(point.element[0], point.weights);
-  for (const Index h : surface.corners(point.element[0])) {
-    const auto k = static_cast<std::size_t>(h % 3);
-    std::array<T, 3> weights{0, 0, 0};
-    weights[k] = point.weights[0];
-    if (point.kind == Kind::edge) {
-      if (surface.tip(h) != point.element[1] && surface.apex(h) != point.element[1]) continue;
-      weights[surface.tip(h) == point.element[1] ? (k + 1) % 3 : (k + 2) % 3] = point.weights[1];
-    }
-    visit(surface.face_of(h), weights);
-  }
-}
 
 /// A segment as one face has it: the shares of its ends.
 template <std::floating_point T>

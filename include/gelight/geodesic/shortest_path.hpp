@@ -13,9 +13,9 @@
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/path.hpp"
-#include "gelight/geodesic/segment.hpp"
 #include "gelight/geodesic/shortest_path/edge_search.hpp"
 #include "gelight/geodesic/shortest_path/straightener.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
@@ -107,17 +107,9 @@ class PathSolver {
     for (const Point& p : path) out.push_back(p.template cast<T>());
     return out;
   }
-  [[nodiscard]] bool share_face(const Point& p, const Point& q) const {
-    bool shared = false;
-    detail::for_each_place(surface(), p, [&](Index f, const auto&) {
-      detail::for_each_place(surface(), q, [&](Index g, const auto&) { shared |= f == g; });
-    });
-    return shared;
-  }
-
   [[nodiscard]] std::vector<Point> straight(const Point& from, const Point& to) const {
     if (from == to) return {from};
-    if (share_face(from, to)) return {from, to};
+    if (detail::share_face(surface(), from, to)) return {from, to};
     std::vector<Point> path;
     {
       const typename Pool::Borrowed search(*searches_);
@@ -152,8 +144,8 @@ auto PathSolver<T>::straightened(const Path<T>& path) const -> Path<T> {
   for (const auto& p : path) {
     const Point point = checked(p);
     if (!points.empty() && points.back() == point) continue;
-    detail::require(points.empty() || share_face(points.back(), point), "no face holds point ",
-                    points.size() - 1, " of the path and the next");
+    detail::require(points.empty() || detail::share_face(surface(), points.back(), point),
+                    "no face holds point ", points.size() - 1, " of the path and the next");
     points.push_back(point);
   }
   return cast(detail::Straightener<Real>(surface(), *exact_.faces_)(points, cancelled_));

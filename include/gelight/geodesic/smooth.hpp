@@ -18,6 +18,7 @@
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/exact/path_backtrace.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/geodesic/smooth/curved_faces.hpp"
 #include "gelight/geodesic/smooth/fans.hpp"
@@ -316,10 +317,11 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
 
   [[nodiscard]] End end_of(const ExactField<Real>& mesh, Index v, Lift& lift, Marks& marks) const {
     const Real mesh_distance = mesh.distance(v);
-    mesh.follow(v, marks);
+    const detail::PathBacktrace<Real> backtrace(detail::solution_of(mesh));
+    backtrace.follow(v, marks);
     if (marks.size() < 2) return {mesh_distance};
     Lifted found = lift.measure(marks);
-    if (!mesh.is_shortest(marks.point(marks[0]), lift.on_mesh(), v)) {
+    if (!backtrace.is_shortest(marks.point(marks[0]), lift.on_mesh(), v)) {
       found = lift.measure(mesh.path(v));
     }
     const Real on_mesh = lift.on_mesh();

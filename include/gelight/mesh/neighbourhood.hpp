@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -45,22 +46,59 @@ T short_edge_length(const Surface<T>& surface) {
   return lengths[static_cast<std::size_t>(rank)];
 }
 
-/// Calls `visit(face)` for each face that holds the point.
+/// Calls `visit(face, shares)` for each face that holds the point, with the point's shares of its
+/// corners.
 template <std::floating_point T>
-inline void for_each_face_at(const Surface<T>& surface, const SurfacePoint<T>& point,
-                             auto&& visit) {
+inline void for_each_place(const Surface<T>& surface, const SurfacePoint<T>& point, auto&& visit) {
   using Kind = typename SurfacePoint<T>::Kind;
-  if (point.kind == Kind::face) return visit(point.element[0]);
+  const auto shares = [](Index h, T at_origin, T at_tip) {
+    std::array<T, 3> weights{0, 0, 0};
+    weights[static_cast<std::size_t>(h % 3)] = at_origin;
+    weights[static_cast<std::size_t>((h + 1) % 3)] = at_tip;
+    return weights;
+  };
+  const auto& w = point.weights;
+  if (point.kind == Kind::face) return visit(point.element[0], w);
   if (point.kind == Kind::vertex) {
-    for (const Index h : surface.corners(point.element[0])) visit(surface.face_of(h));
+    for (const Index h : surface.corners(point.element[0]))
+      visit(surface.face_of(h), shares(h, 1, 0));
     return;
   }
   const Index first = surface.find_halfedge(point.element[0], point.element[1]);
   Index h = first;
   do {
-    visit(surface.face_of(h));
+    const bool same = surface.origin(h) == point.element[0];
+    visit(surface.face_of(h), shares(h, w[same ? 0 : 1], w[same ? 1 : 0]));
     h = surface.twin(h);
   } while (h != first);
+}
+
+/// Calls `visit(face)` for each face that holds the point.
+template <std::floating_point T>
+inline void for_each_face_at(const Surface<T>& surface, const SurfacePoint<T>& point,
+                             auto&& visit) {
+  for_each_place(surface, point, [&](Index f, const std::array<T, 3>&) { visit(f); });
+}
+
+/// Whether a face holds both points.
+template <std::floating_point T>
+[[nodiscard]] bool share_face(const Surface<T>& surface, const SurfacePoint<T>& p,
+                              const SurfacePoint<T>& q) {
+  bool shared = false;
+  for_each_face_at(surface, p, [&](Index f) {
+    for_each_face_at(surface, q, [&](Index g) { shared |= f == g; });
+  });
+  return shared;
+}
+
+/// The longest side of the faces that hold a point.
+template <std::floating_point T>
+[[nodiscard]] T longest_side_at(const Surface<T>& surface, const SurfacePoint<T>& point) {
+  T longest = 0;
+  for_each_face_at(surface, point, [&](Index f) {
+    for (Index h = 3 * f; h < 3 * f + 3; ++h) longest = std::max(longest, surface.length(h));
+  });
+  return longest;
 }
 
 /// Length of the straight line from a point to a vertex of a face that holds both.

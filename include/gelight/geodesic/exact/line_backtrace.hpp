@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "gelight/core/array.hpp"
-#include "gelight/geodesic/exact/solved.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
+#include "gelight/geodesic/exact/window_solution.hpp"
 #include "gelight/geodesic/segment.hpp"
 #include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -56,8 +56,7 @@ class LineBacktrace {
   using Origin = detail::Origin<Real>;
   using Arrival = detail::Arrival<Real>;
 
-  LineBacktrace(const Solved<Real>& solved, const Array<SegmentFront<Real>>& fronts)
-      : solved_(solved), fronts_(fronts) {}
+  explicit LineBacktrace(const WindowSolution<Real>& solution) : solution_(solution) {}
 
   /// Writes down the path to the source from a point at `at` in the frame of half-edge `last.entry`
   /// (where there is one).
@@ -68,11 +67,11 @@ class LineBacktrace {
   /// The same from a vertex, or from none: -1.
   void from_vertex(Index vertex, auto& trail) const {
     // Every vertex on the way is nearer than the one before, or by rounding they would be endless.
-    for (Index left = solved_.surface.vertex_count(); vertex >= 0 && left > 0; --left) {
+    for (Index left = solution_.surface.vertex_count(); vertex >= 0 && left > 0; --left) {
       trail.to_vertex(vertex);
-      const Arrival& last = solved_.arrivals[vertex];
-      const Vec2<Real> at = last.entry < 0 ? Vec2<Real>(0, 0) : solved_.faces.apex(last.entry);
-      const Index next = last_piece(at, last, solved_.distances[vertex], trail);
+      const Arrival& last = solution_.arrivals[vertex];
+      const Vec2<Real> at = last.entry < 0 ? Vec2<Real>(0, 0) : solution_.faces->apex(last.entry);
+      const Index next = last_piece(at, last, solution_.distances[vertex], trail);
       if (next == vertex) break;
       vertex = next;
     }
@@ -88,29 +87,26 @@ class LineBacktrace {
   Index last_piece(const Vec2<Real>& at, const Arrival& last, Real distance, auto& trail) const {
     if (last.entry == Arrival::from_vertex) return last.origin;
     if (last.entry == Arrival::from_source) return reach_source(last.origin, trail);
+    // By rounding the way may lead by a vertex beyond the last distance that was computed.
+    if (last.entry == Arrival::none) return arrived;
     return cross_faces(at, last, distance, trail);
   }
 
   Index reach_source(Index source, auto& trail) const {
-    trail.to_source(solved_.sources[static_cast<std::size_t>(source)].point);
+    trail.to_source(solution_.source_point(source));
     return arrived;
   }
 
   // To where the line from `at` to the image meets a segment in h's face.
   Index reach_front(Index number, Index h, const Vec2<Real>& at, const Vec2<Real>& image,
                     auto& trail) const {
-    const SegmentFront<Real>& front = fronts_[static_cast<std::size_t>(number)];
-    const auto in_frame = [&](const std::array<Real, 3>& shares) -> Vec2<Real> {
-      const Real at_tip = shares[static_cast<std::size_t>((h + 1) % 3)];
-      const Real at_apex = shares[static_cast<std::size_t>((h + 2) % 3)];
-      const Vec2<Real>& apex = solved_.faces.apex(h);
-      return {at_tip * solved_.surface.length(h) + at_apex * apex.x(), at_apex * apex.y()};
-    };
-    const Vec2<Real> a = in_frame(front.begin), along = in_frame(front.end) - a;
+    const SegmentFront<Real>& front = solution_.fronts[static_cast<std::size_t>(number)];
+    const Vec2<Real> a = solution_.faces->place(solution_.surface, h, front.begin);
+    const Vec2<Real> along = solution_.faces->place(solution_.surface, h, front.end) - a;
     const Vec2<Real> line = stable_unit(image - at), from = at - a;
     const Real t =
         (from.x() * line.y() - from.y() * line.x()) / (along.x() * line.y() - along.y() * line.x());
-    trail.to_source(simplified(solved_.surface,
+    trail.to_source(simplified(solution_.surface,
                                face_point(front.face, front.at(std::clamp(t, Real(0), Real(1))))));
     return arrived;
   }
@@ -121,33 +117,33 @@ class LineBacktrace {
   Index cross_faces(const Vec2<Real>& from, const Arrival& last, Real distance, auto& trail) const {
     Line line{last.entry, from, last.image, last.bend};
     if (line.bend < 0)
-      line.bend = crossing(from, last.image, solved_.surface.length(line.halfedge));
+      line.bend = crossing(from, last.image, solution_.surface.length(line.halfedge));
     Index origin = last.origin, end = vertex_of(origin);
-    const Real start = solved_.origins[origin].start;
+    const Real start = solution_.origins[origin].start;
     const Real tie = rounding * (start + (from - last.image).norm());
     // A shortest path crosses a face once; by rounding it may go round the tip of a needle.
-    for (Index left = solved_.surface.face_count(); left > 0; --left) {
+    for (Index left = solution_.surface.face_count(); left > 0; --left) {
       const Index h = line.halfedge;
-      const Real length = solved_.surface.length(h), x = line.bend;
+      const Real length = solution_.surface.length(h), x = line.bend;
       if (length == 0) return nearer_end(h, 0, distance);
       const bool near_origin = 2 * x < length;
-      const Index beside = near_origin ? solved_.surface.origin(h) : solved_.surface.tip(h);
-      const Real gap = near_origin ? x : length - x, to_beside = solved_.distances[beside];
+      const Index beside = near_origin ? solution_.surface.origin(h) : solution_.surface.tip(h);
+      const Real gap = near_origin ? x : length - x, to_beside = solution_.distances[beside];
       const Real rest = start + (Vec2<Real>(x, 0) - line.image).norm();
       if (to_beside + gap <= rest + tie) {
         if (to_beside < distance || (to_beside == distance && !trail.has(beside))) return beside;
       }
 
-      Index across = solved_.surface.twin(h);
-      if (solved_.origins[origin].kind == Origin::Kind::crossing &&
-          !solved_.surface.is_manifold(h)) {
-        across = solved_.origins[origin].index;
-        origin = solved_.origins[origin].previous;
+      Index across = solution_.surface.twin(h);
+      if (solution_.origins[origin].kind == Origin::Kind::crossing &&
+          !solution_.surface.is_manifold(h)) {
+        across = solution_.origins[origin].index;
+        origin = solution_.origins[origin].previous;
         end = vertex_of(origin);
       }
       trail.over_edge(h, across, x / length);
       if (across == h) return nearer_end(h, x, distance);
-      if (solved_.surface.origin(across) != solved_.surface.origin(h)) {
+      if (solution_.surface.origin(across) != solution_.surface.origin(h)) {
         line.at = {length - x, 0};
         line.image = {length - line.image.x(), -line.image.y()};
       } else {
@@ -155,7 +151,7 @@ class LineBacktrace {
         line.image = {line.image.x(), -line.image.y()};
       }
       if (end >= 0 ? has_corner(across, end) : is_in_face(origin, across)) {
-        const Origin& o = solved_.origins[origin];
+        const Origin& o = solution_.origins[origin];
         if (o.kind == Origin::Kind::front) {
           return reach_front(o.index, across, line.at, line.image, trail);
         }
@@ -181,7 +177,7 @@ class LineBacktrace {
 
   // The line from `at` beyond half-edge h to the image beyond h's face, as it leaves the face.
   [[nodiscard]] Line step(Index h, const Vec2<Real>& at, const Vec2<Real>& image) const {
-    const Vec2<Real>& apex = solved_.faces.apex(h);
+    const Vec2<Real>& apex = solution_.faces->apex(h);
     const Real across =
         (image.x() - at.x()) * (apex.y() - at.y()) - (image.y() - at.y()) * (apex.x() - at.x());
     const Line line = over(h, across > 0, at, image);
@@ -193,7 +189,7 @@ class LineBacktrace {
                              const Vec2<Real>& image) const {
     const Line other = over(h, line.halfedge == Mesh::previous(h), at, image);
     const Real by_line = way(line), by_other = way(other);
-    const bool misses = by_other + rounding * (by_other + solved_.surface.length(h)) < by_line;
+    const bool misses = by_other + rounding * (by_other + solution_.surface.length(h)) < by_line;
     return misses ? other : line;
   }
 
@@ -204,10 +200,10 @@ class LineBacktrace {
                                               const Vec2<Real>& image) const {
     const Index next = Mesh::next(h), previous = Mesh::previous(h);
     const Index side = after ? next : previous;
-    const Real length = solved_.surface.length(side);
+    const Real length = solution_.surface.length(side);
     if (length == 0) return {side, at, image, 0};
-    const Vec2<Real>& apex = solved_.faces.apex(after ? next : h);
-    const Real reach = solved_.surface.length(after ? h : previous);
+    const Vec2<Real>& apex = solution_.faces->apex(after ? next : h);
+    const Real reach = solution_.surface.length(after ? h : previous);
     const Vec2<Real> along(-apex.x() / reach, (after ? apex.y() : -apex.y()) / reach);
     const Vec2<Real> from(after ? reach : apex.x(), after ? 0 : apex.y());
     const auto turned = [&](const Vec2<Real>& p) -> Vec2<Real> {
@@ -220,56 +216,56 @@ class LineBacktrace {
 
   // Whether it crosses the half-edge between its ends: no way is shorter.
   [[nodiscard]] bool is_straight(const Line& line) const {
-    return line.bend > 0 && line.bend < solved_.surface.length(line.halfedge) && line.at.y() > 0 &&
-           line.image.y() < 0;
+    return line.bend > 0 && line.bend < solution_.surface.length(line.halfedge) &&
+           line.at.y() > 0 && line.image.y() < 0;
   }
   [[nodiscard]] Real way(const Line& line) const {
-    if (solved_.surface.length(line.halfedge) == 0) return unreachable<Real>;
+    if (solution_.surface.length(line.halfedge) == 0) return unreachable<Real>;
     const Vec2<Real> bend(line.bend, 0);
     return (line.at - bend).norm() + (bend - line.image).norm();
   }
 
   // The end of h by which a point x along it is reached, if it is not farther than `distance`.
   [[nodiscard]] Index nearer_end(Index h, Real x, Real distance) const {
-    const Real by_origin = solved_.distances[solved_.surface.origin(h)] + x;
-    const Real by_tip = solved_.distances[solved_.surface.tip(h)] + solved_.surface.length(h) - x;
-    const Index end = by_origin < by_tip ? solved_.surface.origin(h) : solved_.surface.tip(h);
-    const Index other = by_origin < by_tip ? solved_.surface.tip(h) : solved_.surface.origin(h);
-    if (solved_.distances[end] < distance) return end;
-    if (solved_.distances[other] < distance) return other;
+    const Real by_origin = solution_.distances[solution_.surface.origin(h)] + x;
+    const Real by_tip =
+        solution_.distances[solution_.surface.tip(h)] + solution_.surface.length(h) - x;
+    const Index end = by_origin < by_tip ? solution_.surface.origin(h) : solution_.surface.tip(h);
+    const Index other = by_origin < by_tip ? solution_.surface.tip(h) : solution_.surface.origin(h);
+    if (solution_.distances[end] < distance) return end;
+    if (solution_.distances[other] < distance) return other;
     // Vertices at one place are equally far; the way to one of them may lead by another.
-    return solved_.distances[end] <= distance ? end : arrived;
+    return solution_.distances[end] <= distance ? end : arrived;
   }
 
   // The vertex at which lines from an origin begin, or -1.
   [[nodiscard]] Index vertex_of(Index origin) const {
-    const Origin& o = solved_.origins[origin];
+    const Origin& o = solution_.origins[origin];
     if (o.kind == Origin::Kind::vertex) return o.index;
     if (o.kind != Origin::Kind::source) return -1;
-    const Point& point = solved_.sources[static_cast<std::size_t>(o.index)].point;
+    const Point& point = solution_.source_point(o.index);
     return point.kind == Point::Kind::vertex ? point.element[0] : -1;
   }
 
   [[nodiscard]] bool has_corner(Index h, Index vertex) const {
-    const auto [a, b, c] = solved_.surface.face(Mesh::face_of(h));
+    const auto [a, b, c] = solution_.surface.face(Mesh::face_of(h));
     return a == vertex || b == vertex || c == vertex;
   }
 
   // Whether an origin that is no vertex lies in h's face.
   [[nodiscard]] bool is_in_face(Index origin, Index h) const {
-    const Origin& o = solved_.origins[origin];
+    const Origin& o = solution_.origins[origin];
     if (o.kind == Origin::Kind::crossing) return false;
     if (o.kind == Origin::Kind::front) {
-      return fronts_[static_cast<std::size_t>(o.index)].face == Mesh::face_of(h);
+      return solution_.fronts[static_cast<std::size_t>(o.index)].face == Mesh::face_of(h);
     }
-    const Point& point = solved_.sources[static_cast<std::size_t>(o.index)].point;
+    const Point& point = solution_.source_point(o.index);
     const auto [a, b] = point.element;
     if (point.kind == Point::Kind::edge) return has_corner(h, a) && has_corner(h, b);
     return Mesh::face_of(h) == a;
   }
 
-  const Solved<Real>& solved_;
-  const Array<SegmentFront<Real>>& fronts_;
+  const WindowSolution<Real>& solution_;
 };
 
 }  // namespace gelight::detail

@@ -47,9 +47,8 @@ class PastVertex {
     while (surface_.origin(h) != vertex_) ++h;
     const Real at_tip = shares[static_cast<std::size_t>((h + 1) % 3)];
     const Real at_apex = shares[static_cast<std::size_t>((h + 2) % 3)];
-    const Vec2<Real>& apex = faces_.apex(h);
     const Index side = at_apex == 0 ? h : at_tip == 0 ? Mesh::previous(h) : -1;
-    return {h, {at_tip * surface_.length(h) + at_apex * apex.x(), at_apex * apex.y()}, side};
+    return {h, faces_.place(surface_, h, shares), side};
   }
 
   /// The direction, at a place given as each of its faces sees it, of the straight line from there

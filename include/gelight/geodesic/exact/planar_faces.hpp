@@ -40,6 +40,15 @@ class PlanarFaces {
     return surface.length(next) / length * apex_[next];
   }
 
+  /// The place in h's frame of a point with these shares of the corners of h's face.
+  [[nodiscard]] Vec2<Real> place(const Surface<Real>& surface, Index h,
+                                 const std::array<Real, 3>& shares) const {
+    const Real at_tip = shares[static_cast<std::size_t>((h + 1) % 3)];
+    const Real at_apex = shares[static_cast<std::size_t>((h + 2) % 3)];
+    const Vec2<Real>& apex = apex_[h];
+    return {at_tip * surface.length(h) + at_apex * apex.x(), at_apex * apex.y()};
+  }
+
   /// The angle of h's face at h's origin, in radians.
   [[nodiscard]] Real angle(Index h) const { return std::atan2(apex_[h].y(), apex_[h].x()); }
 

@@ -9,10 +9,10 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/exact/solved.hpp"
 #include "gelight/geodesic/exact/window_crossing.hpp"
 #include "gelight/geodesic/exact/window_list.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
+#include "gelight/geodesic/exact/window_solution.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -31,10 +31,9 @@ class WindowBacktrace {
   using Origin = detail::Origin<Real>;
   using Arrival = detail::Arrival<Real>;
 
-  WindowBacktrace(const Solved<Real>& solved, const WindowStore<Real>& windows)
-      : solved_(solved),
-        windows_(windows),
-        visited_(static_cast<std::size_t>(solved.surface.face_count()), 0) {}
+  /// Of a solution that keeps all its windows.
+  explicit WindowBacktrace(const WindowSolution<Real>& solution)
+      : solution_(solution), visited_(static_cast<std::size_t>(solution.surface.face_count()), 0) {}
 
   /// The path from a point at a distance to its source; empty where none is found.
   [[nodiscard]] std::vector<Point> back(const Point& from, Real distance) {
@@ -54,8 +53,8 @@ class WindowBacktrace {
 
   [[nodiscard]] std::vector<Point> attempt(const Point& from) {
     std::vector<Point> path{from};
-    is_crossed_.assign(static_cast<std::size_t>(solved_.surface.face_count()), 0);
-    for (Index left = solved_.surface.face_count(); left > 0; --left) {
+    is_crossed_.assign(static_cast<std::size_t>(solution_.surface.face_count()), 0);
+    for (Index left = solution_.surface.face_count(); left > 0; --left) {
       const Step step = nearest_from(path.back());
       if (!(step.distance < unreachable<Real>)) return {};
       append(path, step);
@@ -110,9 +109,10 @@ class WindowBacktrace {
   void start_at(const Point& p) {
     const auto& [a, b] = p.element;
     if (p.kind == Point::Kind::vertex) return add_corners(a, -1);
-    if (p.kind == Point::Kind::edge) return add_edge(solved_.surface.find_halfedge(a, b), a, p, -1);
+    if (p.kind == Point::Kind::edge)
+      return add_edge(solution_.surface.find_halfedge(a, b), a, p, -1);
     const Index h = 3 * a;
-    add(h, p.weights[1] * tip(h) + p.weights[2] * solved_.faces.apex(h), -1, p);
+    add(h, p.weights[1] * tip(h) + p.weights[2] * solution_.faces->apex(h), -1, p);
   }
 
   // The faces across all sides, and round all corners, at which a place lies.
@@ -120,16 +120,16 @@ class WindowBacktrace {
     const Index first = places_[i].halfedge;
     for (const Index h : sides(first)) {
       const Vec2<Real> at = in_frame(i, h);
-      const Real length = solved_.surface.length(h), x = std::clamp(at.x(), 0.0, length);
-      if (at.norm() <= near(h)) add_corners(solved_.surface.origin(h), i);
+      const Real length = solution_.surface.length(h), x = std::clamp(at.x(), 0.0, length);
+      if (at.norm() <= near(h)) add_corners(solution_.surface.origin(h), i);
       if (length == 0 || !((at - Vec2<Real>(x, 0)).norm() <= near(h))) continue;
-      const Index a = solved_.surface.origin(h);
-      add_edge(h, a, edge_point<Real>(a, solved_.surface.tip(h), x / length), i);
+      const Index a = solution_.surface.origin(h);
+      add_edge(h, a, edge_point<Real>(a, solution_.surface.tip(h), x / length), i);
     }
   }
 
   void add_corners(Index vertex, std::ptrdiff_t previous) {
-    for (const Index out : solved_.surface.corners(vertex)) {
+    for (const Index out : solution_.surface.corners(vertex)) {
       add(out, {0, 0}, previous, vertex_point<Real>(vertex));
     }
   }
@@ -138,9 +138,9 @@ class WindowBacktrace {
   void add_edge(Index h, Index a, const Point& p, std::ptrdiff_t previous) {
     const Index first = h;
     do {
-      const Real share = p.weights[solved_.surface.origin(h) == a ? 1 : 0];
+      const Real share = p.weights[solution_.surface.origin(h) == a ? 1 : 0];
       add(h, share * tip(h), previous, p);
-      h = solved_.surface.twin(h);
+      h = solution_.surface.twin(h);
     } while (h != first);
   }
 
@@ -153,27 +153,27 @@ class WindowBacktrace {
 
   static std::array<Index, 3> sides(Index h) { return {h, Mesh::next(h), Mesh::previous(h)}; }
 
-  [[nodiscard]] Vec2<Real> tip(Index h) const { return {solved_.surface.length(h), 0}; }
+  [[nodiscard]] Vec2<Real> tip(Index h) const { return {solution_.surface.length(h), 0}; }
 
   // A place in the frame of another side of its face.
   [[nodiscard]] Vec2<Real> in_frame(std::ptrdiff_t i, Index h) const {
     const Place& place = places_[i];
     if (h == place.halfedge) return place.at;
     const bool is_next = h == Mesh::next(place.halfedge);
-    const Vec2<Real> apex = solved_.faces.apex(place.halfedge);
+    const Vec2<Real> apex = solution_.faces->apex(place.halfedge);
     const Vec2<Real> origin = is_next ? tip(place.halfedge) : apex;
-    const Vec2<Real> from_tip = solved_.faces.apex_from_tip(solved_.surface, place.halfedge);
+    const Vec2<Real> from_tip = solution_.faces->apex_from_tip(solution_.surface, place.halfedge);
     const Vec2<Real> along =
         stable_unit(is_next ? Vec2<Real>(-from_tip.x(), from_tip.y()) : Vec2<Real>(-apex));
     Vec2<Real> from = place.at - origin;
-    if (solved_.surface.length(h) == 0) return from;
+    if (solution_.surface.length(h) == 0) return from;
     return {along.dot(from), along.x() * from.y() - along.y() * from.x()};
   }
 
   // How far rounding reaches at a side.
   [[nodiscard]] Real near(Index h) const {
     return rounding_ *
-           (distance_ + solved_.surface.length(h) + solved_.surface.length(Mesh::next(h)));
+           (distance_ + solution_.surface.length(h) + solution_.surface.length(Mesh::next(h)));
   }
 
   // --- the ways on -------------------------------------------------------------------------------
@@ -186,7 +186,7 @@ class WindowBacktrace {
   // Sources at corners are met there.
   void to_sources(std::ptrdiff_t i, Step& best) const {
     const Index f = Mesh::face_of(places_[i].halfedge);
-    for (const auto& source : solved_.sources) {
+    for (const auto& source : solution_.sources) {
       if (source.point.kind == Point::Kind::vertex || !is_in(f, source.point)) continue;
       const Index h = 3 * f;
       const Vec2<Real> at = in_frame(i, h), to = in_frame(source.point, h);
@@ -197,7 +197,7 @@ class WindowBacktrace {
   [[nodiscard]] bool is_in(Index f, const Point& p) const {
     const auto& [a, b] = p.element;
     if (p.kind == Point::Kind::face) return a == f;
-    const auto corners = solved_.surface.face(f);
+    const auto corners = solution_.surface.face(f);
     const auto has = [&, last = corners.end()](Index v) {
       return std::find(corners.begin(), last, v) != last;
     };
@@ -207,9 +207,9 @@ class WindowBacktrace {
   // A point of an edge or inside h's face, h being its first half-edge.
   [[nodiscard]] Vec2<Real> in_frame(const Point& p, Index h) const {
     if (p.kind == Point::Kind::face)
-      return p.weights[1] * tip(h) + p.weights[2] * solved_.faces.apex(h);
-    const std::array<Vec2<Real>, 3> corners{Vec2<Real>(0, 0), tip(h), solved_.faces.apex(h)};
-    const auto vertices = solved_.surface.face(Mesh::face_of(h));
+      return p.weights[1] * tip(h) + p.weights[2] * solution_.faces->apex(h);
+    const std::array<Vec2<Real>, 3> corners{Vec2<Real>(0, 0), tip(h), solution_.faces->apex(h)};
+    const auto vertices = solution_.surface.face(Mesh::face_of(h));
     Vec2<Real> sum(0, 0);
     for (std::size_t k = 0; k < 3; ++k) {
       if (vertices[k] == p.element[0]) sum += p.weights[0] * corners[k];
@@ -220,44 +220,42 @@ class WindowBacktrace {
 
   void to_corners(std::ptrdiff_t i, Step& best) const {
     for (const Index h : sides(places_[i].halfedge)) {
-      const Index v = solved_.surface.origin(h);
+      const Index v = solution_.surface.origin(h);
       const Real gap = in_frame(i, h).norm();
       const bool is_source = is_at_source(v);
       if (gap <= near(h) && !is_source) continue;
-      consider(solved_.distances[v] + gap, i, vertex_point<Real>(v), is_source, best);
+      consider(solution_.distances[v] + gap, i, vertex_point<Real>(v), is_source, best);
     }
   }
 
   [[nodiscard]] bool is_at_source(Index vertex) const {
-    const Arrival& last = solved_.arrivals[vertex];
+    const Arrival& last = solution_.arrivals[vertex];
     return last.entry == Arrival::from_source &&
-           solved_.sources[static_cast<std::size_t>(last.origin)].point ==
-               vertex_point<Real>(vertex);
+           solution_.source_point(last.origin) == vertex_point<Real>(vertex);
   }
 
   void to_windows(std::ptrdiff_t i, Step& best) const {
     for (const Index h : sides(places_[i].halfedge)) {
       const Vec2<Real> at = in_frame(i, h);
-      const Real length = solved_.surface.length(h);
-      windows_.for_each(h, [&](const WindowColumns<Real>& w, std::ptrdiff_t count) {
+      const Real length = solution_.surface.length(h);
+      solution_.windows->for_each(h, [&](const WindowColumns<Real>& w, std::ptrdiff_t count) {
         for (std::ptrdiff_t k = 0; k < count; ++k) {
           const Real straight = straight_crossing(w.x[k], w.y[k], at);
           const Real x = std::clamp(straight, w.begin[k], w.end[k]);
           if ((at - Vec2<Real>(x, 0)).norm() <= near(h)) continue;
-          const Real distance = solved_.origins[w.origin[k]].start +
+          const Real distance = solution_.origins[w.origin[k]].start +
                                 distance_through(w.begin[k], w.end[k], w.x[k], w.y[k], at);
           if (!(distance < best.distance)) continue;
           const Real t = std::clamp(x / length, 0.0, 1.0);
           consider(distance, i,
-                   edge_point<Real>(solved_.surface.origin(h), solved_.surface.tip(h), t), false,
-                   best);
+                   edge_point<Real>(solution_.surface.origin(h), solution_.surface.tip(h), t),
+                   false, best);
         }
       });
     }
   }
 
-  const Solved<Real>& solved_;
-  const WindowStore<Real>& windows_;
+  const WindowSolution<Real>& solution_;
   Real distance_ = 0;  // of the path's beginning
   Real rounding_ = least_rounding;
   Index turn_ = 0;          // counts the points that were looked round

@@ -300,7 +300,8 @@ class WindowPropagation {
     const Index origin =
         add_origin({front.start - away * (1 - late), Origin::Kind::front, number, -1});
     for (Index h = 3 * front.face; h < 3 * front.face + 3; ++h) {
-      const Vec2<Real> a = in_frame(h, front.begin), b = in_frame(h, front.end);
+      const Vec2<Real> a = faces_->place(*surface_, h, front.begin);
+      const Vec2<Real> b = faces_->place(*surface_, h, front.end);
       const Vec2<Real> way = b - a;
       const Real width = stable_norm(way);
       if (!(width > 0) || way.x() == 0 || (a.y() == 0 && b.y() == 0)) continue;
@@ -326,13 +327,6 @@ class WindowPropagation {
   // Where the line to a place from a centre beyond it meets the axis.
   static Real crossing_from(const Vec2<Real>& at, const Vec2<Real>& centre) {
     return at.x() + (at.x() - centre.x()) * (at.y() / (centre.y() - at.y()));
-  }
-
-  [[nodiscard]] Vec2<Real> in_frame(Index h, const std::array<Real, 3>& shares) const {
-    const Real at_tip = shares[static_cast<std::size_t>((h + 1) % 3)];
-    const Real at_apex = shares[static_cast<std::size_t>((h + 2) % 3)];
-    const Vec2<Real>& apex = faces_->apex(h);
-    return {at_tip * surface_->length(h) + at_apex * apex.x(), at_apex * apex.y()};
   }
 
   [[nodiscard]] Vec2<Real> tip(Index h) const { return {surface_->length(h), 0}; }

@@ -15,7 +15,7 @@
 #include "gelight/geodesic/backtrace/funnel.hpp"
 #include "gelight/geodesic/exact/directions.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
-#include "gelight/geodesic/segment.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -235,11 +235,7 @@ class Straightener {
   [[nodiscard]] Vec2<Real> place(const Point& p, Index h) const {
     Vec2<Real> out(0, 0);
     for_each_place(surface_, p, [&](Index f, const std::array<Real, 3>& shares) {
-      if (f != Mesh::face_of(h)) return;
-      const Real at_tip = shares[static_cast<std::size_t>((h + 1) % 3)];
-      const Real at_apex = shares[static_cast<std::size_t>((h + 2) % 3)];
-      const Vec2<Real>& apex = faces_.apex(h);
-      out = {at_tip * surface_.length(h) + at_apex * apex.x(), at_apex * apex.y()};
+      if (f == Mesh::face_of(h)) out = faces_.place(surface_, h, shares);
     });
     return out;
   }
@@ -375,9 +371,8 @@ class Straightener {
         if (surface_.origin(h) != vertex) continue;
         const Real at_tip = shares[static_cast<std::size_t>((h + 1) % 3)];
         const Real at_apex = shares[static_cast<std::size_t>((h + 2) % 3)];
-        const Vec2<Real>& apex = faces_.apex(h);
-        const Real angle =
-            std::atan2(at_apex * apex.y(), at_tip * surface_.length(h) + at_apex * apex.x());
+        const Vec2<Real> at = faces_.place(surface_, h, shares);
+        const Real angle = std::atan2(at.y(), at.x());
         out.push_back({h, angle, at_apex == 0 ? h : at_tip == 0 ? Mesh::previous(h) : -1});
       }
     });

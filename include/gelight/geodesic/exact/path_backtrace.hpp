@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact/directions.hpp"
+#include "gelight/geodesic/exact/line_backtrace.hpp"
+#include "gelight/geodesic/exact/point_query.hpp"
+#include "gelight/geodesic/exact/window_backtrace.hpp"
+#include "gelight/geodesic/exact/window_solution.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+namespace gelight::detail {
+
+/// From the end of a path back to its source, as a polyline: by the straight lines that vertices
+/// remember, and where those lose their way, by windows.
+template <std::floating_point Real>
+class PathBacktrace {
+ public:
+  using Point = SurfacePoint<Real>;
+  using End = PathEnd<Real>;
+
+  explicit PathBacktrace(const WindowSolution<Real>& solution) : solution_(solution) {}
+
+  /// The points from an end to its source; none where no path leads. Where faces are so thin that
+  /// the straight line of a vertex's last piece loses its way to rounding, the path is not as long
+  /// as the distance, and `again()` is to find another.
+  [[nodiscard]] std::vector<Point> back(const End& end, const auto& again) const {
+    if (!end.back.empty()) return end.back;
+    if (!(end.distance < unreachable<Real>)) return {};
+    std::vector<Point> path = by_lines(end);
+    if (!solution_.fronts.empty()) return path;
+    const Real error = path_error(path, end.distance);
+    if (error <= most_path_error * end.distance) return path;
+    std::vector<Point> other = again();
+    return path_error(other, end.distance) < error ? other : path;
+  }
+
+  /// The same where all windows were kept.
+  [[nodiscard]] std::vector<Point> back(const End& end) const {
+    return back(end, [&] { return by_windows(end); });
+  }
+  /// By either way alone.
+  ///@{
+  [[nodiscard]] std::vector<Point> by_lines(const End& end) const {
+    PointTrail<Real> trail(solution_.surface, end.point);
+    LineBacktrace<Real>(solution_).back(end.at, end.last, trail);
+    return std::move(trail).points();
+  }
+  [[nodiscard]] std::vector<Point> by_windows(const End& end) const {
+    return WindowBacktrace<Real>(solution_).back(end.point, end.distance);
+  }
+  ///@}
+
+  /// Writes down the way from a vertex back to its source; nothing where none leads. It is not told
+  /// whether it lost its way: `is_shortest` does.
+  void follow(Index vertex, auto& trail) const {
+    trail.clear();
+    const End end = PointQuery<Real>(solution_).at_vertex(vertex);
+    if (!(end.distance < unreachable<Real>)) return;
+    trail.to_vertex(vertex);
+    LineBacktrace<Real>(solution_).back(end.at, end.last, trail);
+  }
+  /// Whether a way of some length from a source to a vertex is as long as the shortest one.
+  [[nodiscard]] bool is_shortest(const Point& source, Real length, Index vertex) const {
+    const Real distance = solution_.distances[vertex];
+    return std::fabs(solution_.start_at(source) + length - distance) <= most_path_error * distance;
+  }
+
+ private:
+  // Paths of plain meshes and needles are as long as their distances to 1e-14, relative.
+  static constexpr Real most_path_error = 1e-13;
+
+  // By how much a path to a source is longer or shorter than a distance.
+  [[nodiscard]] Real path_error(const std::vector<Point>& path, Real distance) const {
+    if (path.empty()) return unreachable<Real>;
+    Real sum = solution_.start_at(path.back());
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      sum += straight(solution_.surface, path[i - 1], path[i]);
+    }
+    return std::fabs(sum - distance);
+  }
+
+  const WindowSolution<Real>& solution_;
+};
+
+}  // namespace gelight::detail

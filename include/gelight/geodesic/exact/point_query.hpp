@@ -1,0 +1,177 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <vector>
+
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact/directions.hpp"
+#include "gelight/geodesic/exact/planar_faces.hpp"
+#include "gelight/geodesic/exact/window_crossing.hpp"
+#include "gelight/geodesic/exact/window_filters.hpp"
+#include "gelight/geodesic/exact/window_list.hpp"
+#include "gelight/geodesic/exact/window_propagation.hpp"
+#include "gelight/geodesic/exact/window_solution.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
+#include "gelight/mesh/simplified.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+namespace gelight::detail {
+
+/// The end of a path at a point: its last straight piece, or all of it where a search found it.
+template <std::floating_point Real>
+struct PathEnd {
+  Real distance = unreachable<Real>;
+  SurfacePoint<Real> point;
+  Arrival<Real> last;
+  Vec2<Real> at{0, 0};                     // the point in last.entry's frame
+  std::vector<SurfacePoint<Real>> back{};  // from the point to the source
+};
+
+/// What a solution knows of the shortest way to a point, without searching: by the windows that
+/// were kept, and from the corners of the point's faces and the sources there.
+template <std::floating_point Real>
+class PointQuery {
+ public:
+  using Point = SurfacePoint<Real>;
+  using Arrival = detail::Arrival<Real>;
+  using End = PathEnd<Real>;
+
+  explicit PointQuery(const WindowSolution<Real>& solution) : solution_(solution) {}
+
+  /// Whether windows of all faces that hold a point were kept, so that nothing is left to search.
+  [[nodiscard]] bool has_windows(const Point& p) const {
+    bool all = true;
+    for_each_place(solution_.surface, p,
+                   [&](Index f, const Weights&) { all &= solution_.keeps_windows(f); });
+    return all;
+  }
+
+  /// The nearest end that is known; unreachable where it is beyond what was computed.
+  [[nodiscard]] End nearest(const Point& p) const { return within_bound(known(p)); }
+
+  /// The same, also where a search may bring a shorter one.
+  [[nodiscard]] End known(const Point& p) const {
+    if (p.kind == Point::Kind::vertex) return at_vertex(p.element[0]);
+    End best{unreachable<Real>, p, {}};
+    for_each_end(p, best.distance, [&](Real distance, const Arrival& last, const Vec2<Real>& at) {
+      if (!(distance < best.distance)) return;
+      best.distance = distance;
+      best.last = last;
+      best.at = at;
+    });
+    from_fronts(p, best);
+    return best;
+  }
+
+  [[nodiscard]] End within_bound(End end) const {
+    const Point& p = end.point;
+    if (p.kind == Point::Kind::vertex || end.distance <= solution_.bound_at(corner_of(p)))
+      return end;
+    return {unreachable<Real>, p, {}};
+  }
+
+  [[nodiscard]] End at_vertex(Index v) const {
+    End end{solution_.distances[v], vertex_point<Real>(v), solution_.arrivals[v]};
+    if (end.last.entry >= 0) end.at = solution_.faces->apex(end.last.entry);
+    return end;
+  }
+
+  /// Straight ends within a limit: by windows through which the line to the point goes, and from
+  /// vertices of the point's faces where paths begin or bend.
+  [[nodiscard]] std::vector<End> ends_at(const Point& p, Real limit) const {
+    std::vector<End> ends;
+    if (p.kind == Point::Kind::vertex && solution_.distances[p.element[0]] <= limit) {
+      ends.push_back(at_vertex(p.element[0]));
+    }
+    for_each_end(p, limit, [&](Real distance, const Arrival& last, const Vec2<Real>& at) {
+      if (!(distance <= limit)) return;
+      if (last.entry == Arrival::from_vertex && !solution_.begins_lines(last.origin)) return;
+      if (p.kind == Point::Kind::vertex && last.entry == Arrival::from_vertex &&
+          last.origin == p.element[0]) {
+        return;
+      }
+      ends.push_back({distance, p, last, at});
+    });
+    return ends;
+  }
+
+  /// One of the vertices by which a point is given.
+  [[nodiscard]] Index corner_of(const Point& p) const {
+    return p.kind == Point::Kind::face ? solution_.surface.face(p.element[0])[0] : p.element[0];
+  }
+
+ private:
+  using Weights = std::array<Real, 3>;
+
+  // Calls visit(distance, last piece, the point in its frame) for the ways through the windows that
+  // were kept, from the corners of the point's faces and from sources there; but for some that are
+  // longer than a limit, which `visit` may lower.
+  template <class Visit>
+  void for_each_end(const Point& p, const Real& limit, const Visit& visit) const {
+    const auto gap = [&](const Point& from) { return straight(solution_.surface, from, p); };
+    for_each_place(solution_.surface, p, [&](Index f, const Weights& weights) {
+      if (solution_.keeps_windows(f)) through_windows(f, weights, limit, visit);
+      for (const Index v : solution_.surface.face(f)) {
+        if (solution_.distances[v] > limit) continue;
+        visit(solution_.distances[v] + gap(vertex_point<Real>(v)),
+              Arrival{{0, 0}, Arrival::from_vertex, v}, Vec2<Real>(0, 0));
+      }
+    });
+    for (std::size_t s = 0; s < solution_.sources.size(); ++s) {
+      const auto& source = solution_.sources[s];
+      if (source.point.kind == Point::Kind::vertex) continue;  // a corner, visited above
+      if (!share_face(solution_.surface, p, source.point)) continue;
+      visit(source.distance + gap(source.point),
+            Arrival{{0, 0}, Arrival::from_source, static_cast<Index>(s)}, Vec2<Real>(0, 0));
+    }
+  }
+
+  // Windows on a side where the point itself lies are left out: such paths arrive in other faces.
+  // So are lines that would miss the side: those bend at a corner, as the way from there does.
+  template <class Visit>
+  void through_windows(Index f, const Weights& weights, const Real& limit,
+                       const Visit& visit) const {
+    for (Index h = 3 * f; h < 3 * f + 3; ++h) {
+      if (weights[static_cast<std::size_t>((h + 2) % 3)] == 0) continue;
+      const Vec2<Real> at = solution_.faces->place(solution_.surface, h, weights);
+      solution_.windows->for_each(h, [&](const WindowColumns<Real>& w, std::ptrdiff_t count) {
+        for (std::ptrdiff_t i = 0; i < count; ++i) {
+          const Real start = solution_.origins[w.origin[i]].start, rest = limit - start;
+          const Real dx = at.x() - w.x[i], dy = at.y() - w.y[i];
+          if (rest < 0 || dx * dx + dy * dy > rest * rest) continue;
+          const Real crossing = straight_crossing(w.x[i], w.y[i], at);
+          const Real outside = std::max(-crossing, crossing - solution_.surface.length(h));
+          if (outside > rounding * solution_.surface.length(h)) continue;
+          const Real d = start + distance_through(w.begin[i], w.end[i], w.x[i], w.y[i], at);
+          visit(d, Arrival{{w.x[i], w.y[i]}, h, w.origin[i]}, at);
+        }
+      });
+    }
+  }
+
+  // Straight from the nearest point of a segment in a face of the point.
+  void from_fronts(const Point& p, End& best) const {
+    for (const auto& front : solution_.fronts) {
+      const Point begin = face_point(front.face, front.begin),
+                  end = face_point(front.face, front.end);
+      if (!share_face(solution_.surface, p, begin)) continue;
+      const Vec3<Real> way = solution_.surface.difference(begin, end),
+                       to = solution_.surface.difference(begin, p);
+      const Real square = way.squaredNorm();
+      const Real t = square > 0 ? std::clamp(way.dot(to) / square, Real(0), Real(1)) : 0;
+      const Point foot = simplified(solution_.surface, face_point(front.face, front.at(t)));
+      const Real distance = front.start + straight(solution_.surface, foot, p);
+      if (!(distance < best.distance)) continue;
+      best = {distance, p, {}, {0, 0}, {p}};
+      if (!(foot == p)) best.back.push_back(foot);
+    }
+  }
+
+  const WindowSolution<Real>& solution_;
+};
+
+}  // namespace gelight::detail
