@@ -64,8 +64,8 @@ static_assert(!ImageLike<WithoutHeight> && !ImageLike<FractionalSize> && !ImageL
 static_assert(!ImageLike<int> && !ImageLike<std::string> && !ImageLike<std::vector<float>>);
 static_assert(ImageOf<Mat, double> && ImageOf<Ramp, float> && ImageOf<Image<std::uint8_t>, float>);
 static_assert(!ImageOf<Image<Rgb8>, float> && !ImageOf<Image<float>, Rgb8>);
-static_assert(std::same_as<PixelOf<Mat>, float> &&
-              std::same_as<PixelOf<ImageView<const Rgb8>>, Rgb8>);
+static_assert(std::same_as<ImagePixel<Mat>, float> &&
+              std::same_as<ImagePixel<ImageView<const Rgb8>>, Rgb8>);
 
 TEST_CASE("an image of another library, and one that is computed, are read in place") {
   Mat mat{2, 3, 16, std::vector<unsigned char>(32)};

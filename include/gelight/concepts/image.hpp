@@ -51,11 +51,11 @@ concept ImageLike = HasImageTraits<I> && requires(const I& image, Index i) {
 
 /// The type of an image's pixels.
 template <ImageLike I>
-using PixelOf = std::remove_cvref_t<decltype(ImageTraits<I>::pixel(std::declval<const I&>(),
-                                                                   Index{}, Index{}))>;
+using ImagePixel = std::remove_cvref_t<decltype(ImageTraits<I>::pixel(std::declval<const I&>(),
+                                                                      Index{}, Index{}))>;
 
 /// An image whose pixels are of type P, or convert to it.
 template <class I, class P>
-concept ImageOf = ImageLike<I> && std::convertible_to<PixelOf<I>, P>;
+concept ImageOf = ImageLike<I> && std::convertible_to<ImagePixel<I>, P>;
 
 }  // namespace gelight

@@ -211,6 +211,11 @@ class DistanceQueries {
   void distance_into(std::span<T> out, std::span<const Index> vertices) const;
   void distance_into(std::span<T> out, std::span<const Source<T>> sources) const;
 
+ protected:
+  /// The same as `solve(query)` does it.
+  template <class Place>
+  void put_distances(std::span<T> out, std::span<const Place> sources, const auto& solve) const;
+
  private:
   [[nodiscard]] const Solver& solver() const { return static_cast<const Solver&>(*this); }
   [[nodiscard]] const Surface<double>& surface() const { return solver().surface(); }
@@ -231,9 +236,12 @@ class DistanceQueries {
     return out;
   }
 
-  // What `take` makes of the distances.
+  // What `take` makes of the distances that `solve` puts.
   template <class Place>
-  auto with_distances(std::span<const Place> sources, const auto& take) const;
+  auto with_distances(std::span<const Place> sources, const auto& solve, const auto& take) const;
+  [[nodiscard]] auto by_solver() const {
+    return [this](Query& query) { solver().solve_vertices(query); };
+  }
 
   using Query = DistanceQuery<double>;
   std::shared_ptr<Pool<Query>> queries_ = std::make_shared<Pool<Query>>();
@@ -241,39 +249,45 @@ class DistanceQueries {
 
 template <class Solver, std::floating_point T>
 template <class Place>
-auto DistanceQueries<Solver, T>::with_distances(std::span<const Place> sources,
+auto DistanceQueries<Solver, T>::with_distances(std::span<const Place> sources, const auto& solve,
                                                 const auto& take) const {
   const typename Pool<Query>::Borrowed borrowed(*queries_);
   Query& query = *borrowed;
   query.sources = checked_sources(surface(), sources, std::move(query.sources));
   query.distance.assign(static_cast<std::size_t>(surface().vertex_count()), unreachable<double>);
-  solver().solve_vertices(query);
+  solve(query);
   return take(query.distance);
 }
 
 template <class Solver, std::floating_point T>
+template <class Place>
+void DistanceQueries<Solver, T>::put_distances(std::span<T> out, std::span<const Place> sources,
+                                               const auto& solve) const {
+  require_size(out);
+  with_distances(sources, solve, [&](const Array<double>& found) { copy(found, out); });
+}
+
+template <class Solver, std::floating_point T>
 auto DistanceQueries<Solver, T>::distance(std::span<const Index> vertices) const -> std::vector<T> {
-  return with_distances(vertices, to_vector);
+  return with_distances(vertices, by_solver(), to_vector);
 }
 
 template <class Solver, std::floating_point T>
 auto DistanceQueries<Solver, T>::distance(std::span<const Source<T>> sources) const
     -> std::vector<T> {
-  return with_distances(sources, to_vector);
+  return with_distances(sources, by_solver(), to_vector);
 }
 
 template <class Solver, std::floating_point T>
 void DistanceQueries<Solver, T>::distance_into(std::span<T> out,
                                                std::span<const Index> vertices) const {
-  require_size(out);
-  with_distances(vertices, [&](const Array<double>& found) { copy(found, out); });
+  put_distances(out, vertices, by_solver());
 }
 
 template <class Solver, std::floating_point T>
 void DistanceQueries<Solver, T>::distance_into(std::span<T> out,
                                                std::span<const Source<T>> sources) const {
-  require_size(out);
-  with_distances(sources, [&](const Array<double>& found) { copy(found, out); });
+  put_distances(out, sources, by_solver());
 }
 
 }  // namespace detail

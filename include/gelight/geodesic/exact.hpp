@@ -392,6 +392,14 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   using detail::DistanceQueries<ExactSolver<T>, T>::distance;
   ///@}
 
+  /// `distance_into` by other options than the solver's. Throws InvalidInput as `solve` does.
+  void distance_into(std::span<T> out, std::span<const Source<T>> sources,
+                     const ExactOptions<T>& options) const {
+    require_options(options);
+    this->put_distances(out, sources, [&](auto& query) { solve_vertices(query, options); });
+  }
+  using detail::DistanceQueries<ExactSolver<T>, T>::distance_into;
+
  private:
   friend class detail::DistanceQueries<ExactSolver<T>, T>;
   template <std::floating_point>
@@ -415,7 +423,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     for (const auto& target : options.targets) surface_.require_point(target);
   }
 
-  void solve_vertices(detail::DistanceQuery<Real>& query) const;
+  void solve_vertices(detail::DistanceQuery<Real>& query) const { solve_vertices(query, options_); }
+  void solve_vertices(detail::DistanceQuery<Real>& query, const ExactOptions<T>& options) const;
 
   // Segments, and the points of them from which their ends and the corners of their faces are
   // reached.
@@ -544,11 +553,12 @@ auto ExactSolver<T>::solve(std::span<const Source<T>> sources, const ExactOption
 }
 
 template <std::floating_point T>
-void ExactSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query) const {
+void ExactSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query,
+                                    const ExactOptions<T>& options) const {
   auto& [sources, starts, distance] = query;
   normalise(sources, starts);
   const Borrowed workspace(*pool_);
-  Limits limits = limits_of(options_, starts);
+  Limits limits = limits_of(options, starts);
   limits.keep_windows = false;
   limits.faces_to_keep.clear();
   run(*workspace, sources, limits);

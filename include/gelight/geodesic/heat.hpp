@@ -16,6 +16,7 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
+#include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
@@ -168,15 +169,13 @@ struct HeatSystem {
 
   /// Puts where each unit field's integrated divergence is the function, up to a constant per
   /// component, whose gradient is nearest to the field.
-  void integrate(std::span<Array<Real>> divergences, const CancelHook& cancelled) const {
-    std::vector<std::span<Real>> sides;
-    for (Array<Real>& divergence : divergences) {
+  void integrate(std::span<const std::span<Real>> divergences, const CancelHook& cancelled) const {
+    for (const Slice<Real> divergence : divergences) {
       for (Index v = 0; v < pattern->size(); ++v) {
         if (component[v] == v) divergence[v] = 0;
       }
-      sides.emplace_back(divergence);
     }
-    poisson_factor().solve_each(sides, cancelled);
+    poisson_factor().solve_each(divergences, cancelled);
   }
 
   /// Throws InvalidInput unless the system was made of a surface that is the same number by number.
@@ -197,15 +196,22 @@ struct HeatSystem {
   }
 
   /// 1 for each vertex in the component of a vertex with a load.
+  ///@{
   template <class Scalar>
   [[nodiscard]] Array<char> reached_from(const Array<Scalar>& load) const {
-    Array<char> reached(load.size(), 0);
+    Array<char> reached;
+    mark_reached(load, reached);
+    return reached;
+  }
+  template <class Scalar>
+  void mark_reached(const Array<Scalar>& load, Array<char>& reached) const {
+    reached.assign(load.size(), 0);
     for (Index v = 0; v < pattern->size(); ++v) {
       if (magnitude(load[v]) > 0) reached[component[v]] = 1;
     }
     for (Index v = 0; v < pattern->size(); ++v) reached[v] = reached[component[v]];
-    return reached;
   }
+  ///@}
 
  private:
   Surface<Real> surface_;
@@ -312,13 +318,14 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   friend class detail::DistanceQueries<HeatSolver<T>, T>;
   template <std::floating_point>
   friend class VectorHeatSolver;
-  using Points = std::vector<SurfacePoint<Real>>;
+  using Point = SurfacePoint<Real>;
+  using Flow = detail::HeatFlow<Real>;
 
   struct Solution {
     detail::Array<Real> distance;  // from the start
     detail::Array<char> is_exact;  // of each vertex
     bool is_too_far = false;
-    detail::Starts<Real> starts{};
+    detail::Starts<Real> starts;
 
     [[nodiscard]] Real distance_of(Index v) const { return starts.at(v) + distance[v]; }
   };
@@ -337,14 +344,16 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
 
   template <class Place>
   [[nodiscard]] std::vector<std::vector<T>> solve_each(std::span<const Place> places) const {
-    std::vector<detail::Sources> queries;
+    const typename Pool::Borrowed borrowed(*pool_);
+    begin(*borrowed);
+    std::vector<Solution> solutions(places.size());
     for (std::size_t i = 0; i < places.size(); ++i) {
-      queries.push_back(detail::checked_sources(surface_, places.subspan(i, 1)));
+      auto sources = detail::checked_sources(surface_, places.subspan(i, 1));
+      add_query(sources, i, solutions[i], *borrowed);
     }
+    solve_parts(*borrowed, solutions, hook());
     std::vector<std::vector<T>> result;
-    for (const Solution& solution : solutions(std::move(queries), hook())) {
-      result.push_back(distances_of(solution));
-    }
+    for (const Solution& solution : solutions) result.push_back(distances_of(solution));
     return result;
   }
 
@@ -352,67 +361,106 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   struct Part {
     std::size_t query;
     Real start;
-    Points points;
+    std::size_t first_point, point_count;
   };
   // So many are solved at once, for which the factors are read once.
-  static constexpr std::size_t parts_at_once = 8;
+  static constexpr std::size_t parts_at_once = detail::flows_at_once;
+
+  // What is found for a part.
+  struct PartWork {
+    detail::Sources sources;
+    detail::Array<Real> load;
+    detail::Array<char> reached;  // of each vertex, whether heat may come there
+    detail::Array<Real> near;     // distance, in units, of vertices close to the points
+    Flow heat, held_heat;
+    detail::Array<Real> distance, before;  // and what a refinement begins with
+    bool is_too_far = false;
+  };
+  // What a query works in; its memory serves the next one.
+  struct Workspace {
+    detail::Array<Index> order;  // of sources, by their start
+    detail::Array<Point> points;
+    detail::Array<Part> parts;
+    detail::Array<PartWork> found;       // of the parts that are solved at once
+    detail::Array<Real> shift, count;    // of each component
+    detail::Array<char> reached_inside;  // of each vertex, where the border is held
+    std::array<Solution, 1> solution;    // of a query alone
+  };
+  using Pool = detail::Pool<Workspace>;
 
   [[nodiscard]] Solution solution(detail::Sources sources) const {
     return solution(std::move(sources), hook());
   }
   [[nodiscard]] Solution solution(detail::Sources sources, const CancelHook& cancelled) const {
-    return std::move(solutions({std::move(sources)}, cancelled).front());
+    const typename Pool::Borrowed borrowed(*pool_);
+    solve_alone(sources, *borrowed, cancelled);
+    return std::move((*borrowed).solution[0]);
+  }
+  void solve_alone(detail::Sources& sources, Workspace& work, const CancelHook& cancelled) const {
+    begin(work);
+    add_query(sources, 0, work.solution[0], work);
+    solve_parts(work, work.solution, cancelled);
   }
   [[nodiscard]] CancelHook hook() const {
     return detail::rising(options_.cancelled, "a query of the heat solver");
   }
 
-  [[nodiscard]] std::vector<Solution> solutions(std::vector<detail::Sources> queries,
-                                                const CancelHook& cancelled) const {
-    std::vector<Solution> nearest;
-    std::vector<Part> parts;
-    for (detail::Sources& sources : queries) {
-      nearest.push_back({{}, {}, false, detail::move_to_zero(surface_, sources)});
-      add_parts(std::move(sources), nearest.size() - 1, parts);
+  static void begin(Workspace& work) {
+    work.parts.clear();
+    work.points.clear();
+  }
+
+  // Parts the sources of a query.
+  void add_query(detail::Sources& sources, std::size_t query, Solution& solution,
+                 Workspace& work) const {
+    solution.distance.clear();
+    solution.is_exact.clear();
+    solution.is_too_far = false;
+    solution.starts.move_to_zero(surface_, sources);
+    detail::Array<Index>& order = work.order;
+    detail::Array<Point>& points = work.points;
+    order.clear();
+    for (Index i = 0; i < std::ssize(sources); ++i) order.push_back(i);
+    const auto start = [&](Index i) { return sources[i].distance; };
+    std::sort(order.begin(), order.end(),
+              [&](Index i, Index j) { return std::pair(start(i), i) < std::pair(start(j), j); });
+    for (auto i = order.begin(); i != order.end();) {
+      Part part{query, start(*i), points.size(), 0};
+      for (; i != order.end() && start(*i) == part.start; ++i) {
+        const auto point = detail::simplified(surface_, sources[*i].point);
+        const auto first = points.begin() + part.first_point;
+        if (std::find(first, points.end(), point) == points.end()) points.push_back(point);
+      }
+      part.point_count = points.size() - part.first_point;
+      work.parts.push_back(part);
     }
+  }
+
+  // Puts the distances of all queries whose parts there are.
+  void solve_parts(Workspace& work, std::span<Solution> nearest,
+                   const CancelHook& cancelled) const {
+    const std::span<const Part> parts(work.parts);
     for (std::size_t done = 0; done < parts.size();) {
-      const auto some =
-          std::span<const Part>(parts).subspan(done, std::min(parts.size() - done, parts_at_once));
+      const auto some = parts.subspan(done, std::min(parts.size() - done, parts_at_once));
       const double share = 1 / static_cast<double>(parts.size());
-      const auto found =
-          distances_from(some, cancelled.part(share * static_cast<double>(done),
-                                              share * static_cast<double>(done + some.size())));
+      find_distances(some, work,
+                     cancelled.part(share * static_cast<double>(done),
+                                    share * static_cast<double>(done + some.size())));
       for (std::size_t i = 0; i < some.size(); ++i) {
-        take_nearer(nearest[some[i].query], some[i].start, found[i]);
+        take_nearer(nearest[some[i].query], some[i].start, work.found[i]);
       }
       done += some.size();
     }
-    return nearest;
   }
 
-  void add_parts(detail::Sources sources, std::size_t query, std::vector<Part>& parts) const {
-    const auto later = [](const auto& a, const auto& b) { return a.distance < b.distance; };
-    std::stable_sort(sources.begin(), sources.end(), later);
-    for (auto first = sources.begin(); first != sources.end();) {
-      const auto last = std::upper_bound(first, sources.end(), *first, later);
-      Points points;
-      for (auto s = first; s != last; ++s) {
-        const auto point = detail::simplified(surface_, s->point);
-        if (std::find(points.begin(), points.end(), point) == points.end()) points.push_back(point);
-      }
-      parts.push_back({query, first->distance, std::move(points)});
-      first = last;
-    }
-  }
-
-  void take_nearer(Solution& nearest, Real start, const Solution& part) const {
+  void take_nearer(Solution& nearest, Real start, const PartWork& part) const {
     nearest.distance.resize(part.distance.size(), unreachable<Real>);  // at the first
-    nearest.is_exact.resize(part.is_exact.size());
+    nearest.is_exact.resize(part.distance.size());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const Real d = start + part.distance[v];
       if (!(d < nearest.distance[v])) continue;
       nearest.distance[v] = d;
-      nearest.is_exact[v] = part.is_exact[v];
+      nearest.is_exact[v] = part.near[v] < unreachable<Real>;
     }
     nearest.is_too_far |= part.is_too_far;
   }
@@ -458,61 +506,60 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     return total > 0 ? sum / total : 0;
   }
 
-  using Flow = detail::HeatFlow<Real>;
-
-  [[nodiscard]] std::vector<Solution> distances_from(std::span<const Part> parts,
-                                                     const CancelHook& cancelled) const {
-    std::vector<detail::Array<Real>> near;
-    std::vector<detail::Array<char>> reached;
-    std::vector<Flow> heats, held_heats;
+  // Distances from each part's points, from where they start.
+  void find_distances(std::span<const Part> parts, Workspace& work,
+                      const CancelHook& cancelled) const {
+    if (work.found.size() < parts.size()) work.found.resize(parts.size());
+    const std::span<PartWork> found(work.found.data(), parts.size());
+    std::array<Flow*, parts_at_once> heats{}, held_heats{};
     const auto whole = static_cast<double>(parts.size());
-    for (const Part& part : parts) {
-      const auto done = static_cast<double>(near.size());
-      auto load = load_of(part.points);
-      reached.push_back(system_->reached_from(load));
-      near.push_back(
-          near_distance(part.points, cancelled.part(0.2 * done / whole, 0.2 * (done + 1) / whole)));
-      if (border_factor_) held_heats.push_back(held_flow(load));
-      heats.emplace_back(system_->heat, std::move(load), reached.back());
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const auto done = static_cast<double>(i);
+      PartWork& part = found[i];
+      const std::span<const Point> points(work.points.data() + parts[i].first_point,
+                                          parts[i].point_count);
+      put_load(points, part.load);
+      system_->mark_reached(part.load, part.reached);
+      find_near(points, part, cancelled.part(0.2 * done / whole, 0.2 * (done + 1) / whole));
+      part.heat.begin(system_->heat, part.load, part.reached);
+      heats[i] = &part.heat;
+      if (border_factor_) begin_held(part, work.reached_inside);
+      held_heats[i] = &part.held_heat;
     }
-    detail::finish<Real>(heats, system_->heat_factor(), cancelled.part(0.2, 0.4));
+    detail::finish<Real>({heats.data(), parts.size()}, system_->heat_factor(),
+                         cancelled.part(0.2, 0.4));
     if (border_factor_) {
-      detail::finish<Real>(held_heats, *border_factor_, cancelled.part(0.4, 0.6));
+      detail::finish<Real>({held_heats.data(), parts.size()}, *border_factor_,
+                           cancelled.part(0.4, 0.6));
     }
-    const auto first_field = [&](std::size_t i) {
-      const auto* const held = border_factor_ ? &held_heats[i].result() : nullptr;
-      return [this, held, &free = heats[i].result()](Index f) {
+    const auto first_field = [&](const PartWork& part) {
+      const auto* const held = border_factor_ ? &part.held_heat.result() : nullptr;
+      return [this, held, &free = part.heat.result()](Index f) {
         return held != nullptr ? averaged_descent(f, *held, free) : descent(f, free);
       };
     };
     const double each = 0.4 / (1 + options_.refinements);  // of the work, from 0.6 on
-    auto phi = continued(near, first_field, cancelled.part(0.6, 0.6 + each));
+    continue_near(found, first_field, cancelled.part(0.6, 0.6 + each));
+    const auto field = [this](const PartWork& part) {
+      return [this, &from = part.before](Index f) { return refined_field(f, from); };
+    };
     for (Index k = 1; k <= options_.refinements; ++k) {
       const double done = 0.6 + k * each;
-      const auto field = [&](std::size_t i) {
-        return [this, &from = phi[i]](Index f) { return refined_field(f, from); };
-      };
-      phi = continued(near, field, cancelled.part(done, done + each));
+      for (PartWork& part : found) part.before.swap(part.distance);
+      continue_near(found, field, cancelled.part(done, done + each));
     }
-    std::vector<Solution> result;
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      result.push_back(
-          {placed(std::move(phi[i]), near[i], reached[i]), detail::Array<char>(near[i].size(), 0)});
-      for (Index v = 0; v < surface_.vertex_count(); ++v) {
-        result[i].is_exact[v] = near[i][v] < unreachable<Real>;
-      }
-      result[i].is_too_far = heats[i].result().unknown > 0;
+    for (PartWork& part : found) {
+      place(part, work);
+      part.is_too_far = part.heat.result().unknown > 0;
     }
-    return result;
   }
 
   // Distance, in units, of the vertices close to the points; infinite elsewhere.
-  [[nodiscard]] detail::Array<Real> near_distance(const Points& points,
-                                                  const CancelHook& cancelled) const {
-    detail::Array<Real> near(static_cast<std::size_t>(surface_.vertex_count()), unreachable<Real>);
+  void find_near(std::span<const Point> points, PartWork& part, const CancelHook& cancelled) const {
+    const auto size = static_cast<std::size_t>(surface_.vertex_count());
+    detail::Array<Real>& near = part.near;
+    near.assign(size, unreachable<Real>);
     if (exact_ && system_->mean_edge > 0) {
-      detail::Array<Source<Real>> sources;
-      for (const auto& point : points) sources.push_back({point, 0});
       ExactOptions<Real> options{.max_distance = options_.exact_radius * system_->mean_edge};
       if (cancelled) {
         options.cancelled = [&cancelled] {
@@ -520,33 +567,33 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
           return false;
         };
       }
-      const auto field = exact_->solve(sources, options);
-      for (Index v = 0; v < surface_.vertex_count(); ++v) near[v] = field.distance(v);
+      auto& sources = part.sources;
+      sources.clear();
+      for (const auto& point : points) sources.push_back({point, 0});
+      exact_->distance_into(near, sources, options);
     }
     for (const auto& point : points) {
       detail::for_each_vertex_near(surface_, point,
                                    [&](Index v, Real d) { near[v] = std::min(near[v], d); });
     }
     for (Real& d : near) d /= system_->unit;
-    return near;
   }
 
-  // Functions, each with the gradient that is nearest to that of a near distance where that is
-  // known at all vertices of a face, to `unit_field(number)(face)` elsewhere.
-  [[nodiscard]] std::vector<detail::Array<Real>> continued(
-      const std::vector<detail::Array<Real>>& near, const auto& unit_field,
-      const CancelHook& cancelled) const {
-    std::vector<detail::Array<Real>> result;
-    for (std::size_t i = 0; i < near.size(); ++i) {
-      result.push_back(divergence(near[i], unit_field(i)));
+  // Puts functions, each with the gradient that is nearest to that of a near distance where that is
+  // known at all vertices of a face, to `unit_field(part)(face)` elsewhere.
+  void continue_near(std::span<PartWork> parts, const auto& unit_field,
+                     const CancelHook& cancelled) const {
+    std::array<std::span<Real>, parts_at_once> sides;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      put_divergence(parts[i].near, unit_field(parts[i]), parts[i].distance);
+      sides[i] = parts[i].distance;
     }
-    system_->integrate(result, cancelled);
-    return result;
+    system_->integrate({sides.data(), parts.size()}, cancelled);
   }
 
-  [[nodiscard]] detail::Array<Real> divergence(const detail::Array<Real>& near,
-                                               const auto& unit_field) const {
-    detail::Array<Real> sums(near.size(), 0);
+  void put_divergence(const detail::Array<Real>& near, const auto& unit_field,
+                      detail::Array<Real>& sums) const {
+    sums.assign(near.size(), 0);
     for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto d = values_at(f, near);
       const auto& face = system_->faces[f];
@@ -558,7 +605,6 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
         sums[system_->origins[3 * f + k]] += at[static_cast<std::size_t>(k)];
       }
     }
-    return sums;
   }
 
   [[nodiscard]] std::array<Real, 3> values_at(Index f, const detail::Array<Real>& u) const {
@@ -566,28 +612,27 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     return {u[v[0]], u[v[1]], u[v[2]]};
   }
 
-  [[nodiscard]] detail::Array<Real> load_of(const Points& points) const {
-    using Kind = typename SurfacePoint<Real>::Kind;
-    detail::Array<Real> load(static_cast<std::size_t>(surface_.vertex_count()), 0);
+  void put_load(std::span<const Point> points, detail::Array<Real>& load) const {
+    using Kind = typename Point::Kind;
+    load.assign(static_cast<std::size_t>(surface_.vertex_count()), 0);
     for (const auto& point : points) {
       std::array<Index, 3> vertices{point.element[0], point.element[1], 0};
       if (point.kind == Kind::face) vertices = surface_.face(point.element[0]);
       const std::size_t count = point.kind == Kind::vertex ? 1 : point.kind == Kind::edge ? 2 : 3;
       for (std::size_t k = 0; k < count; ++k) load[vertices[k]] += point.weights[k];
     }
-    return load;
   }
 
   // Heat that is held at zero at the border.
-  [[nodiscard]] Flow held_flow(detail::Array<Real> load) const {
+  void begin_held(PartWork& part, detail::Array<char>& reached) const {
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (is_border_[v]) load[v] = 0;
+      if (is_border_[v]) part.load[v] = 0;
     }
-    auto reached = system_->reached_from(load);
+    system_->mark_reached(part.load, reached);
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (is_border_[v]) reached[v] = 0;
     }
-    return Flow(border_heat_, std::move(load), reached);
+    part.held_heat.begin(border_heat_, part.load, reached);
   }
 
   // Mean of the directions in which heat descends that is free at the border and that is held at
@@ -632,9 +677,11 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
 
   // Shifts each component so that it agrees with the near distance on average, and gives the near
   // vertices that distance.
-  [[nodiscard]] detail::Array<Real> placed(detail::Array<Real> phi, const detail::Array<Real>& near,
-                                           const detail::Array<char>& reached) const {
-    detail::Array<Real> shift(phi.size(), 0), count(phi.size(), 0);
+  void place(PartWork& part, Workspace& work) const {
+    detail::Array<Real>&phi = part.distance, &shift = work.shift, &count = work.count;
+    const detail::Array<Real>& near = part.near;
+    shift.assign(phi.size(), 0);
+    count.assign(phi.size(), 0);
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (near[v] == unreachable<Real>) continue;
       const Index c = system_->component[v];
@@ -643,7 +690,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     }
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const Index c = system_->component[v];
-      if (!reached[v]) {
+      if (!part.reached[v]) {
         phi[v] = unreachable<Real>;
       } else if (near[v] < unreachable<Real>) {
         phi[v] = system_->mean_edge * near[v];
@@ -651,7 +698,6 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
         phi[v] = system_->mean_edge * std::max(0.0, phi[v] - shift[c] / count[c]);
       }
     }
-    return phi;
   }
 
   void hold_border(const CancelHook& cancelled) {
@@ -674,6 +720,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   detail::Array<char> is_border_;  // of each vertex, where heat is held at zero there
   SymmetricMatrix<Real> border_heat_;
   typename detail::HeatSystem<Real>::Factor border_factor_;
+  std::shared_ptr<Pool> pool_ = std::make_shared<Pool>();
 };
 
 template <std::floating_point T>
@@ -708,8 +755,9 @@ auto HeatSolver<T>::solve(std::span<const Source<T>> sources) const -> HeatResul
 
 template <std::floating_point T>
 void HeatSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query) const {
-  const Solution result = solution(std::move(query.sources));
-  query.distance.resize(result.distance.size());
+  const typename Pool::Borrowed borrowed(*pool_);
+  solve_alone(query.sources, *borrowed, hook());
+  const Solution& result = (*borrowed).solution[0];
   for (Index v = 0; v < surface_.vertex_count(); ++v) query.distance[v] = result.distance_of(v);
 }
 

@@ -29,9 +29,9 @@ namespace detail {
 /// Applies a filter down the columns of an image and then along its rows. `filter` takes an image
 /// with `pad` rows of border on top and at the bottom, and gives back as many rows without them.
 template <ImageLike I, class Filter>
-[[nodiscard]] Image<PixelOf<I>> filter_both_ways(const I& image, Index pad, Border border,
-                                                 const Filter& filter) {
-  using T = PixelOf<I>;
+[[nodiscard]] Image<ImagePixel<I>> filter_both_ways(const I& image, Index pad, Border border,
+                                                    const Filter& filter) {
+  using T = ImagePixel<I>;
   const auto padded = [&](const auto& view) {
     using View = std::remove_cvref_t<decltype(view)>;
     const Index width = static_cast<Index>(ImageTraits<View>::width(view));
@@ -314,9 +314,9 @@ template <class T>
 /// InvalidInput for a sigma that is not from 0.5 to 1e5. (Deriche, Recursively implementing the
 /// Gaussian and its derivatives, INRIA research report 1893, 1993)
 template <ImageLike I>
-requires std::floating_point<PixelOf<I>>
-[[nodiscard]] Image<PixelOf<I>> gaussian_recursive(const I& image, double sigma,
-                                                   Border border = Border::reflect101) {
+requires std::floating_point<ImagePixel<I>>
+[[nodiscard]] Image<ImagePixel<I>> gaussian_recursive(const I& image, double sigma,
+                                                      Border border = Border::reflect101) {
   detail::require_sigma(sigma, 0.5);
   const Index pad = border == Border::replicate ? 0 : static_cast<Index>(std::ceil(6 * sigma));
   const auto poles = detail::deriche_poles(sigma);
@@ -333,9 +333,9 @@ requires std::floating_point<PixelOf<I>>
 /// Theoretical foundations of Gaussian convolution by extended box filtering, 2011,
 /// doi:10.1007/978-3-642-24785-9_38)
 template <ImageLike I>
-requires std::floating_point<PixelOf<I>>
-[[nodiscard]] Image<PixelOf<I>> gaussian_boxes(const I& image, double sigma, int passes = 3,
-                                               Border border = Border::reflect101) {
+requires std::floating_point<ImagePixel<I>>
+[[nodiscard]] Image<ImagePixel<I>> gaussian_boxes(const I& image, double sigma, int passes = 3,
+                                                  Border border = Border::reflect101) {
   detail::require(sigma > 0, "sigma ", sigma, " is not positive");
   detail::require_sigma(sigma, 0);
   detail::require(passes >= 1, passes, " passes are less than one");
@@ -353,9 +353,9 @@ requires std::floating_point<PixelOf<I>>
 /// above 1e5. (Burt, Fast filter transforms for image processing, 1981,
 /// doi:10.1016/0146-664X(81)90092-7)
 template <ImageLike I>
-requires std::floating_point<PixelOf<I>>
-[[nodiscard]] Image<PixelOf<I>> gaussian_pyramid(const I& image, double sigma,
-                                                 Border border = Border::reflect101) {
+requires std::floating_point<ImagePixel<I>>
+[[nodiscard]] Image<ImagePixel<I>> gaussian_pyramid(const I& image, double sigma,
+                                                    Border border = Border::reflect101) {
   detail::require_sigma(sigma, 0);
   const detail::Pyramid pyramid(sigma);
   const Index pad = static_cast<Index>(std::ceil(5 * sigma));

@@ -166,9 +166,9 @@ template <class T>
 /// Convolves an image along its rows and then its columns with a symmetric kernel, given from its
 /// middle outwards.
 template <ImageLike I, class T>
-[[nodiscard]] Image<PixelOf<I>> convolve_symmetric(const I& image, const std::vector<T>& weights,
-                                                   Border border) {
-  using P = PixelOf<I>;
+[[nodiscard]] Image<ImagePixel<I>> convolve_symmetric(const I& image, const std::vector<T>& weights,
+                                                      Border border) {
+  using P = ImagePixel<I>;
   Index radius = static_cast<Index>(weights.size()) - 1;
   // What has no weight does not count, even where it is no number.
   while (radius > 0 && weights[static_cast<std::size_t>(radius)] == 0) --radius;
@@ -224,17 +224,17 @@ template <ImageLike I, class T>
 /// finite spreads as far as it has weight (see image/mask.hpp). Exact but for rounding; 4 radius +
 /// 2 multiply-adds a pixel. Throws as gaussian_weights does.
 template <ImageLike I>
-requires detail::FilterPixel<PixelOf<I>>
-[[nodiscard]] Image<PixelOf<I>> gaussian(const I& image, double sigma, Index radius,
-                                         Border border = Border::reflect101) {
-  using T = typename detail::PixelParts<PixelOf<I>>::Scalar;
+requires detail::FilterPixel<ImagePixel<I>>
+[[nodiscard]] Image<ImagePixel<I>> gaussian(const I& image, double sigma, Index radius,
+                                            Border border = Border::reflect101) {
+  using T = typename detail::PixelParts<ImagePixel<I>>::Scalar;
   return detail::convolve_symmetric(image, gaussian_weights<T>(sigma, radius), border);
 }
 
 /// The same, out to `gaussian_radius`.
 template <ImageLike I>
-requires detail::FilterPixel<PixelOf<I>>
-[[nodiscard]] Image<PixelOf<I>> gaussian(const I& image, double sigma) {
+requires detail::FilterPixel<ImagePixel<I>>
+[[nodiscard]] Image<ImagePixel<I>> gaussian(const I& image, double sigma) {
   return gaussian(image, sigma,
                   gaussian_radius(sigma, static_cast<Index>(ImageTraits<I>::width(image)),
                                   static_cast<Index>(ImageTraits<I>::height(image))));
@@ -244,9 +244,9 @@ namespace detail {
 
 /// The pixels from (left, top) on, as many as `result` has, of an image resized to width x height.
 template <ImageLike I>
-void resize_into(Image<PixelOf<I>>& result, const I& image, Index width, Index height, Index left,
-                 Index top) {
-  using P = PixelOf<I>;
+void resize_into(Image<ImagePixel<I>>& result, const I& image, Index width, Index height,
+                 Index left, Index top) {
+  using P = ImagePixel<I>;
   using T = typename PixelParts<P>::Scalar;
   struct Between {
     Index low, high;
@@ -288,9 +288,9 @@ void resize_into(Image<PixelOf<I>>& result, const I& image, Index width, Index h
 /// Pixels are floating-point numbers or vectors of them. Throws InvalidInput for a negative size,
 /// and for an empty image where the result is not.
 template <ImageLike I>
-requires detail::FilterPixel<PixelOf<I>>
-[[nodiscard]] Image<PixelOf<I>> resize_bilinear(const I& image, Index width, Index height) {
-  Image<PixelOf<I>> result(width, height);
+requires detail::FilterPixel<ImagePixel<I>>
+[[nodiscard]] Image<ImagePixel<I>> resize_bilinear(const I& image, Index width, Index height) {
+  Image<ImagePixel<I>> result(width, height);
   if (width == 0 || height == 0) return result;
   const Index in_width = static_cast<Index>(ImageTraits<I>::width(image));
   const Index in_height = static_cast<Index>(ImageTraits<I>::height(image));
@@ -311,9 +311,9 @@ struct Gradient {
 /// Pixels are floating-point numbers or vectors of them. Throws InvalidInput for a normalised
 /// border.
 template <ImageLike I>
-requires detail::FilterPixel<PixelOf<I>>
-[[nodiscard]] Gradient<PixelOf<I>> sobel(const I& image, Border border = Border::reflect101) {
-  using P = PixelOf<I>;
+requires detail::FilterPixel<ImagePixel<I>>
+[[nodiscard]] Gradient<ImagePixel<I>> sobel(const I& image, Border border = Border::reflect101) {
+  using P = ImagePixel<I>;
   using T = typename detail::PixelParts<P>::Scalar;
   const Index width = static_cast<Index>(ImageTraits<I>::width(image));
   const Index height = static_cast<Index>(ImageTraits<I>::height(image));

@@ -47,10 +47,11 @@ template <std::floating_point T>
 /// radius in pixels; pixels whose centres lie on the circle are kept. Throws InvalidInput for a
 /// radius that is negative or NaN.
 template <ImageLike I>
-requires std::floating_point<PixelOf<I>>
-[[nodiscard]] Image<PixelOf<I>> circular_mask(const I& depth, double cx, double cy, double radius) {
+requires std::floating_point<ImagePixel<I>>
+[[nodiscard]] Image<ImagePixel<I>> circular_mask(const I& depth, double cx, double cy,
+                                                 double radius) {
   detail::require(radius >= 0, "radius ", radius, " is negative");
-  using T = PixelOf<I>;
+  using T = ImagePixel<I>;
   Image<T> masked(static_cast<Index>(ImageTraits<I>::width(depth)),
                   static_cast<Index>(ImageTraits<I>::height(depth)));
   for (Index y = 0; y < masked.height(); ++y) {

@@ -58,10 +58,10 @@ template <std::floating_point T, ImageOf<T> I>
 /// image/mask.hpp. Throws as gaussian_weights does. (Knutsson, Westin, Normalized and differential
 /// convolution, 1993, doi:10.1109/CVPR.1993.341081)
 template <ImageLike I>
-requires std::floating_point<PixelOf<I>>
-[[nodiscard]] Image<PixelOf<I>> gaussian_of_known(const I& image, double sigma, Index radius,
-                                                  Border border = Border::reflect101) {
-  using T = PixelOf<I>;
+requires std::floating_point<ImagePixel<I>>
+[[nodiscard]] Image<ImagePixel<I>> gaussian_of_known(const I& image, double sigma, Index radius,
+                                                     Border border = Border::reflect101) {
+  using T = ImagePixel<I>;
   const Index width = static_cast<Index>(ImageTraits<I>::width(image));
   const Index height = static_cast<Index>(ImageTraits<I>::height(image));
   Image<T> values(width, height);

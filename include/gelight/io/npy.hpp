@@ -200,7 +200,7 @@ template <class P>
 /// InvalidInput where the file cannot be written.
 template <ImageLike I>
 void write_npy(const std::string& path, const I& image) {
-  using P = PixelOf<I>;
+  using P = ImagePixel<I>;
   using Pixel = detail::NpyPixel<P>;
   const auto width = static_cast<Index>(ImageTraits<I>::width(image));
   const auto height = static_cast<Index>(ImageTraits<I>::height(image));

@@ -47,9 +47,9 @@ namespace gelight {
 /// The depth of a membrane's surface under contact, all of it, without a renderer: NaN where there
 /// is no membrane or the depth of the contact is not known (image/mask.hpp tells what depths mean).
 /// Throws InvalidInput for images of different sizes.
-template <ImageLike D, ImageLike R, MembraneModel<PixelOf<R>> M>
-[[nodiscard]] Image<PixelOf<R>> surface_depth(const M& membrane, const D& depth, const R& rest) {
-  using T = PixelOf<R>;
+template <ImageLike D, ImageLike R, MembraneModel<ImagePixel<R>> M>
+[[nodiscard]] Image<ImagePixel<R>> surface_depth(const M& membrane, const D& depth, const R& rest) {
+  using T = ImagePixel<R>;
   detail::require_same_size(depth, rest, "the depth image", "the rest depth image");
   const Index width = static_cast<Index>(ImageTraits<R>::width(rest));
   const Index height = static_cast<Index>(ImageTraits<R>::height(rest));

@@ -140,10 +140,10 @@ void drape_beside(ImageView<T> out, const D& depth, const R& rest, T fall) {
 /// must not share it). Takes two passes over the image. Throws InvalidInput, before anything is
 /// written, for images of different sizes and a fall that is not positive and finite.
 template <ImageLike D, ImageLike R>
-requires std::floating_point<PixelOf<D>>
-void drape_into(std::type_identity_t<ImageView<PixelOf<D>>> out, const D& depth, const R& rest,
-                std::type_identity_t<PixelOf<D>> fall) {
-  using T = PixelOf<D>;
+requires std::floating_point<ImagePixel<D>>
+void drape_into(std::type_identity_t<ImageView<ImagePixel<D>>> out, const D& depth, const R& rest,
+                std::type_identity_t<ImagePixel<D>> fall) {
+  using T = ImagePixel<D>;
   detail::require_same_size(depth, rest, "the depth image", "the rest depth image");
   detail::require_same_size(out, rest, "the output image", "the rest depth image");
   detail::require(fall > 0 && std::isfinite(fall), "a fall of ", fall,
@@ -157,11 +157,11 @@ void drape_into(std::type_identity_t<ImageView<PixelOf<D>>> out, const D& depth,
 
 /// The same as an image of its own.
 template <ImageLike D, ImageLike R>
-requires std::floating_point<PixelOf<D>>
-[[nodiscard]] Image<PixelOf<D>> drape(const D& depth, const R& rest,
-                                      std::type_identity_t<PixelOf<D>> fall) {
-  Image<PixelOf<D>> out(static_cast<Index>(ImageTraits<D>::width(depth)),
-                        static_cast<Index>(ImageTraits<D>::height(depth)));
+requires std::floating_point<ImagePixel<D>>
+[[nodiscard]] Image<ImagePixel<D>> drape(const D& depth, const R& rest,
+                                         std::type_identity_t<ImagePixel<D>> fall) {
+  Image<ImagePixel<D>> out(static_cast<Index>(ImageTraits<D>::width(depth)),
+                           static_cast<Index>(ImageTraits<D>::height(depth)));
   drape_into(out, depth, rest, fall);
   return out;
 }

@@ -18,8 +18,8 @@ namespace gelight {
 namespace detail {
 
 template <ImageLike D, ImageLike R>
-[[nodiscard]] Image<PixelOf<R>> protrusion(const D& depth, const R& rest) {
-  using T = PixelOf<R>;
+[[nodiscard]] Image<ImagePixel<R>> protrusion(const D& depth, const R& rest) {
+  using T = ImagePixel<R>;
   require_same_size(depth, rest, "the depth image", "the rest depth image");
   Image<T> out(static_cast<Index>(ImageTraits<R>::width(rest)),
                static_cast<Index>(ImageTraits<R>::height(rest)));
@@ -43,9 +43,9 @@ template <ImageLike D, ImageLike R>
 /// Throws InvalidInput for images of different sizes, and as gaussian_weights does. (Gomes,
 /// Paoletti, Luo 2023, doi:10.15607/RSS.2023.XIX.035)
 template <ImageLike D, ImageLike R>
-[[nodiscard]] Image<PixelOf<R>> elastic_depth(const D& depth, const R& rest, double sigma = 5,
-                                              Index radius = 20) {
-  using T = PixelOf<R>;
+[[nodiscard]] Image<ImagePixel<R>> elastic_depth(const D& depth, const R& rest, double sigma = 5,
+                                                 Index radius = 20) {
+  using T = ImagePixel<R>;
   Image<T> result = gaussian_of_known(detail::protrusion(depth, rest), sigma, radius);
   for (Index y = 0; y < result.height(); ++y) {
     for (Index x = 0; x < result.width(); ++x) {

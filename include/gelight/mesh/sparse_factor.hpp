@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
@@ -69,13 +70,15 @@ class SparseFactor : public LinearFactor<Scalar> {
 
   void solve(std::span<Scalar> b) const override { solve(b, {}); }
   void solve(std::span<Scalar> b, const CancelHook& cancelled) const override {
+    const typename Pool<Workspace<Scalar>>::Borrowed borrowed(*workspaces_);
+    Workspace<Scalar>& work = *borrowed;
     const auto& order = dissection_->order();
     const Slice<Scalar> values(b);
-    Array<Scalar> x(b.size());
-    for (Index p = 0; p < dissection_->size(); ++p) x[p] = values[order[p]];
-    solve_lower(x, cancelled.part(0, 0.5));
-    solve_upper(x, cancelled.part(0.5, 1));
-    for (Index p = 0; p < dissection_->size(); ++p) values[order[p]] = x[p];
+    work.x.resize(b.size());
+    for (Index p = 0; p < dissection_->size(); ++p) work.x[p] = values[order[p]];
+    solve_lower(work, cancelled.part(0, 0.5));
+    solve_upper(work, cancelled.part(0.5, 1));
+    for (Index p = 0; p < dissection_->size(); ++p) values[order[p]] = work.x[p];
   }
   void solve_each(std::span<const std::span<Scalar>> sides,
                   const CancelHook& cancelled = {}) const override {
@@ -98,6 +101,14 @@ class SparseFactor : public LinearFactor<Scalar> {
 
  private:
   using Node = typename Dissection::Node;
+
+  // What the triangular solves of one system, or several, work in.
+  template <class Value>
+  struct Workspace {
+    Array<Value> x;      // in the order of elimination
+    Array<Value> front;  // a node's rows
+    Array<Scalar> line;  // one system's rows below those of some columns
+  };
 
   static void clear_lower_triangle(Scalar* square, Index size) {
     for (Index j = 0; j < size; ++j, square += size) {
@@ -139,24 +150,27 @@ class SparseFactor : public LinearFactor<Scalar> {
   }
 
   // Several systems at once read the factor once.
-  static constexpr Index lanes = Lanes::count;
+  static constexpr Index lanes = SystemLanes::count;
 
   // (A template, so that it is left alone where scalars are complex.)
-  template <class Value = Lanes>
+  template <class Value = SystemLanes>
   void solve_at_once(std::span<const std::span<Scalar>> sides, const CancelHook& cancelled) const {
     const auto& order = dissection_->order();
-    // Lanes that are left over repeat the first.
+    // SystemLanes that are left over repeat the first.
     std::array<Slice<Scalar>, lanes> side;
     side.fill(sides.front());
     std::copy(sides.begin(), sides.end(), side.begin());
-    Array<Value> x(order.size());
+    const typename Pool<Workspace<Value>>::Borrowed borrowed(*together_);
+    Workspace<Value>& work = *borrowed;
+    Array<Value>& x = work.x;
+    x.resize(order.size());
     for (Index p = 0; p < dissection_->size(); ++p) {
       for (std::size_t lane = 0; lane < lanes; ++lane) {
         x[p].set(static_cast<Index>(lane), side[lane][order[p]]);
       }
     }
-    vectorised([&] { solve_lower(x, cancelled.part(0, 0.5)); });
-    vectorised([&] { solve_upper(x, cancelled.part(0.5, 1)); });
+    vectorised([&] { solve_lower(work, cancelled.part(0, 0.5)); });
+    vectorised([&] { solve_upper(work, cancelled.part(0.5, 1)); });
     for (Index p = 0; p < dissection_->size(); ++p) {
       for (std::size_t lane = 0; lane < sides.size(); ++lane) {
         side[lane][order[p]] = x[p][static_cast<Index>(lane)];
@@ -167,9 +181,10 @@ class SparseFactor : public LinearFactor<Scalar> {
   // Both gather a node's rows into one piece of memory, and take several columns at a time, so that
   // those rows are read once for all of them. A value is one system's or several systems'.
   template <class Value>
-  void solve_lower(Array<Value>& x, const CancelHook& cancelled) const {
+  void solve_lower(Workspace<Value>& work, const CancelHook& cancelled) const {
     const auto& rows = dissection_->rows();
-    Array<Value> front(static_cast<std::size_t>(dissection_->largest_height()));
+    Array<Value>&x = work.x, &front = work.front;
+    front.resize(static_cast<std::size_t>(dissection_->largest_height()));
     const auto& nodes = dissection_->nodes();
     for (const Node& node : nodes) {
       const auto number = &node - nodes.data();
@@ -195,11 +210,13 @@ class SparseFactor : public LinearFactor<Scalar> {
   }
 
   template <class Value>
-  void solve_upper(Array<Value>& x, const CancelHook& cancelled) const {
+  void solve_upper(Workspace<Value>& work, const CancelHook& cancelled) const {
     const auto& rows = dissection_->rows();
     const auto& nodes = dissection_->nodes();
-    Array<Value> front(static_cast<std::size_t>(dissection_->largest_height()));
-    Array<Scalar> line(front.size());
+    Array<Value>&x = work.x, &front = work.front;
+    front.resize(static_cast<std::size_t>(dissection_->largest_height()));
+    Array<Scalar>& line = work.line;
+    line.resize(front.size());
     for (const auto* node = nodes.end(); node-- != nodes.begin();) {
       const auto number = nodes.end() - node - 1;
       if (number % nodes_between<Value> == 0) ask(cancelled, number);
@@ -229,18 +246,19 @@ class SparseFactor : public LinearFactor<Scalar> {
     const auto is_zero = [](const Scalar& value) { return value == Scalar(0); };
     return std::all_of(first, last, is_zero) ? 0 : 1;
   }
-  static std::bitset<lanes> reached(const Lanes* first, const Lanes* last) {
+  static std::bitset<lanes> reached(const SystemLanes* first, const SystemLanes* last) {
     std::bitset<lanes> result;
     for (std::size_t lane = 0; lane < lanes; ++lane) {
-      result[lane] = std::any_of(
-          first, last, [&](const Lanes& x) { return x[static_cast<Index>(lane)] != Scalar(0); });
+      result[lane] = std::any_of(first, last, [&](const SystemLanes& x) {
+        return x[static_cast<Index>(lane)] != Scalar(0);
+      });
     }
     return result;
   }
   // For the systems that are reached: others keep even the signs of their zeros.
   static void set(Scalar& to, const Scalar& value, std::bitset<1>) { to = value; }
   static void add(Scalar& to, const Scalar& value, std::bitset<1>) { to += value; }
-  static void set(Lanes& to, const Lanes& value, std::bitset<lanes> is_reached) {
+  static void set(SystemLanes& to, const SystemLanes& value, std::bitset<lanes> is_reached) {
     if (is_reached.all()) {
       to = value;
       return;
@@ -249,11 +267,9 @@ class SparseFactor : public LinearFactor<Scalar> {
       if (is_reached[static_cast<std::size_t>(lane)]) to.set(lane, value[lane]);
     }
   }
-  static void add(Lanes& to, const Lanes& value, std::bitset<lanes> is_reached) {
-    Lanes sum = to;
-    sum.low += value.low;
-    sum.high += value.high;
-    set(to, sum, is_reached);
+  static void add(SystemLanes& to, const SystemLanes& value, std::bitset<lanes> is_reached) {
+    SystemLanes sum = to;
+    set(to, sum += value, is_reached);
   }
 
   void ask(const CancelHook& cancelled, std::ptrdiff_t nodes_done) const {
@@ -264,6 +280,10 @@ class SparseFactor : public LinearFactor<Scalar> {
 
   std::shared_ptr<const Dissection> dissection_;
   LargeArray<Scalar> values_;  // column by column, each node's without what is above its diagonal
+  std::shared_ptr<Pool<Workspace<Scalar>>> workspaces_ =
+      std::make_shared<Pool<Workspace<Scalar>>>();
+  std::shared_ptr<Pool<Workspace<SystemLanes>>> together_ =
+      std::make_shared<Pool<Workspace<SystemLanes>>>();
 };
 
 /// Enlarges a matrix' diagonal until no row's other entries sum to more, but for rounding.

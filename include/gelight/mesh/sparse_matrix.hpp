@@ -96,7 +96,13 @@ struct SymmetricMatrix {
 
   /// The product with a vector of size() scalars.
   [[nodiscard]] detail::Array<Scalar> operator*(const detail::Array<Scalar>& x) const {
-    detail::Array<Scalar> y(x.size());
+    detail::Array<Scalar> y;
+    multiply_into(y, x);
+    return y;
+  }
+  /// The same in memory that serves again.
+  void multiply_into(detail::Array<Scalar>& y, const detail::Array<Scalar>& x) const {
+    y.assign(x.size(), Scalar(0));
     for (Index j = 0; j < pattern->size(); ++j) {
       y[j] += values[pattern->diagonal(j)] * x[j];
       for (Index e = pattern->begin(j) + 1; e < pattern->begin(j + 1); ++e) {
@@ -109,7 +115,6 @@ struct SymmetricMatrix {
         }
       }
     }
-    return y;
   }
 };
 

@@ -74,7 +74,7 @@ template <Colour P>
 
 /// An image of colours.
 template <class I>
-concept ColourImage = ImageLike<I> && Colour<PixelOf<I>>;
+concept ColourImage = ImageLike<I> && Colour<ImagePixel<I>>;
 
 template <std::floating_point T, Colour P>
 [[nodiscard]] std::array<T, 3> linear_rgb(const P& pixel) {
@@ -105,7 +105,7 @@ template <std::floating_point T>
 /// The same of all channels of an image.
 template <ColourImage I>
 [[nodiscard]] bool are_shares_of_light(const I& image) {
-  using P = PixelOf<I>;
+  using P = ImagePixel<I>;
   using C = decltype(first_channel(std::declval<const P&>()));
   const auto width = static_cast<Index>(ImageTraits<I>::width(image));
   const auto height = static_cast<Index>(ImageTraits<I>::height(image));

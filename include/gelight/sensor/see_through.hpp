@@ -197,7 +197,7 @@ class SeeThroughRenderer {
     detail::require_apart(out, visual, "the visual image");
     require_level(levels.inner, "inner", options_);
     require_level(levels.outer, "outer", options_);
-    if constexpr (!detail::has_levels<PixelOf<V>>()) {
+    if constexpr (!detail::has_levels<ImagePixel<V>>()) {
       if (light_through(levels) > 0) require_colours(visual);
     }
     render_checked(out, depth, visual, levels);

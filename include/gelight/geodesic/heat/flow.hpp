@@ -1,11 +1,12 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
+#include <cstddef>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/progress.hpp"
@@ -40,15 +41,10 @@ inline std::complex<double> scaled(std::complex<double> x, Index exponent) {
 template <class Scalar>
 class HeatFlow {
  public:
-  HeatFlow(const SymmetricMatrix<Scalar>& matrix, Array<Scalar> load, const Array<char>& reached)
-      : matrix_(matrix),
-        load_(std::move(load)),
-        result_{Array<Scalar>(load_.size()), Array<Index>(load_.size(), 0)},
-        open_(reached),
-        inside_(load_.size(), 0) {
-    for (Scalar& x : load_) x = scaled(x, top);
-    u_ = load_;
-  }
+  /// Begins with a load. The matrix lives as long as the flow; memory of an earlier flow serves
+  /// again.
+  void begin(const SymmetricMatrix<Scalar>& matrix, const Array<Scalar>& load,
+             const Array<char>& reached);
 
   /// What is to be solved for next, where the solution is to be.
   [[nodiscard]] Array<Scalar>& right_hand_side() { return u_; }
@@ -65,13 +61,29 @@ class HeatFlow {
 
   [[nodiscard]] bool start_anew();
 
-  const SymmetricMatrix<Scalar>& matrix_;
-  Array<Scalar> load_, u_;
+  const SymmetricMatrix<Scalar>* matrix_ = nullptr;
+  Array<Scalar> load_, u_, everywhere_;
   ScaledField<Scalar> result_;
   Array<char> open_, inside_;
   Index exponent_ = -top;
   double done_ = 0;
 };
+
+template <class Scalar>
+void HeatFlow<Scalar>::begin(const SymmetricMatrix<Scalar>& matrix, const Array<Scalar>& load,
+                             const Array<char>& reached) {
+  matrix_ = &matrix;
+  load_ = load;
+  for (Scalar& x : load_) x = scaled(x, top);
+  u_ = load_;
+  result_.value.assign(load.size(), Scalar(0));
+  result_.exponent.assign(load.size(), 0);
+  result_.unknown = 0;
+  open_ = reached;
+  inside_.assign(load.size(), 0);
+  exponent_ = -top;
+  done_ = 0;
+}
 
 template <class Scalar>
 bool HeatFlow<Scalar>::goes_on() {
@@ -102,12 +114,12 @@ bool HeatFlow<Scalar>::start_anew() {
     inside_[v] = inside_[v] || magnitude(u_[v]) >= isoline;
     if (inside_[v]) u_[v] = 0;
   }
-  const Array<Scalar> everywhere = matrix_ * u_;
+  matrix_->multiply_into(everywhere_, u_);
   double largest = 0;
   std::fill(load_.begin(), load_.end(), Scalar(0));
-  const auto& pattern = *matrix_.pattern;
+  const auto& pattern = *matrix_->pattern;
   const auto start_at = [&](Index v) {
-    load_[v] = everywhere[v];
+    load_[v] = everywhere_[v];
     largest = std::max(largest, magnitude(load_[v]));
   };
   for (Index j = 0; j < size; ++j) {
@@ -126,33 +138,39 @@ bool HeatFlow<Scalar>::start_anew() {
   return true;
 }
 
-/// Solves several flows by the same factor together. The hook is told what share of the vertices
-/// has a value.
+/// How many flows are solved together at most.
+inline constexpr std::size_t flows_at_once = 8;
+
+/// Solves flows by the same factor together. The hook is told what share of the vertices has a
+/// value.
 template <class Scalar>
-void finish(std::span<HeatFlow<Scalar>> flows, const LinearFactor<Scalar>& factor,
+void finish(std::span<HeatFlow<Scalar>* const> flows, const LinearFactor<Scalar>& factor,
             const CancelHook& cancelled = {}) {
-  std::vector<HeatFlow<Scalar>*> open;
-  for (auto& flow : flows) open.push_back(&flow);
-  while (!open.empty()) {
+  std::array<HeatFlow<Scalar>*, flows_at_once> open{};
+  auto end = std::copy(flows.begin(), flows.end(), open.begin());
+  while (end != open.begin()) {
     double done = 1;
-    std::vector<std::span<Scalar>> sides;
-    for (HeatFlow<Scalar>* flow : open) {
-      done = std::min(done, flow->done());
-      sides.emplace_back(flow->right_hand_side());
+    std::array<std::span<Scalar>, flows_at_once> sides;
+    auto side = sides.begin();
+    for (auto flow = open.begin(); flow != end; ++flow) {
+      done = std::min(done, (*flow)->done());
+      *side++ = (*flow)->right_hand_side();
     }
-    factor.solve_each(sides, cancelled.part(done, 1));
-    std::erase_if(open, [](HeatFlow<Scalar>* flow) { return !flow->goes_on(); });
+    factor.solve_each({sides.begin(), side}, cancelled.part(done, 1));
+    end = std::remove_if(open.begin(), end, [](auto* flow) { return !flow->goes_on(); });
   }
 }
 
 /// What one flow finds.
 template <class Scalar>
 [[nodiscard]] ScaledField<Scalar> heat_flow(const SymmetricMatrix<Scalar>& matrix,
-                                            const LinearFactor<Scalar>& factor, Array<Scalar> load,
-                                            const Array<char>& reached,
+                                            const LinearFactor<Scalar>& factor,
+                                            const Array<Scalar>& load, const Array<char>& reached,
                                             const CancelHook& cancelled = {}) {
-  HeatFlow<Scalar> flow(matrix, std::move(load), reached);
-  finish(std::span(&flow, 1), factor, cancelled);
+  HeatFlow<Scalar> flow;
+  flow.begin(matrix, load, reached);
+  HeatFlow<Scalar>* const one = &flow;
+  finish<Scalar>({&one, 1}, factor, cancelled);
   return std::move(flow).result();
 }
 

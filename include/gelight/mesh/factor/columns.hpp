@@ -2,10 +2,12 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <complex>
 #include <cstddef>
 
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/factor/front.hpp"
+#include "gelight/mesh/factor/numbers.hpp"
 
 namespace gelight::detail {
 
@@ -19,13 +21,22 @@ inline constexpr bool has_lanes = false;
 
 /// The same unknown of several systems of equations that are solved at once. (GCC takes the type of
 /// each half for aligned to its size, but does not say so.)
-struct alignas(64) Lanes {
+struct alignas(64) SystemLanes {
   static constexpr Index count = 8;
   static constexpr Index half = count / 2;
-  using Half [[gnu::vector_size(half * sizeof(double))]] = double;
 
-  Half low{}, high{};
+  Numbers<half> low{}, high{};
 
+  SystemLanes& operator+=(const SystemLanes& b) {
+    low += b.low;
+    high += b.high;
+    return *this;
+  }
+  SystemLanes& operator-=(const SystemLanes& b) {
+    low -= b.low;
+    high -= b.high;
+    return *this;
+  }
   [[nodiscard]] double operator[](Index lane) const {
     return lane < half ? low[lane] : high[lane - half];
   }
@@ -66,7 +77,7 @@ struct Columns {
       for (Index j = 0; j < count; ++j) rest -= x[j] * under(j);
     }
   }
-  void eliminate(Lanes* x) const {
+  void eliminate(SystemLanes* x) const {
     for (Index j = 0; j < count; ++j) {
       divide(x[j], (*this)[j][j]);
       for (Index i = j + 1; i < count; ++i) subtract(x[i], x[j], (*this)[j][i]);
@@ -92,12 +103,12 @@ struct Columns {
       x[j] /= (*this)[j][j];
     }
   }
-  void substitute(Lanes* x, Scalar* line) const {
+  void substitute(SystemLanes* x, Scalar* line) const {
     if (count == most) {
       subtract_dots(x);
     } else {
       const Eigen::Map<const Vector> rest(line, below());
-      for (Index lane = 0; lane < Lanes::count; ++lane) {
+      for (Index lane = 0; lane < SystemLanes::count; ++lane) {
         for (Index i = 0; i < below(); ++i) line[i] = x[count + i][lane];
         for (Index j = 0; j < count; ++j) x[j].set(lane, x[j][lane] - under(j).dot(rest));
       }
@@ -111,9 +122,7 @@ struct Columns {
 
  private:
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-  using Packet = typename Eigen::internal::packet_traits<Scalar>::type;
-  static constexpr Index width = Eigen::internal::unpacket_traits<Packet>::size;
-  static_assert(Lanes::count % width == 0);
+  static constexpr Index width = register_width;
 
   [[nodiscard]] Index below() const { return rows - count; }
   [[nodiscard]] auto under(Index j) const {
@@ -121,55 +130,74 @@ struct Columns {
   }
 
   // Of all the columns with what lies below them.
-  void subtract_dots(Scalar* x) const {
-    namespace simd = Eigen::internal;
-    const Scalar *const a = (*this)[0] + most, *const b = (*this)[1] + most;
-    const Scalar *const c = (*this)[2] + most, *const d = (*this)[3] + most;
-    const Scalar* const rest = x + most;
-    Packet sum_a = simd::pset1<Packet>(Scalar(0)), sum_b = sum_a, sum_c = sum_a, sum_d = sum_a;
-    const auto add = [](Packet& sum, const Scalar* column, const Packet& y) {
-      sum = simd::pmadd(simd::pconj(simd::ploadu<Packet>(column)), y, sum);
-    };
+  void subtract_dots(double* x) const {
+    using Packet = detail::Packet<double>;
+    const double *const a = under(0).data(), *const b = under(1).data();
+    const double *const c = under(2).data(), *const d = under(3).data();
+    const double* const rest = x + most;
+    Packet sum_a, sum_b, sum_c, sum_d;
     Index i = 0;
     for (; i + width <= below(); i += width) {
-      const Packet y = simd::ploadu<Packet>(rest + i);
-      add(sum_a, a + i, y);
-      add(sum_b, b + i, y);
-      add(sum_c, c + i, y);
-      add(sum_d, d + i, y);
+      const Packet y = Packet::load(rest + i);
+      sum_a.add_product(Packet::load(a + i), y);
+      sum_b.add_product(Packet::load(b + i), y);
+      sum_c.add_product(Packet::load(c + i), y);
+      sum_d.add_product(Packet::load(d + i), y);
     }
-    x[0] -= simd::predux(sum_a);
-    x[1] -= simd::predux(sum_b);
-    x[2] -= simd::predux(sum_c);
-    x[3] -= simd::predux(sum_d);
+    x[0] -= sum_a.sum();
+    x[1] -= sum_b.sum();
+    x[2] -= sum_c.sum();
+    x[3] -= sum_d.sum();
     for (; i < below(); ++i) {
-      x[0] -= conjugate(a[i]) * rest[i];
-      x[1] -= conjugate(b[i]) * rest[i];
-      x[2] -= conjugate(c[i]) * rest[i];
-      x[3] -= conjugate(d[i]) * rest[i];
+      x[0] -= a[i] * rest[i];
+      x[1] -= b[i] * rest[i];
+      x[2] -= c[i] * rest[i];
+      x[3] -= d[i] * rest[i];
     }
   }
+  void subtract_dots(std::complex<double>* x) const {
+    ColumnPair ab{}, cd{};
+    for (Index i = most; i < rows; ++i) {
+      ab.add_products((*this)[0][i], (*this)[1][i], x[i]);
+      cd.add_products((*this)[2][i], (*this)[3][i], x[i]);
+    }
+    for (Index j = 0; j < 2; ++j) {
+      x[j] -= Scalar(ab.real[j], ab.imaginary[j]);
+      x[2 + j] -= Scalar(cd.real[j], cd.imaginary[j]);
+    }
+  }
+  // Sums of two columns.
+  struct ColumnPair {
+    Numbers<2> real, imaginary;
 
-  static void divide(Lanes& x, double by) {
+    // Of the conjugates.
+    void add_products(const Scalar& first, const Scalar& second, const Scalar& y) {
+      const Numbers<2> re{first.real(), second.real()}, im{first.imag(), second.imag()};
+      real += re * y.real() + im * y.imag();
+      imaginary += re * y.imag() - im * y.real();
+    }
+  };
+
+  static void divide(SystemLanes& x, double by) {
     x.low /= by;
     x.high /= by;
   }
-  static void subtract(Lanes& from, const Lanes& x, double factor) {
+  static void subtract(SystemLanes& from, const SystemLanes& x, double factor) {
     from.low -= x.low * factor;
     from.high -= x.high * factor;
   }
-  static void add(Lanes& to, const Lanes& x, double factor) {
+  static void add(SystemLanes& to, const SystemLanes& x, double factor) {
     to.low += x.low * factor;
     to.high += x.high * factor;
   }
 
   // Takes from the rows below what the first ones change there.
-  void subtract_columns(Lanes* x) const {
+  void subtract_columns(SystemLanes* x) const {
     const Scalar *const a = (*this)[0], *const b = (*this)[1];
     const Scalar *const c = (*this)[2], *const d = (*this)[3];
-    const Lanes at_a = x[0], at_b = x[1], at_c = x[2], at_d = x[3];
+    const SystemLanes at_a = x[0], at_b = x[1], at_c = x[2], at_d = x[3];
     for (Index i = most; i < rows; ++i) {
-      Lanes rest = x[i];
+      SystemLanes rest = x[i];
       subtract(rest, at_a, a[i]);
       subtract(rest, at_b, b[i]);
       subtract(rest, at_c, c[i]);
@@ -178,30 +206,29 @@ struct Columns {
     }
   }
 
-  // Sums are of every width-th row and then put together, as packets of one system's rows do.
-  void subtract_dots(Lanes* x) const {
-    std::array<std::array<Lanes, most>, static_cast<std::size_t>(width)> sums;
+  // Sums are of every width-th row and then put together, as packets of one system's rows are.
+  void subtract_dots(SystemLanes* x) const {
+    std::array<std::array<SystemLanes, most>, width> sums;
     const Index whole = most + below() / width * width;
-    for (Index k = 0; k < width; ++k) sums[static_cast<std::size_t>(k)] = dots(x, most + k, whole);
+    for (Index k = 0; k < width; ++k) sums[std::size_t(k)] = dots(x, most + k, whole);
     for (std::size_t j = 0; j < most; ++j) {
-      for (Index lane = 0; lane < Lanes::count; ++lane) {
-        std::array<Scalar, static_cast<std::size_t>(width)> parts;
-        for (std::size_t k = 0; k < parts.size(); ++k) parts[k] = sums[k][j][lane];
-        const auto sum = Eigen::internal::predux(Eigen::internal::ploadu<Packet>(parts.data()));
-        x[j].set(lane, x[j][lane] - sum);
+      for (std::size_t half = width / 2; half > 0; half /= 2) {
+        for (std::size_t k = 0; k < half; ++k) sums[k][j] += sums[half + k][j];
       }
+      x[j] -= sums[0][j];
       for (Index i = whole; i < rows; ++i) {
         subtract(x[j], x[i], (*this)[static_cast<Index>(j)][i]);
       }
     }
   }
   // Of all the columns, over every width-th row.
-  [[nodiscard]] std::array<Lanes, most> dots(const Lanes* x, Index begin, Index end) const {
+  [[nodiscard]] std::array<SystemLanes, most> dots(const SystemLanes* x, Index begin,
+                                                   Index end) const {
     const Scalar *const a = (*this)[0], *const b = (*this)[1];
     const Scalar *const c = (*this)[2], *const d = (*this)[3];
-    Lanes of_a, of_b, of_c, of_d;
+    SystemLanes of_a, of_b, of_c, of_d;
     for (Index i = begin; i < end; i += width) {
-      const Lanes y = x[i];
+      const SystemLanes y = x[i];
       add(of_a, y, a[i]);
       add(of_b, y, b[i]);
       add(of_c, y, c[i]);

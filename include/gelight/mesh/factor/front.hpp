@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "gelight/core/types.hpp"
+#include "gelight/mesh/factor/numbers.hpp"
 
 namespace gelight::detail {
 
@@ -50,11 +51,8 @@ class Front {
 
  private:
   using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
-  using Packet = typename Eigen::internal::packet_traits<Scalar>::type;
-  struct Lanes {
-    Packet values;
-  };
-  static constexpr Index width = Eigen::internal::unpacket_traits<Packet>::size;
+  using Packet = detail::Packet<Scalar>;
+  static constexpr Index width = Packet::width;
   static constexpr Index tile_columns = 4;
   static constexpr Index small_height = 128;
   static_assert(2 * width + tile_columns <= overhang);
@@ -102,36 +100,35 @@ class Front {
   // the target's first row on.
   void subtract_products(const Columns& target, const Scalar* row, Index count) const {
     if (count == 0) return;
+    constexpr Index most = std::is_floating_point_v<Scalar> ? 2 : 1;  // packets
     Index i = 0;
-    for (; target.rows - i > width; i += 2 * width) subtract_tile<2>(target, i, row, count);
+    for (; target.rows - i > (most - 1) * width; i += most * width) {
+      subtract_tile<most>(target, i, row, count);
+    }
     if (i < target.rows) subtract_tile<1>(target, i, row, count);
   }
 
   // The same for the rows from the i-th on that fit in some packets, with the sums in registers.
-  template <std::size_t packets>
+  template <Index packets>
   void subtract_tile(const Columns& target, Index i, const Scalar* right, Index count) const {
-    namespace simd = Eigen::internal;
     const Scalar* left = right + i;
-    std::array<std::array<Lanes, packets>, tile_columns> sum;
-    for (auto& column : sum) column.fill({simd::pset1<Packet>(Scalar(0))});
+    Packet sum[tile_columns][packets];
     for (Index k = 0; k < count; ++k, left += height_, right += height_) {
-      std::array<Lanes, packets> x;
-      for (std::size_t p = 0; p < packets; ++p) {
-        x[p].values = simd::ploadu<Packet>(left + p * width);
-      }
-      for (std::size_t j = 0; j < tile_columns; ++j) {
-        const Packet y = simd::pset1<Packet>(conjugate(right[j]));
-        for (std::size_t p = 0; p < packets; ++p) {
-          sum[j][p].values = simd::pmadd(x[p].values, y, sum[j][p].values);
-        }
+      Packet x[packets];
+      for (Index p = 0; p < packets; ++p) x[p] = Packet::load(left + p * width);
+      for (Index j = 0; j < tile_columns; ++j) {
+        const Scalar y = conjugate(right[j]);
+        for (Index p = 0; p < packets; ++p) sum[j][p].add_product(x[p], y);
       }
     }
     for (Index j = 0; j < target.count; ++j) {
       Index row = i;
-      for (const Lanes& lanes : sum[static_cast<std::size_t>(j)]) {
+      for (const Packet& packet : sum[j]) {
         if (row >= target.rows) break;
         Scalar* const at = target[j] + row;
-        store(at, simd::psub(simd::ploadu<Packet>(at), lanes.values), target.rows - row);
+        Packet rest = Packet::load(at);
+        rest.subtract(packet);
+        rest.store(at, target.rows - row);
         row += width;
       }
     }
@@ -139,7 +136,6 @@ class Front {
 
   // Turns columns that lack only each other's products into those of the factor.
   static void finish(const Columns& columns) {
-    namespace simd = Eigen::internal;
     std::array<double, tile_columns> inverses{};
     double* const inverse = inverses.data();
     for (Index j = 0; j < columns.count; ++j) {
@@ -156,26 +152,15 @@ class Front {
       for (Index i = j + 1; i < columns.count; ++i) column[i] *= inverse[j];
     }
     for (Index i = columns.count; i < columns.rows; i += width) {
-      std::array<Lanes, tile_columns> lanes;
+      Packet packets[tile_columns];
       for (Index j = 0; j < columns.count; ++j) {
-        Packet x = simd::ploadu<Packet>(columns[j] + i);
-        for (Index k = 0; k < j; ++k) {
-          const Packet factor = simd::pset1<Packet>(conjugate(columns[k][j]));
-          x = simd::psub(x, simd::pmul(lanes.data()[k].values, factor));
-        }
-        x = simd::pmul(x, simd::pset1<Packet>(Scalar(inverse[j])));
-        lanes.data()[j].values = x;
-        store(columns[j] + i, x, columns.rows - i);
+        Packet& x = packets[j];
+        x = Packet::load(columns[j] + i);
+        for (Index k = 0; k < j; ++k) x.subtract_product(packets[k], conjugate(columns[k][j]));
+        x.scale(inverse[j]);
+        x.store(columns[j] + i, columns.rows - i);
       }
     }
-  }
-
-  // As many of the packet's values as there is room for.
-  static void store(Scalar* at, const Packet& packet, Index room) {
-    if (room >= width) return Eigen::internal::pstoreu(at, packet);
-    std::array<Scalar, width> values;
-    Eigen::internal::pstoreu(values.data(), packet);
-    for (Index k = 0; k < room; ++k) at[k] = values.data()[k];
   }
 
   static void require_positive(bool is_positive) {
