@@ -709,7 +709,6 @@ auto HeatSolver<T>::solve(std::span<const Source<T>> sources) const -> HeatResul
 template <std::floating_point T>
 void HeatSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query) const {
   const Solution result = solution(std::move(query.sources));
-  query.distance.resize(result.distance.size());
   for (Index v = 0; v < surface_.vertex_count(); ++v) query.distance[v] = result.distance_of(v);
 }
 
