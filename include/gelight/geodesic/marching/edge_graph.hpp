@@ -67,10 +67,7 @@ class EdgeGraph {
   ///@}
 
   /// Length of the edge between two vertices.
-  [[nodiscard]] Real length(Index a, Index b) const {
-    const Real length = std::sqrt(squared_length(a, b));
-    return length < shortest_length ? Real(0) : length;
-  }
+  [[nodiscard]] Real length(Index a, Index b) const { return root(squared_length(a, b)); }
 
   /// The sum of the lengths of all edges.
   [[nodiscard]] Real total_length() const {
@@ -141,11 +138,18 @@ class EdgeGraph {
  private:
   using Mesh = Surface<Real>;
 
-  // Lengths are told apart by their exponent and three binary digits; those below the 255 largest
-  // such classes, 2^-31 of the longest, are in one.
-  static constexpr int class_shift = 49, class_count = 256;
-  static std::int64_t class_of(Real length) {
-    return static_cast<std::int64_t>(bit_cast<std::uint64_t>(double{length}) >> class_shift);
+  // Lengths are told apart by the exponent and two binary digits of their squares; those below the
+  // 255 largest such classes, 2^-32 of the longest, are in one.
+  static constexpr int class_shift = 50, class_count = 256;
+  static std::int64_t class_of(Real squared_length) {
+    return static_cast<std::int64_t>(bit_cast<std::uint64_t>(double{squared_length}) >>
+                                     class_shift);
+  }
+
+  // What Surface measures: a square vanishes or rounds for lengths only that count as none.
+  static Real root(Real squared_length) {
+    const Real length = std::sqrt(squared_length);
+    return length < shortest_length ? Real(0) : length;
   }
 
   template <TriangleMesh M>
@@ -270,22 +274,21 @@ class EdgeGraph {
   [[nodiscard]] bool measure() {
     Real most = 0;
     for_each_edge([&](Index a, Index b) { most = std::max(most, squared_length(a, b)); });
-    const Real longest = std::sqrt(most);
-    if (longest < shortest_length) {
+    if (root(most) == 0) {
       bool any_apart = false;
       for_each_edge([&](Index a, Index b) { any_apart |= positions_[a] != positions_[b]; });
       if (any_apart) return false;
     }
-    const std::int64_t below = class_of(longest) - (class_count - 1);
-    for (std::int64_t c = 1; c < class_count; ++c) {
+    const std::int64_t below = class_of(most) - (class_count - 1);
+    for (std::int64_t c = std::max<std::int64_t>(1, -below); c < class_count; ++c) {
       const auto bits = static_cast<std::uint64_t>(below + c) << class_shift;
-      least_[static_cast<std::size_t>(c)] = static_cast<Real>(bit_cast<double>(bits));
+      least_[static_cast<std::size_t>(c)] = root(static_cast<Real>(bit_cast<double>(bits)));
     }
     std::array<Index, class_count> counts{};
     classes_.reserve(neighbours_.size());
     for (Index v = 0; v < vertex_count(); ++v) {
       for (Index i = begin_[v]; i < begin_[v + 1]; ++i) {
-        const std::int64_t c = class_of(length(v, neighbours_[i])) - below;
+        const std::int64_t c = class_of(squared_length(v, neighbours_[i])) - below;
         classes_.push_back(static_cast<std::uint8_t>(std::max<std::int64_t>(c, 0)));
         ++counts[classes_.back()];
       }
