@@ -41,9 +41,9 @@ struct DijkstraOptions {
 /// A source on an edge or in a face reaches the vertices of its faces by straight lines. Start
 /// distances may be negative. On icospheres of any level the mean error is 7 to 9 %, the largest 21
 /// to 24 %; on 24 meshes like a scanner's 6.7 % (median) to 16 %, up to 150 % at a vertex; on
-/// needles more. Set-up and queries take about linear time. Without Steiner points a solver keeps
-/// 82 bytes a vertex, and takes about 92 at its peak with an answer of double
-/// (distance_into_memory_test); the first source on an edge adds 28.
+/// needles more. Set-up and queries take about linear time.
+/// Without Steiner points less than 105 bytes a vertex are taken from the mesh to the first answer
+/// (distance_into_memory_test); the first source on an edge takes 28 more.
 template <std::floating_point T>
 class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
  public:
@@ -122,7 +122,7 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
 template <std::floating_point T>
 void DijkstraSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query) const {
   auto& [sources, starts, distance] = query;
-  of_mesh([&](const auto& mesh) { starts.move_to_zero(mesh, sources); });
+  of_mesh([&](const auto& mesh) { query.starts.move_to_zero(mesh, query.sources); });
   if (graph_) {
     solve_along_edges(sources, distance);
   } else {
