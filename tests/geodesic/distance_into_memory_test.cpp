@@ -117,3 +117,15 @@ TEST_CASE("distance_into takes no memory for a question of a kind it was asked b
     check_solvers<float>(mesh);
   }
 }
+
+TEST_CASE(
+    "Dijkstra's method takes less than 105 bytes a vertex from the mesh to its first answer") {
+  const auto mesh = icosphere<double>(6);
+  const std::size_t before = test::bytes_taken;
+  const DijkstraSolver solver(mesh);
+  const auto distance = solver.distance(7);
+  // All that was taken, at whatever time, so that no peak is higher.
+  const std::size_t taken = test::bytes_taken - before;
+  CHECK(distance[7] == 0);
+  CHECK(taken < 105 * mesh.positions.size());
+}

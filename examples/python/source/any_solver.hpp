@@ -2,6 +2,7 @@
 
 // Any distance solver as one type, so that what takes one is compiled once for all of them.
 
+#include <algorithm>
 #include <functional>
 #include <span>
 #include <utility>
@@ -26,7 +27,7 @@ class AnySolver : public gelight::detail::DistanceQueries<AnySolver, double> {
   [[nodiscard]] const Surface& surface() const { return surface_; }
   void solve_vertices(gelight::detail::DistanceQuery<double>& query) const {
     const std::vector<double> found = solve_(query.sources);
-    query.distance.assign(found.begin(), found.end());
+    std::copy(found.begin(), found.end(), query.distance.begin());
   }
 
  private:

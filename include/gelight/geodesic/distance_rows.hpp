@@ -37,8 +37,11 @@ using DistanceScalar =
 /// Throws InvalidInput for a source that is not of the solver's surface, where that is known.
 template <class Solver, class Place>
 void require_sources(const Solver& solver, std::span<const Place> sources) {
-  if constexpr (requires { checked_sources(solver.surface(), sources); }) {
-    if (!sources.empty()) (void)checked_sources(solver.surface(), sources);
+  if (sources.empty()) return;
+  if constexpr (requires { solver.require_sources(sources); }) {
+    solver.require_sources(sources);
+  } else if constexpr (requires { checked_sources(solver.surface(), sources); }) {
+    (void)checked_sources(solver.surface(), sources);
   }
 }
 

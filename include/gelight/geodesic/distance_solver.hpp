@@ -48,30 +48,30 @@ struct WorkingPrecision {
 
 using Sources = Array<Source<double>>;
 
-template <std::floating_point Real, std::floating_point T>
-[[nodiscard]] Source<Real> checked_source(const Surface<Real>& surface, const Source<T>& source,
+// Of any mesh that can be asked as a Surface can: here and below.
+template <class Mesh, std::floating_point T, class Real = typename Mesh::Scalar>
+[[nodiscard]] Source<Real> checked_source(const Mesh& mesh, const Source<T>& source,
                                           std::size_t number) {
-  surface.require_point(source.point);
+  mesh.require_point(source.point);
   require(std::isfinite(source.distance), "source ", number, " starts with distance ",
           source.distance, ", which is not finite");
   return {source.point.template cast<Real>(), Real{source.distance}};
 }
-template <std::floating_point Real>
-[[nodiscard]] Source<Real> checked_source(const Surface<Real>& surface, Index vertex, std::size_t) {
-  surface.require_vertex(vertex);
+template <class Mesh, class Real = typename Mesh::Scalar>
+[[nodiscard]] Source<Real> checked_source(const Mesh& mesh, Index vertex, std::size_t) {
+  mesh.require_vertex(vertex);
   return {vertex_point<Real>(vertex), 0};
 }
 
 /// Sources in the precision that is worked in. They take the place of `old` ones, whose memory
 /// serves again.
-template <std::floating_point Real, class Place>
-[[nodiscard]] Array<Source<Real>> checked_sources(const Surface<Real>& surface,
-                                                  std::span<const Place> sources,
+template <class Mesh, class Place, class Real = typename Mesh::Scalar>
+[[nodiscard]] Array<Source<Real>> checked_sources(const Mesh& mesh, std::span<const Place> sources,
                                                   Array<Source<Real>> old = {}) {
   require(!sources.empty(), "there is no source");
   old.clear();
   old.reserve(sources.size());
-  for (const Place& source : sources) old.push_back(checked_source(surface, source, old.size()));
+  for (const Place& source : sources) old.push_back(checked_source(mesh, source, old.size()));
   return old;
 }
 
@@ -87,7 +87,8 @@ struct Starts {
 
   /// Moves the start distances so that the earliest of each connected part is 0, and keeps what
   /// those were. Sources that others have overtaken before they start are dropped.
-  void move_to_zero(const Surface<Real>& surface, Array<Source<Real>>& sources);
+  template <class Mesh>
+  void move_to_zero(const Mesh& mesh, Array<Source<Real>>& sources);
 };
 
 /// A number no less than the length of any shortest path.
@@ -99,15 +100,16 @@ template <std::floating_point Real>
 }
 
 /// The connected part in which a point lies, by the number that Surface::components gives it.
-template <std::floating_point Real>
-[[nodiscard]] Index part_of(const Surface<Real>& surface, const SurfacePoint<Real>& point) {
+template <class Mesh, std::floating_point Real>
+[[nodiscard]] Index part_of(const Mesh& mesh, const SurfacePoint<Real>& point) {
   const Index element = point.element[0];
   const bool is_face = point.kind == SurfacePoint<Real>::Kind::face;
-  return surface.components()[is_face ? surface.face(element)[0] : element];
+  return mesh.components()[is_face ? mesh.face(element)[0] : element];
 }
 
 template <std::floating_point Real>
-void Starts<Real>::move_to_zero(const Surface<Real>& surface, Array<Source<Real>>& sources) {
+template <class Mesh>
+void Starts<Real>::move_to_zero(const Mesh& mesh, Array<Source<Real>>& sources) {
   of_vertex.clear();
   left.clear();
   const auto is_earlier = [](const auto& a, const auto& b) { return a.distance < b.distance; };
@@ -119,20 +121,20 @@ void Starts<Real>::move_to_zero(const Surface<Real>& surface, Array<Source<Real>
     return;
   }
   // The earliest of each part, where its number is.
-  const Array<Index>& components = surface.components();
+  const Array<Index>& components = mesh.components();
   Array<Real>& starts = of_vertex;
   starts.assign(components.size(), unreachable<Real>);
   for (const auto& source : sources) {
-    Real& start = starts[part_of(surface, source.point)];
+    Real& start = starts[part_of(mesh, source.point)];
     start = std::min(start, source.distance);
   }
   bool parts_differ = false;
   for (auto& source : sources) {
-    const Real start = starts[part_of(surface, source.point)];
+    const Real start = starts[part_of(mesh, source.point)];
     parts_differ |= start != earliest;
     source.distance -= start;
   }
-  const Real overtaken = longest_way(surface);
+  const Real overtaken = longest_way(mesh);
   for (std::size_t i = 0; i < sources.size(); ++i) {
     if (!(sources[i].distance > overtaken)) left.push_back(static_cast<Index>(i));
   }
@@ -143,7 +145,7 @@ void Starts<Real>::move_to_zero(const Surface<Real>& surface, Array<Source<Real>
 
   if (!parts_differ) return starts.clear();
   common = 0;
-  for (Index v = 0; v < surface.vertex_count(); ++v) {
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
     const Real start = starts[components[v]];  // a part's least vertex comes first
     starts[v] = start < unreachable<Real> ? start : 0;
   }
@@ -162,7 +164,7 @@ template <std::floating_point Real>
 struct DistanceQuery {
   Array<Source<Real>> sources;
   Starts<Real> starts;
-  Array<Real> distance;  // of each vertex; +infinity before it is solved
+  Slice<Real> distance;  // of each vertex; +infinity before it is solved
 };
 
 /// Whether T holds a distance: +infinity means unreachable and 0 no way at all, so that a number
@@ -211,18 +213,48 @@ class DistanceQueries {
   void distance_into(std::span<T> out, std::span<const Index> vertices) const;
   void distance_into(std::span<T> out, std::span<const Source<T>> sources) const;
 
+  /// Throws InvalidInput for sources that queries refuse.
+  ///@{
+  void require_sources(std::span<const Index> vertices) const { (void)checked(vertices); }
+  void require_sources(std::span<const Source<T>> sources) const { (void)checked(sources); }
+  ///@}
+
  protected:
   /// The same as `solve(query)` does it.
   template <class Place>
   void put_distances(std::span<T> out, std::span<const Place> sources, const auto& solve) const;
 
  private:
+  // What is used again by later queries.
+  struct Memory {
+    DistanceQuery<double> query;
+    Array<double> distances;
+  };
+
   [[nodiscard]] const Solver& solver() const { return static_cast<const Solver&>(*this); }
-  [[nodiscard]] const Surface<double>& surface() const { return solver().surface(); }
+
+  // The answer of the mesh that sources are of: the surface, if the solver knows none that is
+  // smaller.
+  [[nodiscard]] auto of_mesh(const auto& ask) const {
+    if constexpr (requires { solver().of_mesh(ask); }) {
+      return solver().of_mesh(ask);
+    } else {
+      return ask(solver().surface());
+    }
+  }
+  [[nodiscard]] std::size_t vertex_count() const {
+    return of_mesh([](const auto& mesh) { return static_cast<std::size_t>(mesh.vertex_count()); });
+  }
+  template <class Place>
+  [[nodiscard]] Array<Source<double>> checked(std::span<const Place> sources,
+                                              Array<Source<double>> old = {}) const {
+    return of_mesh(
+        [&](const auto& mesh) { return checked_sources(mesh, sources, std::move(old)); });
+  }
 
   void require_size(std::span<T> out) const {
-    require(out.size() == static_cast<std::size_t>(surface().vertex_count()), "the output has ",
-            out.size(), " elements, the mesh ", surface().vertex_count(), " vertices");
+    require(out.size() == vertex_count(), "the output has ", out.size(), " elements, the mesh ",
+            vertex_count(), " vertices");
   }
   static void copy(const Array<double>& distances, std::span<T> out) {
     Index v = 0;
@@ -230,33 +262,48 @@ class DistanceQueries {
     std::size_t i = 0;
     for (const double d : distances) out[i++] = static_cast<T>(d);
   }
-  static std::vector<T> to_vector(const Array<double>& distances) {
-    std::vector<T> out(distances.size());
-    copy(distances, out);
+
+  template <class Place>
+  [[nodiscard]] std::vector<T> answer(std::span<const Place> sources) const;
+  template <class Place>
+  void answer_into(std::span<T> out, std::span<const Place> sources, const auto& solve) const;
+  [[nodiscard]] auto by_solver() const {
+    return [this](DistanceQuery<double>& query) { solver().solve_vertices(query); };
+  }
+
+  std::shared_ptr<Pool<Memory>> memories_ = std::make_shared<Pool<Memory>>();
+};
+
+// Where the result is made of what is worked with, in its own memory.
+template <class Solver, std::floating_point T>
+template <class Place>
+auto DistanceQueries<Solver, T>::answer(std::span<const Place> sources) const -> std::vector<T> {
+  if constexpr (std::same_as<T, double>) {
+    const typename Pool<Memory>::Borrowed borrowed(*memories_);
+    DistanceQuery<double>& query = (*borrowed).query;
+    query.sources = checked(sources, std::move(query.sources));
+    std::vector<T> out(vertex_count(), unreachable<double>);
+    query.distance = out;
+    solver().solve_vertices(query);
+    return out;
+  } else {
+    std::vector<T> out(vertex_count());
+    answer_into(std::span(out), sources, by_solver());
     return out;
   }
-
-  // What `take` makes of the distances that `solve` puts.
-  template <class Place>
-  auto with_distances(std::span<const Place> sources, const auto& solve, const auto& take) const;
-  [[nodiscard]] auto by_solver() const {
-    return [this](Query& query) { solver().solve_vertices(query); };
-  }
-
-  using Query = DistanceQuery<double>;
-  std::shared_ptr<Pool<Query>> queries_ = std::make_shared<Pool<Query>>();
-};
+}
 
 template <class Solver, std::floating_point T>
 template <class Place>
-auto DistanceQueries<Solver, T>::with_distances(std::span<const Place> sources, const auto& solve,
-                                                const auto& take) const {
-  const typename Pool<Query>::Borrowed borrowed(*queries_);
-  Query& query = *borrowed;
-  query.sources = checked_sources(surface(), sources, std::move(query.sources));
-  query.distance.assign(static_cast<std::size_t>(surface().vertex_count()), unreachable<double>);
+void DistanceQueries<Solver, T>::answer_into(std::span<T> out, std::span<const Place> sources,
+                                             const auto& solve) const {
+  const typename Pool<Memory>::Borrowed borrowed(*memories_);
+  auto& [query, distances] = *borrowed;
+  query.sources = checked(sources, std::move(query.sources));
+  distances.assign(out.size(), unreachable<double>);
+  query.distance = distances;
   solve(query);
-  return take(query.distance);
+  copy(distances, out);
 }
 
 template <class Solver, std::floating_point T>
@@ -264,18 +311,18 @@ template <class Place>
 void DistanceQueries<Solver, T>::put_distances(std::span<T> out, std::span<const Place> sources,
                                                const auto& solve) const {
   require_size(out);
-  with_distances(sources, solve, [&](const Array<double>& found) { copy(found, out); });
+  answer_into(out, sources, solve);
 }
 
 template <class Solver, std::floating_point T>
 auto DistanceQueries<Solver, T>::distance(std::span<const Index> vertices) const -> std::vector<T> {
-  return with_distances(vertices, by_solver(), to_vector);
+  return answer(vertices);
 }
 
 template <class Solver, std::floating_point T>
 auto DistanceQueries<Solver, T>::distance(std::span<const Source<T>> sources) const
     -> std::vector<T> {
-  return with_distances(sources, by_solver(), to_vector);
+  return answer(sources);
 }
 
 template <class Solver, std::floating_point T>

@@ -562,7 +562,6 @@ void ExactSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query,
   limits.keep_windows = false;
   limits.faces_to_keep.clear();
   run(*workspace, sources, limits);
-  distance.resize((*workspace).distances.size());
   for (Index v = 0; v < surface_.vertex_count(); ++v) {
     const Real d = (*workspace).distances[v];
     distance[v] = d <= (*workspace).bound_at(v) ? d + starts.at(v) : unreachable<Real>;

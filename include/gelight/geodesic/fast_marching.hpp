@@ -338,7 +338,6 @@ void FastMarchingSolver<T>::solve_vertices(detail::DistanceQuery<double>& query)
   } else {
     march<false>(front);
   }
-  distance.resize(static_cast<std::size_t>(surface_.vertex_count()));
   for (Index v = 0; v < surface_.vertex_count(); ++v) {
     distance[v] = starts.at(v) + (several ? front.best(v) : front.nodes[v].distance);
   }

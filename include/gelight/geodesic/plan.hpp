@@ -619,7 +619,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   [[nodiscard]] PlannedDistances<T> run(detail::Sources sources) const;
   void solve_vertices(detail::DistanceQuery<double>& query) const {
     const auto found = run(std::move(query.sources)).distance;
-    query.distance.assign(found.begin(), found.end());
+    std::copy(found.begin(), found.end(), query.distance.begin());
   }
   [[nodiscard]] bool may_escalate() const {
     return chosen_ != Method::exact && plan_.expected_to_satisfy && within_limits(Method::exact);

@@ -272,7 +272,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
 
   void solve_vertices(detail::DistanceQuery<Real>& query) const {
     const auto found = solve_checked(std::move(query.sources)).distance;
-    query.distance.assign(found.begin(), found.end());
+    std::copy(found.begin(), found.end(), query.distance.begin());
   }
 
   [[nodiscard]] SmoothDistances<T> solve_checked(detail::Array<Source<Real>> sources) const {

@@ -113,7 +113,6 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
       front.places.push_back(
           {corner, surface_.difference(vertex_point<double>(corner), source.point)});
     }
-    distance.assign(static_cast<std::size_t>(surface_.vertex_count()), unreachable<double>);
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       for (Index n = v; n >= 0; n = front.nodes[n].next) {
         const Node& node = front.nodes[n];
@@ -131,7 +130,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   // No vertex is farther than by way of a neighbour: an image that was taken for too near, before
   // the straight line said so, may have won over that way.
-  void relax_edges(detail::Array<double>& distance, detail::Array<Index>& nearer) const {
+  void relax_edges(detail::Slice<double> distance, detail::Array<Index>& nearer) const {
     nearer.clear();
     const auto relax = [&](Index v) {
       for (Index s = begin_[v]; s < begin_[v + 1]; ++s) {

@@ -7,7 +7,6 @@
 
 #include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
 namespace gelight::detail {
@@ -17,12 +16,12 @@ namespace gelight::detail {
 /// left to the other two corners of a face a share as small counts as none too: then the point lies
 /// on an edge. So its direction from the vertex stays, however near it is. Equal points become
 /// equal in name. The one rule by which sources, queries and paths are at a vertex or on an edge.
-template <std::floating_point T>
-[[nodiscard]] SurfacePoint<T> simplified(const Surface<T>& surface, const SurfacePoint<T>& point) {
+template <class Mesh, std::floating_point T>
+[[nodiscard]] SurfacePoint<T> simplified(const Mesh& mesh, const SurfacePoint<T>& point) {
   using Kind = typename SurfacePoint<T>::Kind;
   if (point.kind == Kind::vertex) return point;
   std::array<Index, 3> vertices{point.element[0], point.element[1], -1};
-  if (point.kind == Kind::face) vertices = surface.face(point.element[0]);
+  if (point.kind == Kind::face) vertices = mesh.face(point.element[0]);
   const auto& w = point.weights;
   const auto main = static_cast<std::size_t>(std::max_element(w.begin(), w.end()) - w.begin());
   const std::size_t a = (main + 1) % 3, b = (main + 2) % 3;

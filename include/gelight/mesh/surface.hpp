@@ -44,6 +44,54 @@ namespace detail {
   return parent;
 }
 
+/// Groups half-edges by their origins, given those of all, into `corners`, which has room for them.
+/// Returns where each vertex' half-edges begin, and one more.
+[[nodiscard]] inline Array<Index> group_corners(Index vertex_count, const Array<Index>& origins,
+                                                Index* corners) {
+  Array<Index> begin(static_cast<std::size_t>(vertex_count) + 1, 0);
+  for (const Index v : origins) ++begin[v];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  // From each vertex' end down, so that what began as its end is left as its beginning.
+  for (Index h = static_cast<Index>(origins.size()) - 1; h >= 0; --h) {
+    corners[--begin[origins[h]]] = h;
+  }
+  return begin;
+}
+
+/// Throws InvalidInput for a vertex that a mesh with so many does not have.
+inline void require_vertex_of(Index vertex_count, Index vertex) {
+  require(vertex >= 0 && vertex < vertex_count, "vertex ", vertex,
+          " is out of range, the mesh has ", vertex_count, " vertices");
+}
+
+/// Throws InvalidInput as Surface::require_point does, for a mesh whose `are_joined(a, b)` tells
+/// whether there is an edge between two vertices.
+template <std::floating_point U>
+void require_point_of(Index vertex_count, Index face_count, const SurfacePoint<U>& point,
+                      const auto& are_joined) {
+  using Kind = typename SurfacePoint<U>::Kind;
+  const auto& [a, b] = point.element;
+  if (point.kind == Kind::face) {
+    require(a >= 0 && a < face_count, "face ", a, " is out of range, the mesh has ", face_count,
+            " faces");
+  } else {
+    require_vertex_of(vertex_count, a);
+  }
+  if (point.kind == Kind::edge) {
+    require_vertex_of(vertex_count, b);
+    require(are_joined(a, b), "there is no edge between vertices ", a, " and ", b);
+  }
+  const auto& w = point.weights;
+  const U off = std::abs(w[0] + w[1] + w[2] - 1);
+  require(w[0] >= 0 && w[1] >= 0 && w[2] >= 0 && off <= share_rounding<U>, "weights (", w[0], ", ",
+          w[1], ", ", w[2], ") of a point on ",
+          point.kind == Kind::face ? "face " : "an edge at vertex ", a,
+          " are negative or do not sum to 1");
+}
+
+/// What a hook is told that long work is while a mesh is read.
+inline constexpr const char* reading_mesh = "the reading of a mesh";
+
 }  // namespace detail
 
 /// An immutable snapshot of a triangle mesh in flat arrays, with its half-edges.
@@ -156,34 +204,14 @@ class Surface {
   }
 
   /// Throws InvalidInput for a vertex that is not of this surface.
-  void require_vertex(Index vertex) const {
-    detail::require(vertex >= 0 && vertex < vertex_count(), "vertex ", vertex,
-                    " is out of range, the mesh has ", vertex_count(), " vertices");
-  }
+  void require_vertex(Index vertex) const { detail::require_vertex_of(vertex_count(), vertex); }
 
   /// Throws InvalidInput for a point whose vertex, edge or face is not of this surface, or whose
   /// weights are negative, not finite, or do not sum to 1 within 16 epsilon of the point's scalar.
   template <std::floating_point U>
   void require_point(const SurfacePoint<U>& point) const {
-    using Kind = typename SurfacePoint<U>::Kind;
-    const auto& [a, b] = point.element;
-    if (point.kind == Kind::face) {
-      detail::require(a >= 0 && a < face_count(), "face ", a, " is out of range, the mesh has ",
-                      face_count(), " faces");
-    } else {
-      require_vertex(a);
-    }
-    if (point.kind == Kind::edge) {
-      require_vertex(b);
-      detail::require(find_halfedge(a, b) >= 0, "there is no edge between vertices ", a, " and ",
-                      b);
-    }
-    const auto& w = point.weights;
-    const U off = std::abs(w[0] + w[1] + w[2] - 1);
-    detail::require(w[0] >= 0 && w[1] >= 0 && w[2] >= 0 && off <= detail::share_rounding<U>,
-                    "weights (", w[0], ", ", w[1], ", ", w[2], ") of a point on ",
-                    point.kind == Kind::face ? "face " : "an edge at vertex ", a,
-                    " are negative or do not sum to 1");
+    detail::require_point_of(vertex_count(), face_count(), point,
+                             [&](Index a, Index b) { return find_halfedge(a, b) >= 0; });
   }
 
  private:
@@ -233,13 +261,11 @@ class Surface {
   template <TriangleMesh M>
   static std::shared_ptr<const Data> snapshot(const M& mesh, const CancelHook& cancelled);
 
-  static constexpr const char* reading = "the reading of a mesh";
-
   template <TriangleMesh M>
   static void copy_positions(const M& mesh, Data& data, const CancelHook& cancelled) {
     const auto count = checked_count(MeshTraits<M>::vertex_count(mesh), 1, "vertices");
     data.positions.resize(static_cast<std::size_t>(count));
-    detail::PeriodicCheck progress(cancelled, count, reading);
+    detail::PeriodicCheck progress(cancelled, count, detail::reading_mesh);
     for (Index v = 0; v < count; ++v) {
       const auto& p = MeshTraits<M>::position(mesh, v);
       const Vec3<T> q(static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2]));
@@ -267,7 +293,7 @@ class Surface {
     const auto vertices = static_cast<Index>(data.positions.size());
     data.vertices.resize(3 * static_cast<std::size_t>(count));
     Index* to = data.vertices.data();
-    detail::PeriodicCheck progress(cancelled, count, reading);
+    detail::PeriodicCheck progress(cancelled, count, detail::reading_mesh);
     for (Index f = 0; f < count; ++f, to += 3) {
       const std::array<Index, 3> face = MeshTraits<M>::face(mesh, f);
       const auto [a, b, c] = face;
@@ -303,14 +329,9 @@ class Surface {
   }
 
   static void link_corners(Data& data) {
-    data.corner_begin.assign(data.positions.size() + 1, 0);
-    for (const Index v : data.vertices) ++data.corner_begin[v];
-    std::partial_sum(data.corner_begin.begin(), data.corner_begin.end(), data.corner_begin.begin());
     data.corners.resize(data.vertices.size());
-    // From each vertex' end down, so that what began as its end is left as its beginning.
-    for (Index h = static_cast<Index>(data.vertices.size()) - 1; h >= 0; --h) {
-      data.corners[--data.corner_begin[data.vertices[h]]] = h;
-    }
+    data.corner_begin = detail::group_corners(static_cast<Index>(data.positions.size()),
+                                              data.vertices, data.corners.data());
   }
 
   // The last half-edge that was found between a vertex and a lower one.
@@ -337,7 +358,7 @@ class Surface {
     const auto half_edges = static_cast<Index>(data.vertices.size());
     double longest = 0;
     bool any_crowded = false;  // an edge of three faces or more
-    detail::PeriodicCheck progress(cancelled, count, reading);
+    detail::PeriodicCheck progress(cancelled, count, detail::reading_mesh);
     for (Index v = 0; v < count; ++v) {
       const auto join = [&](Index h, Index end, Index apex) {
         if (end < v) return;

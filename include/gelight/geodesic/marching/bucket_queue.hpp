@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -29,8 +30,10 @@ class BucketQueue {
     round_end_ = bucket_count;
     later_.clear();
     passed_.clear();
-    buckets_.resize(bucket_count);
-    for (auto& bucket : buckets_) bucket.clear();
+    newest_.fill(none);
+    entries_.clear();
+    below_.clear();
+    free_ = none;
   }
 
   void push(Index vertex, Real key) {
@@ -45,11 +48,14 @@ class BucketQueue {
 
   [[nodiscard]] bool empty() const { return count_ == 0; }
 
-  /// The vertex that probably comes out next, or after `ahead` others, or `unknown`.
-  [[nodiscard]] Index next_or(Index unknown, std::ptrdiff_t ahead = 0) const {
-    if (!passed_.empty()) return std::ssize(passed_) > ahead ? passed_[ahead].first : unknown;
-    const auto& bucket = buckets_[front_ % bucket_count];
-    return std::ssize(bucket) > ahead ? bucket.end()[-1 - ahead].first : unknown;
+  /// The vertex that probably comes out next, or after `ahead` others, a few, or `unknown`.
+  [[nodiscard]] Index next_or(Index unknown, std::uint32_t ahead = 0) const {
+    if (!passed_.empty()) return passed_.size() > ahead ? passed_[ahead].first : unknown;
+    const Place newest = newest_[front_ % bucket_count];
+    if (newest == none) return unknown;
+    if (newest % piece >= ahead) return entries_[newest - ahead].first;
+    const Place below = below_[newest / piece];
+    return below == none ? unknown : entries_[below + newest % piece + 1 - ahead].first;
   }
 
   /// A vertex and the key it was pushed with, which may have been bettered since.
@@ -61,19 +67,21 @@ class BucketQueue {
       passed_.pop_back();
       return entry;
     }
-    while (buckets_[front_ % bucket_count].empty()) {
+    while (newest_[front_ % bucket_count] == none) {
       if (++front_ == round_end_) start_round();
     }
-    auto& bucket = buckets_[front_ % bucket_count];
-    const auto entry = bucket.back();
-    bucket.pop_back();
+    Place& newest = newest_[front_ % bucket_count];
+    const Entry entry = entries_[newest];
+    newest = newest % piece > 0 ? newest - 1 : give_back(newest / piece);
     return entry;
   }
 
  private:
   using Entry = std::pair<Index, Real>;
+  using Place = std::uint32_t;
   static constexpr Real buckets_per_step = 3;
   static constexpr std::size_t bucket_count = 256;
+  static constexpr Place piece = 16, none = ~Place{0};
   static constexpr Real largest_number = 1e15;
 
   [[nodiscard]] std::size_t number_of(Real key) const {
@@ -89,10 +97,29 @@ class BucketQueue {
       passed_.push_back(entry);
       std::push_heap(passed_.begin(), passed_.end(), is_farther);
     } else if (number < round_end_) {
-      buckets_[number % bucket_count].push_back(entry);
+      Place& newest = newest_[number % bucket_count];
+      newest = newest % piece < piece - 1 ? newest + 1 : take_piece(newest);
+      entries_[newest] = entry;
     } else {
       later_.push_back(entry);
     }
+  }
+
+  // The first place of a piece, which lies on `below` in its bucket.
+  [[gnu::noinline]] Place take_piece(Place below) {
+    Place number = free_;
+    if (number != none) {
+      free_ = below_[number];
+      below_[number] = below;
+    } else {
+      number = static_cast<Place>(below_.size());
+      below_.push_back(below);
+      entries_.resize(below_.size() * piece);
+    }
+    return number * piece;
+  }
+  Place give_back(Place number) {
+    return std::exchange(below_[number], std::exchange(free_, number));
   }
 
   // Hands out what was put off, from the nearest on; all buckets are empty.
@@ -110,7 +137,11 @@ class BucketQueue {
   std::size_t front_ = 0;                 // number of the bucket in turn
   std::size_t round_end_ = bucket_count;  // those from here on are put off
   std::size_t count_ = 0;
-  Array<Array<Entry>> buckets_;
+  // Buckets are stacks in pieces of one memory, which go from one to another as they become free.
+  std::array<Place, bucket_count> newest_;  // of each bucket: the place of its newest entry
+  Array<Entry> entries_;                    // `piece` of them a piece
+  Array<Place> below_;  // of each piece: the newest entry before its own, or the next free piece
+  Place free_ = none;
   Array<Entry> later_, waiting_;
   Array<Entry> passed_;  // a heap
 };

@@ -18,7 +18,7 @@ template <class Queue, class Spoke, class Vertex, class GetVertex = std::identit
 [[nodiscard]] Index pop_and_prefetch(Queue& queue, const Array<Index>& begin,
                                      const Array<Spoke>& spokes, const Array<Vertex>& vertices,
                                      GetVertex vertex_of = {}) {
-  constexpr std::ptrdiff_t long_before = 8, before = 4, just_before = 1;
+  constexpr unsigned long_before = 8, before = 4, just_before = 1;
   constexpr std::size_t typical_spokes = 7;
   const Index v = queue.pop().first;
   if (const Index w = queue.next_or(-1, long_before); w >= 0) {

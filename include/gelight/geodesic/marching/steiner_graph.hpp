@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
-#include <utility>
+#include <span>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
@@ -44,9 +44,13 @@ class SteinerGraph {
   }
 
   /// Distance along the graph of every vertex from the sources. Start distances are not negative.
-  /// They take the place of `old` ones, whose memory serves again.
-  [[nodiscard]] Array<Real> distance(const Array<Source<Real>>& sources,
-                                     const CancelHook& cancelled = {}, Array<Real> old = {}) const {
+  [[nodiscard]] Array<Real> distance(const Array<Source<Real>>& sources) const {
+    Array<Real> out(static_cast<std::size_t>(surface_.vertex_count()));
+    distance_into(std::span<Real>(out), sources);
+    return out;
+  }
+  void distance_into(Slice<Real> out, const Array<Source<Real>>& sources,
+                     const CancelHook& cancelled = {}) const {
     const typename Pool<Front>::Borrowed borrowed(*pool_);
     Front& front = *borrowed;
     front.nodes.assign(static_cast<std::size_t>(node_count_), {});
@@ -63,9 +67,7 @@ class SteinerGraph {
         leave_edge(node, front);
       }
     }
-    old.resize(static_cast<std::size_t>(surface_.vertex_count()));
-    for (Index v = 0; v < surface_.vertex_count(); ++v) old[v] = front.nodes[v].distance;
-    return old;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) out[v] = front.nodes[v].distance;
   }
 
  private:
