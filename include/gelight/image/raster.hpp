@@ -46,11 +46,15 @@ struct Pose {
 
   /// Where a point of the body is.
   [[nodiscard]] Vec3<double> operator()(const Vec3<double>& p) const {
+    const auto [x, y, z] = moved(p[0], p[1], p[2]);
+    return {x, y, z};
+  }
+  [[nodiscard]] std::array<double, 3> moved(double x, double y, double z) const {
     // Spelled out, with sums in Eigen's order: its product takes long to compile.
     const Eigen::Matrix3d& r = rotation;
-    return {r(0, 0) * p[0] + r(0, 1) * p[1] + r(0, 2) * p[2] + translation[0],
-            r(1, 0) * p[0] + r(1, 1) * p[1] + r(1, 2) * p[2] + translation[1],
-            r(2, 0) * p[0] + (r(2, 1) * p[1] + r(2, 2) * p[2]) + translation[2]};
+    return {r(0, 0) * x + r(0, 1) * y + r(0, 2) * z + translation[0],
+            r(1, 0) * x + r(1, 1) * y + r(1, 2) * z + translation[1],
+            r(2, 0) * x + (r(2, 1) * y + r(2, 2) * z) + translation[2]};
   }
 };
 
@@ -145,13 +149,14 @@ class ImagePlane {
     while (size_ < std::max(camera.width, camera.height)) size_ *= 2;
   }
 
-  /// Where points are seen, several at a time; whether all are near the image, at depths far within
-  /// what any type holds.
-  bool project(ImagePoint* out, const PositionBatch& points) const {
-    return vectorised([out, &points, plane = *this] {
+  /// Where moved points are seen, several at a time; whether all are near the image, at depths far
+  /// within what any type holds.
+  bool project(ImagePoint* out, const PositionBatch& points, const Pose& pose = {}) const {
+    return vectorised([out, &points, pose, plane = *this] {
       Index others = 0;
       for (std::size_t i = 0; i < points.count; ++i) {
-        const ImagePoint seen = plane.project(points.x[i], points.y[i], points.z[i]);
+        const auto [x, y, z] = pose.moved(points.x[i], points.y[i], points.z[i]);
+        const ImagePoint seen = plane.project(x, y, z);
         out[i] = seen;
         others |= 1 - (Index{seen.inverse_z > least_usual} & Index{seen.inverse_z < most_usual});
       }
@@ -1084,11 +1089,13 @@ class MeshImage {
         faces_(static_cast<Index>(Traits::face_count(mesh))),
         points_(points) {
     PositionBatch batch;
-    for (Index v = 0; points != nullptr && v < vertices_;) {
-      const Index first = v, end = std::min(vertices_, v + Index{PositionBatch::size});
+    std::array<ImagePoint, PositionBatch::size> own;
+    for (Index v = 0; v < vertices_;) {
+      ImagePoint* const out = points != nullptr ? points + v : own.data();
+      const Index end = std::min(vertices_, v + Index{PositionBatch::size});
       batch.count = 0;
-      while (v < end) batch.add(position(v++));
-      all_are_usual_ &= plane.project(points + first, batch);
+      while (v < end) batch.add(vertex_position(mesh_, v++));
+      all_are_usual_ &= plane.project(out, batch, pose_);
     }
   }
 
@@ -1102,7 +1109,7 @@ class MeshImage {
       if (is_there(face[0]) && is_there(face[1]) && is_there(face[2])) continue;
       for (const Index v : face) require_vertex(f, v, vertices_);
     }
-    if (points_ != nullptr && all_are_usual_) return;
+    if (all_are_usual_) return;
     each_batch(nullptr, [&](const FaceBatch& batch) {
       for (std::size_t i = 0; i < batch.count; ++i) {
         const auto is_fine = [&](std::size_t k) {
@@ -1174,11 +1181,11 @@ class MeshImage {
     for (std::size_t i = 0; i < batch.count; ++i) {
       for (Index& v : batch.corners[i]) {
         const auto at = static_cast<Index>(positions.count);
-        positions.add(position(v));
+        positions.add(vertex_position(mesh_, v));
         v = at;
       }
     }
-    return plane_.project(out, positions);
+    return plane_.project(out, positions, pose_);
   }
 
   /// Draws a face of a batch, or the part of it that has a place on the plane.
@@ -1205,7 +1212,7 @@ class MeshImage {
   Index width_, height_;
   Index vertices_, faces_;
   const ImagePoint* points_;
-  bool all_are_usual_ = true;  // of the points that are kept
+  bool all_are_usual_ = true;  // of the points of vertices
 };
 
 }  // namespace detail
