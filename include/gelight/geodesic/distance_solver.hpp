@@ -235,7 +235,7 @@ class DistanceQueries {
   template <class Place>
   auto with_distances(std::span<const Place> sources, const auto& take) const;
 
-  using Query = DistanceQuery<double>;
+  using Query = DistanceQuery<typename WorkingPrecision<T>::Real>;
   std::shared_ptr<Pool<Query>> queries_ = std::make_shared<Pool<Query>>();
 };
 
