@@ -13,6 +13,8 @@
 
 using namespace gelight;
 
+static_assert(ImageLike<Image<float>> && ImageLike<ImageView<const Rgb8>>);
+
 namespace {
 
 // Another library's matrix: data and step, no accessor of our kind.

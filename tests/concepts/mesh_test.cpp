@@ -7,6 +7,10 @@
 #include <vector>
 
 #include "gelight/mesh/surface.hpp"
+#include "gelight/views/mesh_view.hpp"
+
+static_assert(gelight::TriangleMesh<gelight::Mesh<float>> &&
+              gelight::TriangleMesh<gelight::MeshView<double>>);
 
 using gelight::Index;
 using gelight::Surface;

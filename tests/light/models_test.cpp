@@ -26,6 +26,9 @@ struct Sunlight {
 };
 static_assert(LightModel<Sunlight, float> && !LightModel<Sunlight, double> &&
               !LightModel<int, float>);
+static_assert(LightModel<LinearLight<float>, float> && LightModel<PlaneLight<float>, float> &&
+              LightModel<GeodesicLight<float>, float> && LightModel<TransportLight<float>, float> &&
+              LightModel<GelLight<float>, float>);
 
 constexpr Index cells = 12;
 

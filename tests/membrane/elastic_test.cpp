@@ -5,12 +5,23 @@
 #include <algorithm>
 #include <array>
 
+#include "gelight/membrane/bulge.hpp"
 #include "gelight/membrane/flat_gelsight.hpp"
+#include "gelight/membrane/gaussian.hpp"
 #include "gelight/membrane/pyramid.hpp"
+#include "gelight/membrane/shadowed.hpp"
+#include "gelight/membrane/spring_membrane.hpp"
 #include "reference.hpp"
 #include "support/dented_depth.hpp"
 
 using namespace gelight;
+
+static_assert(MembraneModel<GaussianMembrane<float>, float> &&
+              MembraneModel<SpringMembrane<float>, float> &&
+              MembraneModel<PyramidMembrane<float>, float> &&
+              MembraneModel<FlatGelSightMembrane<float>, float> &&
+              MembraneModel<BulgingMembrane<float>, float> &&
+              MembraneModel<ShadowedMembrane<float>, float>);
 
 TEST_CASE("an elastic membrane: at rest without contact, on the object, never above rest") {
   const auto rest = flat(60, 50, 0.03);

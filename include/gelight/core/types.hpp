@@ -104,8 +104,26 @@ inline constexpr T unreachable = std::numeric_limits<T>::infinity();
 
 namespace detail {
 
+template <class Type, class T>
+struct DeferredType {
+  using Is = Type;
+};
+/// A type as it is, but named by way of a template's parameter: what a template does with it is
+/// looked at when that is compiled, and costs nothing to include.
+template <class Type, class T>
+using Deferred = typename DeferredType<Type, T>::Is;
+
 template <class V>
 using PlainVector = Eigen::Matrix<typename V::Scalar, V::RowsAtCompileTime, 1>;
+
+/// What allFinite of Eigen tells, without the expressions that make it slow to compile.
+template <class V>
+[[nodiscard]] bool is_finite(const V& v) {
+  for (int i = 0; i < v.size(); ++i) {
+    if (!std::isfinite(v[i])) return false;
+  }
+  return true;
+}
 
 template <class V>
 [[nodiscard]] typename V::Scalar sum_of_squares(const V& v) {

@@ -24,10 +24,10 @@ namespace gelight::detail {
 template <std::floating_point Real>
 class Backtrace {
  public:
-  using Mesh = Surface<double>;
+  using Mesh = Surface<Real>;
 
   /// Keeps a reference to the surface, and paths where that is asked.
-  Backtrace(const Mesh& surface, Sources sources, std::span<const double> distances,
+  Backtrace(const Mesh& surface, Array<Source<Real>> sources, std::span<const Real> distances,
             bool keeps_path = false)
       : surface_(surface),
         sources_(std::move(sources)),
@@ -44,7 +44,7 @@ class Backtrace {
     }
     // Those at vertices are met there.
     const auto is_vertex = [](const auto& source) {
-      return source.point.kind == SurfacePoint<double>::Kind::vertex;
+      return source.point.kind == SurfacePoint<Real>::Kind::vertex;
     };
     sources_.keep_until(std::remove_if(sources_.begin(), sources_.end(), is_vertex));
   }
@@ -67,7 +67,7 @@ class Backtrace {
   };
   [[nodiscard]] Way walk(Index vertex) {
     path_.clear();
-    if (keeps_path_) path_.push_back(vertex_point<double>(vertex));
+    if (keeps_path_) path_.push_back(vertex_point<Real>(vertex));
     Length sum{starts_.at(vertex), starts_.at(vertex)};
     at_vertex_ = vertex;
     rest_ = distances_[vertex];
@@ -89,7 +89,7 @@ class Backtrace {
 
   /// The taut path of the last walk, from the vertex to where it arrived: at a source, or at a
   /// vertex of a face that holds one.
-  [[nodiscard]] const std::vector<SurfacePoint<double>>& path() const { return path_; }
+  [[nodiscard]] const std::vector<SurfacePoint<Real>>& path() const { return path_; }
 
  private:
   // An edge on the way. In its frame its left end is at (0, 0), its right end at (length, 0), and
@@ -253,9 +253,9 @@ class Backtrace {
   void keep(const Step& step, bool is_along_edge) {
     const Array<Real> shares = is_along_edge ? Array<Real>() : line_.crossings();
     for (std::ptrdiff_t i = 0; i < std::ssize(shares); ++i) {
-      path_.push_back(edge_point<double>(portals_[i].left, portals_[i].right, shares[i]));
+      path_.push_back(edge_point<Real>(portals_[i].left, portals_[i].right, shares[i]));
     }
-    path_.push_back(step.source < 0 ? vertex_point<double>(step.vertex)
+    path_.push_back(step.source < 0 ? vertex_point<Real>(step.vertex)
                                     : sources_[static_cast<std::size_t>(step.source)].point);
   }
 
@@ -266,10 +266,10 @@ class Backtrace {
   }
 
   const Mesh& surface_;
-  Sources sources_;
-  Starts<double> starts_;
-  Array<double> distances_;  // of each vertex, less its start
-  Array<char> is_near_;      // of each vertex: whether a straight line leads to a source
+  Array<Source<Real>> sources_;
+  Starts<Real> starts_;
+  Array<Real> distances_;  // of each vertex, less its start
+  Array<char> is_near_;    // of each vertex: whether a straight line leads to a source
 
   Index at_vertex_ = at_portal;          // where the way is, or
   Portal portal_;                        // on which edge,
@@ -279,7 +279,7 @@ class Backtrace {
   Array<Portal> portals_;                // likewise
   Vec2<Real> left_place_, right_place_;  // the portal's ends, laid flat
   bool keeps_path_ = false;
-  std::vector<SurfacePoint<double>> path_;
+  std::vector<SurfacePoint<Real>> path_;
 };
 
 }  // namespace gelight::detail

@@ -68,14 +68,15 @@ class BoundFinder {
   BoundFinder(const Surface<Real>& surface, const PlanarFaces<Real>& faces)
       : surface_(surface), faces_(faces) {}
 
-  [[nodiscard]] Array<Real> upper(const Sources& sources, const CancelHook& cancelled = {}) const {
+  [[nodiscard]] Array<Real> upper(const Array<Source<Real>>& sources,
+                                  const CancelHook& cancelled = {}) const {
     return UpperMarch<Real>(surface_, faces_)(sources, cancelled);
   }
 
   /// From distances that are infinite where no path leads, and finite and not negative elsewhere:
   /// the better at each vertex of those from the distances as they are, and lowered where too
   /// steep.
-  [[nodiscard]] Array<Real> lower(const Sources& sources, Array<Real> distances,
+  [[nodiscard]] Array<Real> lower(const Array<Source<Real>>& sources, Array<Real> distances,
                                   const CancelHook& cancelled = {}) const {
     const LowerPotential<Real> potential(surface_, faces_);
     const auto check = [&](double done) { cancelled.check(done, "the lower bounds"); };
@@ -141,7 +142,7 @@ class Certifier {
   /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
   explicit Certifier(const M& mesh)
-      : surface_(mesh), faces_(std::make_shared<const detail::PlanarFaces<double>>(surface_)) {}
+      : surface_(mesh), faces_(std::make_shared<const Faces>(surface_)) {}
 
   /// Bounds on the distance from a vertex, from the nearest of several, or of several points with
   /// start distances, given distances from there: one for each vertex. Any number may be wrong.
@@ -165,11 +166,14 @@ class Certifier {
   ///@}
 
  private:
-  using Values = detail::Array<double>;
+  using Real = typename detail::WorkingPrecision<T>::Real;
+  using Faces = detail::PlanarFaces<Real>;
+  using Sources = detail::Array<Source<Real>>;
+  using Values = detail::Array<Real>;
   // Of the work, about: what the march to the upper bounds takes.
   static constexpr double march_share = 0.6;
 
-  [[nodiscard]] DistanceBounds<T> bounds_of(detail::Sources sources, std::span<const T> distances,
+  [[nodiscard]] DistanceBounds<T> bounds_of(Sources sources, std::span<const T> distances,
                                             const CancelHook& cancelled) const;
 
   void require_distances(std::span<const T> distances) const {
@@ -181,16 +185,16 @@ class Certifier {
     }
   }
 
-  Surface<double> surface_;
-  std::shared_ptr<const detail::PlanarFaces<double>> faces_;
+  Surface<Real> surface_;
+  std::shared_ptr<const Faces> faces_;
 };
 
 template <std::floating_point T>
-auto Certifier<T>::bounds_of(detail::Sources sources, std::span<const T> distances,
+auto Certifier<T>::bounds_of(Sources sources, std::span<const T> distances,
                              const CancelHook& cancelled) const -> DistanceBounds<T> {
   require_distances(distances);
   const auto starts = detail::move_to_zero(surface_, sources);
-  const detail::BoundFinder<double> finder(surface_, *faces_);
+  const detail::BoundFinder<Real> finder(surface_, *faces_);
   const Values upper = finder.upper(sources, cancelled.part(0, march_share));
   Values potential = upper;
   for (Index v = 0; v < surface_.vertex_count(); ++v) {

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <mutex>
-#include <ranges>
 #include <span>
 #include <thread>
 #include <utility>
@@ -32,7 +31,7 @@ namespace detail {
 /// What the distances of a solver are made of.
 template <class Solver>
 using DistanceScalar =
-    std::ranges::range_value_t<decltype(std::declval<const Solver&>().distance(Index{}))>;
+    typename decltype(std::declval<const Solver&>().distance(Index{}))::value_type;
 
 /// Throws InvalidInput for a source that is not of the solver's surface, where that is known.
 template <class Solver, class Place>

@@ -226,9 +226,10 @@ class DistanceQueries {
 
  private:
   // What is used again by later queries.
+  using Real = typename WorkingPrecision<T>::Real;
   struct Memory {
-    DistanceQuery<double> query;
-    Array<double> distances;
+    DistanceQuery<Real> query;
+    Array<Real> distances;
   };
 
   [[nodiscard]] const Solver& solver() const { return static_cast<const Solver&>(*this); }
@@ -246,8 +247,8 @@ class DistanceQueries {
     return of_mesh([](const auto& mesh) { return static_cast<std::size_t>(mesh.vertex_count()); });
   }
   template <class Place>
-  [[nodiscard]] Array<Source<double>> checked(std::span<const Place> sources,
-                                              Array<Source<double>> old = {}) const {
+  [[nodiscard]] Array<Source<Real>> checked(std::span<const Place> sources,
+                                            Array<Source<Real>> old = {}) const {
     return of_mesh(
         [&](const auto& mesh) { return checked_sources(mesh, sources, std::move(old)); });
   }
@@ -256,11 +257,11 @@ class DistanceQueries {
     require(out.size() == vertex_count(), "the output has ", out.size(), " elements, the mesh ",
             vertex_count(), " vertices");
   }
-  static void copy(const Array<double>& distances, std::span<T> out) {
+  static void copy(const Array<Real>& distances, std::span<T> out) {
     Index v = 0;
-    for (const double d : distances) (void)distance_as<T>(d, "vertex ", v++);
+    for (const Real d : distances) (void)distance_as<T>(d, "vertex ", v++);
     std::size_t i = 0;
-    for (const double d : distances) out[i++] = static_cast<T>(d);
+    for (const Real d : distances) out[i++] = static_cast<T>(d);
   }
 
   template <class Place>
@@ -268,7 +269,7 @@ class DistanceQueries {
   template <class Place>
   void answer_into(std::span<T> out, std::span<const Place> sources, const auto& solve) const;
   [[nodiscard]] auto by_solver() const {
-    return [this](DistanceQuery<double>& query) { solver().solve_vertices(query); };
+    return [this](DistanceQuery<Real>& query) { solver().solve_vertices(query); };
   }
 
   std::shared_ptr<Pool<Memory>> memories_ = std::make_shared<Pool<Memory>>();
@@ -280,9 +281,9 @@ template <class Place>
 auto DistanceQueries<Solver, T>::answer(std::span<const Place> sources) const -> std::vector<T> {
   if constexpr (std::same_as<T, double>) {
     const typename Pool<Memory>::Borrowed borrowed(*memories_);
-    DistanceQuery<double>& query = (*borrowed).query;
+    DistanceQuery<Real>& query = (*borrowed).query;
     query.sources = checked(sources, std::move(query.sources));
-    std::vector<T> out(vertex_count(), unreachable<double>);
+    std::vector<T> out(vertex_count(), unreachable<Real>);
     query.distance = out;
     solver().solve_vertices(query);
     return out;
@@ -300,7 +301,7 @@ void DistanceQueries<Solver, T>::answer_into(std::span<T> out, std::span<const P
   const typename Pool<Memory>::Borrowed borrowed(*memories_);
   auto& [query, distances] = *borrowed;
   query.sources = checked(sources, std::move(query.sources));
-  distances.assign(out.size(), unreachable<double>);
+  distances.assign(out.size(), unreachable<Real>);
   query.distance = distances;
   solve(query);
   copy(distances, out);

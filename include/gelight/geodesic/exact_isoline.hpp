@@ -92,7 +92,7 @@ class ArcTracer {
   }
 
  private:
-  using Real = double;
+  using Real = typename WorkingPrecision<T>::Real;
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
   static constexpr Real turn = 2 * std::numbers::pi;

@@ -89,7 +89,7 @@ class BorderTracer {
   }
 
  private:
-  using Real = double;
+  using Real = typename WorkingPrecision<T>::Real;
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
   using Origin = detail::Origin<Real>;

@@ -145,17 +145,19 @@ namespace detail {
 template <std::floating_point Real>
 class PlannedSolvers {
  public:
+  using Own = Deferred<PlanMethod, Real>;
+
   PlannedSolvers(const Surface<Real>& surface, const std::vector<Index>& targets,
-                 const std::vector<PlanMethod>& own)
+                 const std::vector<Own>& own)
       : surface_(surface), own_(own.size()) {
     for (const Index v : targets) options_.targets.push_back(vertex_point<Real>(v));
   }
 
-  [[nodiscard]] std::vector<Real> distance(const PlanMethod& method, std::size_t number,
-                                           const Sources& sources,
+  [[nodiscard]] std::vector<Real> distance(const Own& method, std::size_t number,
+                                           const Array<Source<Real>>& sources,
                                            const CancelHook& cancelled) const {
     cancelled.check(0, "the planned query");
-    const PlanMethod::Query& query = own_[number].get([&] { return method.make(surface_); });
+    const typename Own::Query& query = own_[number].get([&] { return method.make(surface_); });
     require(query != nullptr, "the method ", method.name, " made nothing to ask");
     auto distances = query(sources);
     require(distances.size() == static_cast<std::size_t>(surface_.vertex_count()), "the method ",
@@ -168,7 +170,7 @@ class PlannedSolvers {
     return distances;
   }
 
-  [[nodiscard]] std::vector<Real> distance(Method method, const Sources& sources,
+  [[nodiscard]] std::vector<Real> distance(Method method, const Array<Source<Real>>& sources,
                                            const CancelHook& cancelled) const {
     const std::span<const Source<Real>> from(sources);
     cancelled.check(0, "the planned query");
@@ -186,7 +188,7 @@ class PlannedSolvers {
     }
   }
 
-  [[nodiscard]] SmoothDistances<Real> smooth(const Sources& sources,
+  [[nodiscard]] SmoothDistances<Real> smooth(const Array<Source<Real>>& sources,
                                              const CancelHook& cancelled) const {
     cancelled.check(0, "the planned query");
     const std::span<const Source<Real>> from(sources);
@@ -224,7 +226,7 @@ class PlannedSolvers {
   Lazy<ExactSolver<Real>> exact_;
   Lazy<SmoothDistanceSolver<Real>> smooth_;
   Lazy<PlanarFaces<Real>> faces_;
-  std::vector<Lazy<PlanMethod::Query>> own_;
+  std::vector<Lazy<typename Own::Query>> own_;
 };
 
 }  // namespace detail
@@ -307,6 +309,8 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   friend class detail::DistanceQueries<DistancePlanner<T>, T>;
   using Method = detail::Method;
   using Real = std::common_type_t<T, double>;  // double; by T, so that nothing is compiled unused
+  template <class Type>
+  using Deferred = detail::Deferred<Type, T>;
   using Solvers = detail::PlannedSolvers<Real>;
   using Models = detail::MethodErrors<Real>;
 
@@ -504,7 +508,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   // The cheapest of the methods that satisfy and keep the limits; else, of those that keep the
   // limits, the most accurate; else the one that takes least memory.
   void choose() {
-    std::optional<Method> cheapest, best;
+    std::optional<Deferred<Method>> cheapest, best;
     Method smallest = Method::dijkstra;
     for (std::size_t i = 0; i < own + request_.methods.size(); ++i) {
       const auto method = static_cast<Method>(i);
@@ -589,15 +593,15 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
 
   /// Sources whose start distances count from the earliest of them, and what that is.
   struct Query {
-    detail::Sources sources;
-    detail::Starts<double> starts;
+    detail::Array<Source<Real>> sources;
+    detail::Starts<Real> starts;
   };
   /// What a method says: ways from the earliest start distance, and the distances that are
   /// returned.
   struct Answer {
-    std::vector<double> ways;
+    std::vector<Real> ways;
     std::vector<T> distances;
-    const detail::Starts<double>& starts;
+    const detail::Starts<Real>& starts;
 
     // As the distances have it, which were rounded.
     [[nodiscard]] double way(Index v) const {
@@ -616,7 +620,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
 
   void set_up();
 
-  [[nodiscard]] PlannedDistances<T> run(detail::Sources sources) const;
+  [[nodiscard]] PlannedDistances<T> run(detail::Array<Source<Real>> sources) const;
   void solve_vertices(detail::DistanceQuery<double>& query) const {
     const auto found = run(std::move(query.sources)).distance;
     std::copy(found.begin(), found.end(), query.distance.begin());
@@ -699,7 +703,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
                                    const CancelHook& hook) const {
     hook.check(0, "the planned query");
     const Check check = check_of(method, query.sources.size());
-    const std::vector<double> ways = ways_of(method, query, answer);
+    const std::vector<Real> ways = ways_of(method, query, answer);
     if (check == Check::certificate) return certify(query, answer, ways, hook);
     const double rounding = rounding_of(answer);
     if (is_reach_wrong(method, query, answer)) {
@@ -737,9 +741,9 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
 
   // As Certifier, but lower bounds first: upper ones are needed only where those are enough.
   [[nodiscard]] Finding certify(const Query& query, const Answer& answer,
-                                const std::vector<double>& ways, const CancelHook& hook) const {
+                                const std::vector<Real>& ways, const CancelHook& hook) const {
     const detail::BoundFinder<Real> finder(surface_, solvers_->faces());
-    detail::Array<double> potential(ways.size());
+    detail::Array<Real> potential(ways.size());
     std::copy(ways.begin(), ways.end(), potential.begin());
     const auto lower = finder.lower(query.sources, potential, hook.part(0, lower_bounds));
     const double least_error = error_between(lower, potential, answer);
@@ -753,12 +757,11 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   }
 
   // Of the distances as they are returned.
-  [[nodiscard]] double error_between(const detail::Array<double>& lower,
-                                     const detail::Array<double>& upper,
-                                     const Answer& answer) const {
+  [[nodiscard]] double error_between(const detail::Array<Real>& lower,
+                                     const detail::Array<Real>& upper, const Answer& answer) const {
     const auto bounds = detail::moved<Real>(lower, upper, detail::Starts<Real>{});
     DistanceBounds<Real> at_targets;
-    std::vector<double> there;
+    std::vector<Real> there;
     for_each_target([&](Index target) {
       const auto v = static_cast<std::size_t>(target);
       at_targets.lower.push_back(bounds.lower[v]);
@@ -808,7 +811,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
       front.pop_back();
       for (const Index h : surface_.corners(v)) {
         add(surface_.tip(h), surface_.length(h), 0);
-        add(surface_.apex(h), surface_.length(Surface<double>::previous(h)), 0);
+        add(surface_.apex(h), surface_.length(Surface<Real>::previous(h)), 0);
       }
     }
     return is_source;
@@ -852,9 +855,9 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
 
   // The ways that bounds start from: of a method of the caller's own any may be wrong, or missing
   // beside the targets.
-  [[nodiscard]] std::vector<double> ways_of(Method method, const Query& query,
-                                            const Answer& answer) const {
-    std::vector<double> ways = answer.ways;
+  [[nodiscard]] std::vector<Real> ways_of(Method method, const Query& query,
+                                          const Answer& answer) const {
+    std::vector<Real> ways = answer.ways;
     if (method < Method::own) return ways;
     const double longest = detail::longest_way(surface_);
     const auto is_reached = reached(query);
@@ -905,7 +908,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
 
   // Computes some targets' distances exactly, spread over all that there are.
   [[nodiscard]] Finding sample(const Query& query, const Answer& answer,
-                               const std::vector<double>& ways, const std::vector<Index>& targets,
+                               const std::vector<Real>& ways, const std::vector<Index>& targets,
                                double width, const CancelHook& hook) const {
     const detail::TargetSearch<Real> search(surface_, solvers_->faces(), query.sources, ways, hook);
     const auto count = std::min(static_cast<std::size_t>(request_.samples), targets.size());
@@ -934,11 +937,11 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     return detail::two_digits(error) + " (" + norm() + ")";
   }
 
-  Surface<double> surface_;
-  PlanRequest request_;
+  Surface<Real> surface_;
+  Deferred<PlanRequest> request_;
   detail::MeshStatistics<Real> statistics_;
   Method chosen_ = Method::exact;
-  DistancePlan plan_;
+  Deferred<DistancePlan> plan_;
   std::shared_ptr<const Solvers> solvers_;
 };
 
@@ -960,8 +963,8 @@ auto DistancePlanner<T>::solve(std::span<const Source<T>> sources) const -> Plan
 }
 
 template <std::floating_point T>
-auto DistancePlanner<T>::run(detail::Sources sources) const -> PlannedDistances<T> {
-  detail::Starts<double> starts = detail::move_to_zero(surface_, sources);
+auto DistancePlanner<T>::run(detail::Array<Source<Real>> sources) const -> PlannedDistances<T> {
+  detail::Starts<Real> starts = detail::move_to_zero(surface_, sources);
   const Query query{std::move(sources), std::move(starts)};
   if (is_lifted()) return lifted(query);
   const bool is_last = !may_escalate();

@@ -49,7 +49,7 @@ struct LightRays {
   std::vector<Lighting> lighting;  ///< how the light comes
 
   /// Appends a point.
-  void add(const Vec3<T>& way, T length, Lighting how) {
+  void add(const Vec3<T>& way, T length, std::same_as<Lighting> auto how) {
     direction.push_back(way);
     distance.push_back(length);
     lighting.push_back(how);

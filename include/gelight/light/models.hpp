@@ -284,8 +284,4 @@ explicit GelLight(const M&) -> GelLight<MeshScalar<M>>;
 template <TriangleMesh M, std::floating_point T>
 explicit GelLight(const M&, GelSheet<T>) -> GelLight<MeshScalar<M>>;
 
-static_assert(LightModel<LinearLight<float>, float> && LightModel<PlaneLight<float>, float> &&
-              LightModel<GeodesicLight<float>, float> && LightModel<TransportLight<float>, float> &&
-              LightModel<GelLight<float>, float>);
-
 }  // namespace gelight

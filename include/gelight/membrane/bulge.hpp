@@ -361,6 +361,4 @@ class BulgingMembrane {
   std::shared_ptr<const std::vector<detail::CoarseLayer<T>>> levels_;
 };
 
-static_assert(MembraneModel<BulgingMembrane<float>, float>);
-
 }  // namespace gelight

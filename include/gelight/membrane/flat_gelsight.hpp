@@ -179,6 +179,4 @@ class FlatGelSightMembrane {
   detail::PulseKernel<double> narrow_{7, 21}, wide_{9, 52};
 };
 
-static_assert(MembraneModel<FlatGelSightMembrane<float>, float>);
-
 }  // namespace gelight

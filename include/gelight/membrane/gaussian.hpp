@@ -70,6 +70,4 @@ class GaussianMembrane {
   bool clip_to_rest_;
 };
 
-static_assert(MembraneModel<GaussianMembrane<float>, float>);
-
 }  // namespace gelight

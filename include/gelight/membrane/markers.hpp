@@ -51,9 +51,10 @@ struct DraggedMarkers {
   /// Throws InvalidInput for a reach that is not positive or whose square no double holds, and for
   /// a centre, a shift and a stretch that are not finite.
   void require_valid() const {
-    detail::require(centre.allFinite(), "centre (", centre.x(), ", ", centre.y(),
+    detail::require(detail::is_finite(centre), "centre (", centre.x(), ", ", centre.y(),
                     ") is not finite");
-    detail::require(shift.allFinite(), "shift (", shift.x(), ", ", shift.y(), ") is not finite");
+    detail::require(detail::is_finite(shift), "shift (", shift.x(), ", ", shift.y(),
+                    ") is not finite");
     detail::require(reach > 0 && std::isfinite(reach), "reach ", reach,
                     " is not positive and finite");
     detail::require(std::isnormal(reach * reach), "reach ", reach, " has a square that no double",

@@ -99,6 +99,4 @@ class PyramidMembrane {
   std::vector<std::vector<T>> levels_;
 };
 
-static_assert(MembraneModel<PyramidMembrane<float>, float>);
-
 }  // namespace gelight

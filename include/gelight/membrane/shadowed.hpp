@@ -157,6 +157,4 @@ class ShadowedMembrane {
   std::vector<T> weights_;
 };
 
-static_assert(MembraneModel<ShadowedMembrane<float>, float>);
-
 }  // namespace gelight

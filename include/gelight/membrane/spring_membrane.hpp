@@ -46,6 +46,4 @@ class SpringMembrane {
   double force_;
 };
 
-static_assert(MembraneModel<SpringMembrane<float>, float>);
-
 }  // namespace gelight

@@ -21,8 +21,9 @@ struct SymmetricMatrix;
 
 namespace detail {
 /// A hook for work whose parts may begin anew: what the caller's hook hears never decreases. `what`
-/// is under way, in words.
-[[nodiscard]] inline CancelHook rising(const CancelHook& cancelled, const char* what) {
+/// is under way, in words. (A template so that it costs nothing to include.)
+template <std::same_as<CancelHook> Hook>
+[[nodiscard]] Hook rising(const Hook& cancelled, const char* what) {
   if (!cancelled) return {};
   return [cancelled, what, most = std::make_shared<double>(0)](double done) {
     *most = std::max(*most, done);

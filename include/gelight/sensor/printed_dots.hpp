@@ -98,7 +98,7 @@ class PrintedDots {
       for (std::size_t i = 0; i < corners; ++i) {
         const Vec2<double>& pixel = outlines_[first + i];
         outline[i] = pixel + Vec2<double>(field(pixel));
-        is_known = is_known && outline[i].allFinite();
+        is_known = is_known && detail::is_finite(outline[i]);
       }
       // Seen from behind it goes round the other way.
       const bool is_hidden = area(outline.data()) * area(&outlines_[first]) <= 0;

@@ -194,6 +194,4 @@ class Image {
   std::vector<P> pixels_;
 };
 
-static_assert(ImageLike<Image<float>> && ImageLike<ImageView<const Rgb8>>);
-
 }  // namespace gelight

@@ -59,6 +59,4 @@ class MeshView {
   std::span<const std::array<Index, 3>> faces_;
 };
 
-static_assert(TriangleMesh<Mesh<float>> && TriangleMesh<MeshView<double>>);
-
 }  // namespace gelight

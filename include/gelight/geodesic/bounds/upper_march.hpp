@@ -29,12 +29,13 @@ namespace gelight::detail {
 template <std::floating_point Real>
 class UpperMarch {
  public:
-  UpperMarch(const Surface<double>& surface, const PlanarFaces<double>& faces)
+  UpperMarch(const Surface<Real>& surface, const PlanarFaces<Real>& faces)
       : surface_(surface), faces_(faces) {}
 
   /// An upper bound of each vertex' distance, +infinity where no path leads. Rounding is on the
   /// safe side. Start distances are not negative. Throws Cancelled where the hook says so.
-  [[nodiscard]] Array<double> operator()(const Sources& sources, const CancelHook& cancelled = {}) {
+  [[nodiscard]] Array<Real> operator()(const Array<Source<Real>>& sources,
+                                       const CancelHook& cancelled = {}) {
     const auto count = static_cast<std::size_t>(surface_.vertex_count());
     bound_.assign(count, unreachable<double>);
     settled_.assign(count, 0);
@@ -54,7 +55,7 @@ class UpperMarch {
   }
 
  private:
-  using Mesh = Surface<double>;
+  using Mesh = Surface<Real>;
   static constexpr Index settled_between_polls = 1024;
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
   // Room for the rounding of a few operations.
@@ -75,10 +76,10 @@ class UpperMarch {
     double at_origin, at_tip;
   };
 
-  void add_source(const SurfacePoint<double>& point, double start) {
+  void add_source(const SurfacePoint<Real>& point, double start) {
     for_each_vertex_near(surface_, point,
                          [&](Index v, double d) { reach(v, (start + d) * above); });
-    if (point.kind == SurfacePoint<double>::Kind::vertex) return;
+    if (point.kind == SurfacePoint<Real>::Kind::vertex) return;
     for_each_face_at(surface_, point, [&](Index f) {
       for (Index h = 3 * f; h < 3 * f + 3; ++h) {
         const double at_origin = start + straight_distance(surface_, point, surface_.origin(h));
@@ -145,7 +146,7 @@ class UpperMarch {
     if (!settled_[v] || !settled_[a] || !settled_[b]) return;
     if (proved_[h] && proved_[base] && proved_[back]) return;
     const double length = surface_.length(base), fa = bound_[a], fb = bound_[b];
-    const Vec2<double> at = faces_.apex(base);
+    const Vec2<Real> at = faces_.apex(base);
     if (!(at.y() > 0) || fa + fb < length) return;
     const double t = (length + (fa - fb) * (fa + fb) / length) / 2;
     const double depth = depth_above(t, fa, fb, length);
@@ -157,7 +158,7 @@ class UpperMarch {
     // Where the circles' centre lies, and by which edges lines towards it leave the face:
     // by those beyond which it is, or may be for rounding.
     const double fall = (fa - raised) * (fa + raised) + at.squaredNorm() - 2 * t * at.x();
-    const Vec2<double> centre(t, fall / (2 * at.y()));
+    const Vec2<Real> centre(t, fall / (2 * at.y()));
     const double error = 2 * above_zero * (fa + raised + length) * (length + at.norm()) / at.y();
     const double beyond_h = at.x() * centre.y() - at.y() * centre.x();
     const double beyond_back = at.y() * (centre.x() - length) - (at.x() - length) * centre.y();
@@ -184,7 +185,7 @@ class UpperMarch {
     const double a = bound_[surface_.origin(h)], b = bound_[surface_.tip(h)];
     const double t = (length + (a - b) * (a + b) / length) / 2;
     const double depth = depth_above(t, a, b, length);
-    const Vec2<double> at = faces_.apex(h);
+    const Vec2<Real> at = faces_.apex(h);
     const double share =
         std::clamp((t * at.y() + at.x() * depth) / ((at.y() + depth) * length), 0.0, 1.0);
     if (!(share >= 0)) return unreachable<double>;
@@ -194,9 +195,9 @@ class UpperMarch {
     return (to_edge + std::hypot(at.x() - share * length, at.y())) * above;
   }
 
-  const Surface<double>& surface_;
-  const PlanarFaces<double>& faces_;
-  Array<double> bound_;  // of each vertex
+  const Surface<Real>& surface_;
+  const PlanarFaces<Real>& faces_;
+  Array<Real> bound_;    // of each vertex
   Array<char> settled_;  // of each vertex
   Array<char> proved_;   // of each half-edge: F is an upper bound on its edge
   Array<SourceEdge> source_edges_;

@@ -28,7 +28,7 @@ struct MeshStatistics {
   bool is_convex = false;  ///< Angle defects at inner vertices are positive.
   double corner = 0;  ///< Most by which the border bends inwards, where paths bend; at most pi/2.
 
-  explicit MeshStatistics(const Surface<double>& surface) : vertices(surface.vertex_count()) {
+  explicit MeshStatistics(const Surface<Real>& surface) : vertices(surface.vertex_count()) {
     look_at_faces(surface);
     look_at_vertices(surface);
     look_at_border(surface);
@@ -42,24 +42,24 @@ struct MeshStatistics {
   static constexpr double smallest_unit = std::numeric_limits<double>::min();
 
   // Of a half-edge, of unit length, so that no scale overflows; zero where it has no length.
-  static Vec3<Real> direction(const Surface<double>& surface, Index h) {
+  static Vec3<Real> direction(const Surface<Real>& surface, Index h) {
     const Vec3<Real>&from = surface.position(surface.origin(h)),
           &to = surface.position(surface.tip(h));
     const Vec3<Real> way(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
     return surface.length(h) > 0 ? Vec3<Real>(way / surface.length(h)) : Vec3<Real>::Zero();
   }
-  static Vec3<Real> normal(const Surface<double>& surface, Index f) {
+  static Vec3<Real> normal(const Surface<Real>& surface, Index f) {
     return cross(direction(surface, 3 * f), direction(surface, 3 * f + 1));
   }
   static double angle(const Vec3<Real>& a, const Vec3<Real>& b) {
     return std::atan2(cross(a, b).norm(), a.dot(b));
   }
   // Both ways out of a half-edge's origin in its face.
-  static std::array<Vec3<Real>, 2> ways_out(const Surface<double>& surface, Index h) {
-    return {direction(surface, h), -direction(surface, Surface<double>::previous(h))};
+  static std::array<Vec3<Real>, 2> ways_out(const Surface<Real>& surface, Index h) {
+    return {direction(surface, h), -direction(surface, Surface<Real>::previous(h))};
   }
 
-  static Index longest_side(const Surface<double>& surface, Index f) {
+  static Index longest_side(const Surface<Real>& surface, Index f) {
     Index h = 3 * f;
     for (Index g = 3 * f + 1; g < 3 * f + 3; ++g) {
       if (surface.length(g) > surface.length(h)) h = g;
@@ -67,7 +67,7 @@ struct MeshStatistics {
     return h;
   }
 
-  void look_at_faces(const Surface<double>& surface) {
+  void look_at_faces(const Surface<Real>& surface) {
     const Index stride = 1 + surface.face_count() / samples;
     double aspects = 0, lengths = 0, turns = 0, cosines = 0, areas = 0;
     Index faces = 0, edges = 0;
@@ -78,10 +78,10 @@ struct MeshStatistics {
       const Index longest = longest_side(surface, f);
       const auto [a, b] = ways_out(surface, longest);
       const double side = surface.length(longest);
-      const double height = surface.length(Surface<double>::previous(longest)) * cross(a, b).norm();
+      const double height = surface.length(Surface<Real>::previous(longest)) * cross(a, b).norm();
       aspects += height > 0 ? std::min(largest_aspect, side / height) : largest_aspect;
       areas += side / unit * (height / unit) / 2;
-      const auto [c, d] = ways_out(surface, Surface<double>::previous(longest));
+      const auto [c, d] = ways_out(surface, Surface<Real>::previous(longest));
       cosines += std::min(0.0, c.dot(d));
       // One side of each, in turn.
       const Index h = 3 * f + faces % 3, t = surface.twin(h);
@@ -89,7 +89,7 @@ struct MeshStatistics {
       // Faces that disagree in orientation turn as if they agreed.
       const double sign = surface.origin(t) == surface.origin(h) ? -1 : 1;
       const double turned =
-          angle(normal(surface, f), sign * normal(surface, Surface<double>::face_of(t)));
+          angle(normal(surface, f), sign * normal(surface, Surface<Real>::face_of(t)));
       turns += turned * turned;
       ++edges;
     }
@@ -101,7 +101,7 @@ struct MeshStatistics {
     is_flat = turn < flat_angle;
   }
 
-  void look_at_vertices(const Surface<double>& surface) {
+  void look_at_vertices(const Surface<Real>& surface) {
     const Index stride = 1 + surface.vertex_count() / samples;
     double defects = 0;
     Index seen = 0, count = 0, convex = 0;
@@ -119,7 +119,7 @@ struct MeshStatistics {
     is_convex = count > 0 && convex == count;
   }
 
-  void look_at_border(const Surface<double>& surface) {
+  void look_at_border(const Surface<Real>& surface) {
     for (Index h = 0; h < surface.halfedge_count() && corner < sharpest; ++h) {
       if (!surface.is_border(h)) continue;
       const double inwards = angle_sum(surface, surface.origin(h)) - std::numbers::pi;
@@ -127,7 +127,7 @@ struct MeshStatistics {
     }
   }
 
-  static double angle_sum(const Surface<double>& surface, Index v) {
+  static double angle_sum(const Surface<Real>& surface, Index v) {
     double sum = 0;
     for (const Index h : surface.corners(v)) {
       const auto [a, b] = ways_out(surface, h);
@@ -136,9 +136,9 @@ struct MeshStatistics {
     return sum;
   }
 
-  static bool is_at_border(const Surface<double>& surface, Index v) {
+  static bool is_at_border(const Surface<Real>& surface, Index v) {
     for (const Index h : surface.corners(v)) {
-      for (const Index side : {h, Surface<double>::previous(h)}) {
+      for (const Index side : {h, Surface<Real>::previous(h)}) {
         if (!surface.is_manifold(side) || surface.is_border(side)) return true;
       }
     }

@@ -26,8 +26,8 @@ template <std::floating_point Real>
 class PathError {
  public:
   /// Targets are reached, and at distances that are not zero. Keeps references.
-  PathError(const Surface<double>& surface, Sources sources, const std::vector<double>& distances,
-            const std::vector<Index>& targets)
+  PathError(const Surface<Real>& surface, Array<Source<Real>> sources,
+            const std::vector<Real>& distances, const std::vector<Index>& targets)
       : distances_(distances), targets_(targets), way_(surface, std::move(sources), distances) {
     const std::size_t count = targets_.size();
     step_ = static_cast<std::size_t>(golden_share * static_cast<double>(count)) + 1;
@@ -78,7 +78,7 @@ class PathError {
     return std::sqrt(std::max(0.0, squares_ / count_ - mean() * mean()) / count_);
   }
 
-  const std::vector<double>& distances_;
+  const std::vector<Real>& distances_;
   const std::vector<Index>& targets_;
   Backtrace<Real> way_;
   std::size_t step_ = 1;  // from one target to the next: no divisor of how many there are

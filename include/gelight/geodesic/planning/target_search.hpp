@@ -23,8 +23,9 @@ namespace gelight::detail {
 template <std::floating_point Real>
 class TargetSearch {
  public:
-  TargetSearch(const Surface<Real>& surface, const PlanarFaces<Real>& faces, Sources sources,
-               const std::vector<Real>& distances, CancelHook cancelled = {})
+  TargetSearch(const Surface<Real>& surface, const PlanarFaces<Real>& faces,
+               Array<Source<Real>> sources, const std::vector<Real>& distances,
+               CancelHook cancelled = {})
       : surface_(surface),
         faces_(faces),
         sources_(std::move(sources)),
@@ -53,7 +54,7 @@ class TargetSearch {
   // target, where the bounds keep it narrow; from other points forward, where straight distances
   // do.
   [[nodiscard]] Real within(Real limit, Index target) const {
-    PropagationLimits<double> limits;
+    PropagationLimits<Real> limits;
     limits.distance = limit;
     limits.rest = least_ways_;
     if (cancelled_) limits.cancelled = [this] { return is_cancelled(); };
@@ -100,7 +101,7 @@ class TargetSearch {
 
   const Surface<Real>& surface_;
   const PlanarFaces<Real>& faces_;
-  Sources sources_;
+  Array<Source<Real>> sources_;
   CancelHook cancelled_;
   Starts<Real> starts_;
   Array<Real> least_ways_;

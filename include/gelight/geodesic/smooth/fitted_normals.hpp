@@ -6,7 +6,6 @@
 #include <concepts>
 #include <cstddef>
 #include <optional>
-#include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
@@ -136,7 +135,7 @@ class FittedNormals {
   const Fans<Real>& fans_;
   Array<Index> seen_;  // of each fan: the one it was gathered for last
   Array<Index> near_;
-  std::vector<std::ptrdiff_t> ring_end_;
+  Array<std::ptrdiff_t> ring_end_;
 };
 
 }  // namespace gelight::detail

@@ -2,18 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <numbers>
 
 #include "gelight/core/types.hpp"
 
-// A room of light/traced.hpp and light/gel.hpp: what becomes of a ray at a boundary.
+// A room of light/traced.hpp and light/gel.hpp: what becomes of a ray at a boundary. (Templates so
+// that they cost nothing to include.)
 
 namespace gelight::detail {
 
 /// A direction at a cosine from a unit axis, turned about it by a share of a whole turn.
-[[nodiscard]] inline Vec3<double> around_axis(const Vec3<double>& axis, double cosine,
-                                              double turn) {
-  const Vec3<double> x = unit_orthogonal(axis), y = cross(axis, x);
+template <std::same_as<double> Real>
+[[nodiscard]] Vec3<Real> around_axis(const Vec3<Real>& axis, Real cosine, double turn) {
+  const Vec3<Real> x = unit_orthogonal(axis), y = cross(axis, x);
   const double angle = 2 * std::numbers::pi * turn;
   const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
   return cosine * axis + sine * (std::cos(angle) * x + std::sin(angle) * y);
@@ -36,14 +38,16 @@ struct Boundary {
 }
 
 /// A unit direction reflected by a plane of this unit normal.
-[[nodiscard]] inline Vec3<double> reflect(const Vec3<double>& way, const Vec3<double>& normal) {
+template <std::same_as<double> Real>
+[[nodiscard]] Vec3<Real> reflect(const Vec3<Real>& way, const Vec3<Real>& normal) {
   return way - 2 * way.dot(normal) * normal;
 }
 
 /// A unit direction refracted; the normal is that on whose side the ray arrives.
-[[nodiscard]] inline Vec3<double> refract(const Vec3<double>& way, const Vec3<double>& normal,
-                                          double ratio, const Boundary& at) {
-  return stable_unit(Vec3<double>(ratio * way + (ratio * at.cosine - at.cosine_beyond) * normal));
+template <std::same_as<double> Real>
+[[nodiscard]] Vec3<Real> refract(const Vec3<Real>& way, const Vec3<Real>& normal, Real ratio,
+                                 const Boundary& at) {
+  return stable_unit(Vec3<Real>(ratio * way + (ratio * at.cosine - at.cosine_beyond) * normal));
 }
 
 }  // namespace gelight::detail
