@@ -38,8 +38,12 @@ template <std::floating_point T>
 class PathSolver;
 template <std::floating_point T>
 class SmoothDistanceSolver;
+template <std::floating_point T>
+class ExactField;
 
 namespace detail {
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> kept_direction(const ExactField<T>& field, const SurfacePoint<T>& point);
 template <std::floating_point T>
 class ArcTracer;
 template <std::floating_point T>
@@ -166,6 +170,7 @@ class ExactField {
   friend class detail::ArcTracer;
   template <std::floating_point>
   friend class detail::BorderTracer;
+  friend Vec3<T> detail::kept_direction<T>(const ExactField<T>&, const SurfacePoint<T>&);
   using Real = typename detail::WorkingPrecision<T>::Real;
   using Mesh = Surface<Real>;
   using Point = SurfacePoint<Real>;
@@ -219,6 +224,14 @@ class ExactField {
 
   [[nodiscard]] End nearest(const Point& p) const {
     if (p.kind == Point::Kind::vertex) return at_vertex(p);
+    End best = nearest_known(p);
+    from_fronts(p, best);
+    if (!has_windows(p)) search_for_shorter(p, best);
+    return is_certain(best) ? best : End{unreachable<Real>, p, {}};
+  }
+
+  // Of the ways that are known around a point.
+  [[nodiscard]] End nearest_known(const Point& p) const {
     End best{unreachable<Real>, p, {}};
     for_each_end(p, best.distance, [&](Real distance, const Arrival& last, const Vec2<Real>& at) {
       if (!(distance < best.distance)) return;
@@ -226,9 +239,11 @@ class ExactField {
       best.last = last;
       best.at = at;
     });
-    from_fronts(p, best);
-    if (!has_windows(p)) search_for_shorter(p, best);
-    return best.distance <= bound_at(corner_of(p)) ? best : End{unreachable<Real>, p, {}};
+    return best;
+  }
+
+  [[nodiscard]] bool is_certain(const End& end) const {
+    return end.distance <= bound_at(corner_of(end.point));
   }
 
   [[nodiscard]] End at_vertex(const Point& p) const {
@@ -472,14 +487,21 @@ class ExactField {
   // over no length there is no direction: there the path tells it.
   [[nodiscard]] Vec3<Real> direction_of(const End& end) const {
     if (end.back.size() > 1) return -first_way(end.back).direction;
+    return direction_by(end, [&] { return trace(end); });
+  }
+  [[nodiscard]] Vec3<Real> direction_by(const End& end, const auto& trace_back) const {
     if (end.last.entry == Arrival::none) return Vec3<Real>::Zero();
     Vec3<Real> direction = last_direction(end);
     const bool is_past = end.last.entry == Arrival::from_vertex && !is_source(end.last.origin) &&
                          is_next_to(end.point, end.last.origin);
     if (!is_past && !direction.isZero(0)) return direction;
-    const std::vector<Point> back = trace(end);
+    const std::vector<Point> back = trace_back();
     return back.size() > 1 ? Vec3<Real>(-first_way(back).direction) : direction;
   }
+
+  // `direction` in faces whose windows were kept, from sources that are points. A caller that asks
+  // for nothing else, as a light field, does without the searches, which are half of the code.
+  [[nodiscard]] Vec3<T> kept_direction(const SurfacePoint<T>& point) const;
 
   // The direction of the last piece of the way to an end.
   [[nodiscard]] Vec3<Real> last_direction(const End& end) const {
@@ -643,15 +665,19 @@ class ExactField {
     return sources_[static_cast<std::size_t>(source)].point;
   }
 
+  [[nodiscard]] std::vector<Point> trace_lines(const End& end) const {
+    detail::PointTrail<Real> trail(surface_, end.point);
+    const detail::Solved<Real> known = solved();
+    detail::LineBacktrace<Real>(known, fronts_).back(end.at, end.last, trail);
+    return std::move(trail).points();
+  }
+
   // The way back to the source. Where faces are so thin that the straight line of a vertex's last
   // piece loses its way to rounding, the path is not as long as the distance, and found again.
   [[nodiscard]] std::vector<Point> trace(const End& end) const {
     if (!end.back.empty()) return end.back;
     if (!(end.distance < unreachable<Real>)) return {};
-    detail::PointTrail<Real> trail(surface_, end.point);
-    const detail::Solved<Real> known = solved();
-    detail::LineBacktrace<Real>(known, fronts_).back(end.at, end.last, trail);
-    std::vector<Point> path = std::move(trail).points();
+    std::vector<Point> path = trace_lines(end);
     if (!fronts_.empty()) return path;
     const Real error = path_error(path, end.distance);
     if (error <= most_path_error * end.distance) return path;
@@ -792,6 +818,15 @@ auto ExactField<T>::direction(const SurfacePoint<T>& point) const -> Vec3<T> {
 }
 
 template <std::floating_point T>
+auto ExactField<T>::kept_direction(const SurfacePoint<T>& point) const -> Vec3<T> {
+  const Point p = checked(point);
+  const bool is_vertex = p.kind == Point::Kind::vertex;
+  const End end = is_vertex ? at_vertex(p) : nearest_known(p);
+  if (!is_certain(end)) return Vec3<T>::Zero();
+  return direction_by(end, [&] { return trace_lines(end); }).template cast<T>();
+}
+
+template <std::floating_point T>
 auto ExactField<T>::arrivals(const SurfacePoint<T>& point, T relative_tolerance) const
     -> std::vector<ExactArrival<T>> {
   detail::require(relative_tolerance >= 0, "a relative tolerance of ", relative_tolerance);
@@ -815,6 +850,17 @@ auto ExactField<T>::departure(const SurfacePoint<T>& point) const -> ExactDepart
   std::reverse(path.begin(), path.end());
   return departure_along(path);
 }
+
+namespace detail {
+
+/// The same as `field.direction(point)`, with less to compile: at a vertex, or where windows were
+/// kept in the point's faces, from sources that are points.
+template <std::floating_point T>
+Vec3<T> kept_direction(const ExactField<T>& field, const SurfacePoint<T>& point) {
+  return field.kept_direction(point);
+}
+
+}  // namespace detail
 
 /// Exact geodesic distance on a triangle mesh: the length of the shortest path over its faces.
 ///

@@ -52,7 +52,7 @@ template <std::floating_point T>
   field.reserve(points.size());
   const CancelHook of_points = cancelled.part(0.5, 1);
   for (const auto& point : points) {
-    field.push_back(arrivals.direction(point));
+    field.push_back(detail::kept_direction(arrivals, point));
     detail::check_points(of_points, field.size(), points.size(), "the geodesic field");
   }
   return field;
