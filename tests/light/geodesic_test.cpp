@@ -119,3 +119,37 @@ TEST_CASE("a part of the surface that no path reaches is dark") {
   const auto field = gelight::geodesic_field<double>(solver, vertex_point<double>(0), points);
   for (std::size_t v = 0; v < 16; ++v) CHECK(field[v].isZero() == (v == 0 || v >= 8));
 }
+
+TEST_CASE("the light comes as the exact field says, next to corners and edges and on needles too") {
+  gelight::Mesh<double> needles = gelight::torus(1.0, 0.4, 24, 12);
+  for (auto& p : needles.positions) p[2] *= 1e-3;
+  for (const gelight::Mesh<double>& mesh :
+       {gelight::torus(1.0, 0.4, 24, 12), gelight::icosphere(2, 1.0), needles}) {
+    const Surface surface(mesh);
+    const gelight::ExactSolver<double> solver(surface);
+    std::vector<SurfacePoint<double>> points = gelight::vertex_points(surface);
+    for (Index f = 0; f < surface.face_count(); ++f) {
+      for (const double near : {1e-3, 1e-7, 1e-10, 1e-12}) {
+        points.push_back(face_point<double>(f, {1 - 2 * near, near, near}));
+        points.push_back(face_point<double>(f, {0.3, 0.7 - near, near}));
+      }
+    }
+    // With more points than faces all windows are kept, with fewer those of the points' faces.
+    const std::size_t few = points.size() / 16;
+    for (const auto& led : {vertex_point<double>(7), face_point<double>(31, {.2, .7, .1})}) {
+      const auto field = gelight::geodesic_field<double>(solver, led, points);
+      const auto of_few = gelight::geodesic_field<double>(solver, led, std::span(points).last(few));
+      gelight::ExactOptions<double> options;
+      options.keep_windows = true;
+      const gelight::ExactField<double> kept = solver.solve(led, options);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        CHECK(field[i] == kept.direction(points[i]));
+      }
+      for (std::size_t i = 0; i < few; ++i) {
+        const auto& point = points[points.size() - few + i];
+        CHECK(of_few[i].norm() == doctest::Approx(1));
+        CHECK(of_few[i] == kept.direction(point));
+      }
+    }
+  }
+}

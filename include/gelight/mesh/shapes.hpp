@@ -5,14 +5,13 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <span>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/views/mesh_view.hpp"
@@ -58,32 +57,38 @@ template <std::floating_point T>
   detail::require(radius > 0, "icosphere of radius ", radius);
   using Real = std::common_type_t<T, double>;
   const double phi = std::numbers::phi;
-  std::vector<Vec3<Real>> points{{-1, phi, 0}, {1, phi, 0}, {-1, -phi, 0}, {1, -phi, 0},
-                                 {0, -1, phi}, {0, 1, phi}, {0, -1, -phi}, {0, 1, -phi},
-                                 {phi, 0, -1}, {phi, 0, 1}, {-phi, 0, -1}, {-phi, 0, 1}};
+  detail::Array<Vec3<Real>> points{{-1, phi, 0}, {1, phi, 0}, {-1, -phi, 0}, {1, -phi, 0},
+                                   {0, -1, phi}, {0, 1, phi}, {0, -1, -phi}, {0, 1, -phi},
+                                   {phi, 0, -1}, {phi, 0, 1}, {-phi, 0, -1}, {-phi, 0, 1}};
   decltype(Mesh<T>::faces) faces{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
                                  {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
                                  {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
                                  {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
   for (auto& p : points) p.normalize();
 
+  struct Middle {
+    Index end = -1, vertex = -1;
+  };
   for (int i = 0; i < level; ++i) {
-    std::unordered_map<std::uint64_t, Index> middles;
+    // Of the edges at each vertex, six at most, those to higher ones.
+    detail::Array<Middle> middles(6 * points.size());
     const auto middle = [&](Index a, Index b) {
-      const auto [low, high] = std::minmax(a, b);
-      const auto key = static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high);
-      const auto [entry, is_new] = middles.try_emplace(key, static_cast<Index>(points.size()));
-      if (is_new) {
-        points.push_back((points[static_cast<std::size_t>(a)] + points[static_cast<std::size_t>(b)])
-                             .normalized());
+      const Index high = std::max(a, b);
+      auto at = 6 * std::ptrdiff_t{std::min(a, b)};
+      while (middles[at].end >= 0 && middles[at].end != high) ++at;
+      if (middles[at].end < 0) {
+        middles[at] = {high, static_cast<Index>(points.size())};
+        points.push_back((points[a] + points[b]).normalized());
       }
-      return entry->second;
+      return middles[at].vertex;
     };
     decltype(Mesh<T>::faces) finer;
     finer.reserve(4 * faces.size());
     for (const auto& [a, b, c] : faces) {
       const Index ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+      for (const auto& face : {std::array{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}}) {
+        finer.push_back(face);
+      }
     }
     faces = std::move(finer);
   }

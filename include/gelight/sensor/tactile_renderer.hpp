@@ -390,7 +390,7 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
                    {},
                    detail::ChangedBlocks(camera_.width, camera_.height, reach),
                    membrane_.make_workspace()};
-    work.kept.resize(static_cast<std::size_t>(camera_.width));
+    work.kept.resize(static_cast<std::size_t>(detail::whole_blocks(camera_.width)));
     if (reads_touched) work.touched.resize(static_cast<std::size_t>(camera_.width));
     work.changed.resize(blocks);
     work.runs.reserve(blocks);
@@ -494,7 +494,8 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
       membrane_.protrusion(work.membrane, depth, y, work.kept.data());
       detail::vectorised([&] {
         detail::keep_row(work.kept.data(), static_cast<T>(options_.darkening),
-                         static_cast<T>(options_.darkening_depth), camera_.width);
+                         static_cast<T>(options_.darkening_depth),
+                         std::ptrdiff_t{detail::whole_blocks(camera_.width)});
       });
     }
     if constexpr (reads_touched) find_touched(depth, work, y);

@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstddef>
 #include <iterator>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -124,18 +125,14 @@ void keep_rest_rows(PaddedRows<T>& rest, Array<char>& masked, Array<T>& farthest
   }
 }
 
-/// Marks the blocks of a row that have a number other than 0.
+/// Marks the blocks that have a number other than 0.
 template <class T>
-void mark_blocks(char* __restrict marks, const T* row, std::ptrdiff_t count) {
-  std::ptrdiff_t b = 0;
-  for (; (b + 1) * block_size <= count; ++b) {
+void mark_blocks(char* __restrict marks, const T* row, std::ptrdiff_t blocks) {
+  for (std::ptrdiff_t b = 0; b < blocks; ++b) {
     int any = 0;
     for (Index i = 0; i < block_size; ++i) any |= row[b * block_size + i] == 0 ? 0 : 1;
     marks[b] = static_cast<char>(any);
   }
-  if (b * block_size == count) return;
-  marks[b] = 0;
-  for (std::ptrdiff_t i = b * block_size; i < count; ++i) marks[b] |= row[i] == 0 ? 0 : 1;
 }
 
 /// Rows of an image that slide along with a window, each of them kept twice: so all rows of the
@@ -214,7 +211,7 @@ class MembraneRows {
 
   /// What changes while the rows of one image go through.
   struct Workspace {
-    Lines<T> buffer;         // a row of depths
+    Lines<T> buffer;         // a row of depths, and what fills a block: nothing is there
     Lines<T> padded;         // a row, `radius` more pixels on each side, and what fills a line
     SlidingRows<T> across;   // protrusion, smoothed along
     SlidingRows<T> missing;  // 1 where the depth is not known, smoothed along
@@ -257,12 +254,12 @@ class MembraneRows {
   }
 
   [[nodiscard]] Workspace make_workspace() const {
-    const auto width = static_cast<std::size_t>(width_);
+    const auto whole = static_cast<std::size_t>(whole_blocks(width_));
     const Index window = 2 * radius_ + 1;
     const auto blocks = static_cast<std::size_t>(block_count(width_));
     Workspace work;
-    work.buffer.resize(width);
-    work.padded.resize(width + static_cast<std::size_t>(2 * whole_lines<T>(radius_)));
+    work.buffer.resize(whole, std::numeric_limits<T>::infinity());
+    work.padded.resize(whole + static_cast<std::size_t>(2 * whole_lines<T>(radius_)));
     work.across = {width_, window + band - 1, radius_};
     work.missing = work.across;
     for (std::size_t r = 0; r < band; ++r) {
@@ -290,17 +287,17 @@ class MembraneRows {
   /// mark, if there is one, nothing needs to be known.
   template <ImageOf<T> D>
   void press(Workspace& work, const D& image, Index y, const char* wanted = nullptr) const {
-    const T* const depth = row_of(image, y, work.buffer.data(), width_);
+    const T* const depth = whole_row_of(image, y, work.buffer.data(), width_);
     if (!work.everything && vectorised([&] {
-          return row_is_at_rest(depth, rest(y), farthest_[y], allowed_, width_);
+          return row_is_at_rest(depth, rest(y), farthest_[y], allowed_, whole_width());
         })) {
       return leave_out(work, y);
     }
     press_holes(work, depth, y);
     T* const protrusion = work.padded.data() + whole_lines<T>(radius_);
     vectorised([&] {
-      protrusion_row(protrusion, depth, rest(y), allowed_, width_);
-      if (!work.everything) mark_blocks(work.touched.data(), protrusion, width_);
+      protrusion_row(protrusion, depth, rest(y), allowed_, whole_width());
+      if (!work.everything) mark_blocks(work.touched.data(), protrusion, block_count(width_));
     });
     if (!mark_spread(work, protrusion, y)) return work.across.clear(y);
     if (radius_ == 0) return;
@@ -338,11 +335,12 @@ class MembraneRows {
     for (Index row = first; row < last; ++row) make_row(work, image, row);
   }
 
-  /// How far row y of the contact is pressed in, 0 where it does not touch or is not known.
+  /// How far row y of the contact is pressed in, 0 where it does not touch or is not known; `out`
+  /// has room for whole blocks.
   template <ImageOf<T> D>
   void protrusion(Workspace& work, const D& image, Index y, T* out) const {
-    const T* const depth = row_of(image, y, work.buffer.data(), width_);
-    vectorised([&] { protrusion_row(out, depth, rest(y), allowed_, width_); });
+    const T* const depth = whole_row_of(image, y, work.buffer.data(), width_);
+    vectorised([&] { protrusion_row(out, depth, rest(y), allowed_, whole_width()); });
   }
 
   /// Row y of the membrane, of which a run is asked and a pixel more on each side, while the band
@@ -370,6 +368,7 @@ class MembraneRows {
 
  private:
   [[nodiscard]] std::ptrdiff_t stride() const { return PaddedRows<T>::stride(width_); }
+  [[nodiscard]] std::ptrdiff_t whole_width() const { return whole_blocks(width_); }
 
   template <class D>
   void keep_rest(const D& image) {
@@ -435,13 +434,14 @@ class MembraneRows {
     for (const Run& run : work.runs) {
       for (Index k = -radius_; k <= radius_; ++k) taps[k] = row + run.begin + k;
       vectorised([&] {
-        symmetric_sum(out + run.begin, taps, weights_.data(), radius_, run.end - run.begin);
+        symmetric_sum(out + run.begin, taps, weights_.data(), radius_,
+                      std::ptrdiff_t{whole_blocks(run.end - run.begin)});
       });
     }
   }
 
   void press_holes(Workspace& work, const T* depth, Index y) const {
-    if (!vectorised([&] { return row_has_holes(depth, rest(y), width_); })) {
+    if (!vectorised([&] { return row_has_holes(depth, rest(y), whole_width()); })) {
       return work.missing.clear(y);
     }
     work.holes[static_cast<std::size_t>(y)] = 1;
@@ -509,14 +509,15 @@ class MembraneRows {
   template <class D>
   void make_row(Workspace& work, const D& image, Index y) const {
     T* const z = ring_row(work, y);
-    const T* const depth = row_of(image, y, work.buffer.data(), width_);
+    const T* const depth = whole_row_of(image, y, work.buffer.data(), width_);
     const T* const spread = work.sums[static_cast<std::size_t>(y % band)].data();
     Run& made = work.made[ring_slot(y)];
     made = {work.runs[0].begin, work.runs[0].begin};
     for (const Run& run : work.runs) {
       std::copy(rest(y) + made.end, rest(y) + run.begin, z + made.end);
-      const std::ptrdiff_t x = run.begin, count = run.end - run.begin;
+      const std::ptrdiff_t x = run.begin;
       vectorised([&] {
+        const std::ptrdiff_t count = whole_blocks(run.end - run.begin);
         if (radius_ == 0) {
           contact_row(z + x, depth + x, rest(y) + x, allowed_, count);
         } else {

@@ -4,6 +4,7 @@
 
 #include "gelight/core/types.hpp"
 #include "gelight/sensor/rows/lines.hpp"
+#include "gelight/sensor/rows/row_runs.hpp"
 #include "gelight/views/image_view.hpp"
 
 namespace gelight::detail {
@@ -19,9 +20,9 @@ class PaddedRows {
         numbers_(static_cast<std::size_t>(stride(width) * (height + 2))) {}
 
   /// From a row to the next: a line, of which they have the last pixel, comes before each, and they
-  /// have a pixel behind.
+  /// have a pixel behind their last whole block.
   [[nodiscard]] static std::ptrdiff_t stride(Index width) {
-    return line_size<T> + whole_lines<T>(width + 1);
+    return line_size<T> + whole_lines<T>(whole_blocks(width) + 1);
   }
 
   /// Pixel (0, y), y from -1 to the height.

@@ -24,6 +24,13 @@ inline constexpr Index tile_width = 64;
   return (width + block_size - 1) / block_size;
 }
 
+/// So many pixels, and as many more as fill their last block. Loops over whole blocks have nothing
+/// left over for shorter registers, and are half as long to compile; rows that they read and write
+/// have room for it.
+[[nodiscard]] constexpr Index whole_blocks(Index count) {
+  return (count + block_size - 1) / block_size * block_size;
+}
+
 /// Consecutive pixels of a row.
 struct Run {
   Index begin, end;
@@ -82,6 +89,16 @@ template <std::floating_point T, ImageOf<T> I>
     if (view.rows_are_packed()) return view.row(y);
   }
   for (Index x = 0; x < width; ++x) buffer[x] = static_cast<T>(ImageTraits<I>::pixel(image, x, y));
+  return buffer;
+}
+
+/// The same in whole blocks: where the last one is not full, a copy too, which ends with what
+/// `buffer` ends with.
+template <std::floating_point T, ImageOf<T> I>
+[[nodiscard]] const T* whole_row_of(const I& image, Index y, T* buffer, Index width) {
+  const T* const row = row_of(image, y, buffer, width);
+  if (row == buffer || whole_blocks(width) == width) return row;
+  std::copy_n(row, width, buffer);
   return buffer;
 }
 

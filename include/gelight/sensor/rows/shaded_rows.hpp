@@ -107,6 +107,7 @@ class ShadedRows {
     fixed_.resize(tiles * static_cast<std::size_t>(planes_ * tile_width));
     codes_.resize(coordinates * tile_width);
     ranges_.resize(coordinates);
+    columns_.resize(static_cast<std::size_t>(whole_blocks(camera.width)));
     keep_rays();
     keep_background(background, static_cast<T>(255 * ambient));
     for (std::size_t k = 0; k < lights.size(); ++k) {
@@ -117,7 +118,7 @@ class ShadedRows {
 
   [[nodiscard]] Workspace make_workspace() const {
     Workspace work{};
-    work.packed.resize(static_cast<std::size_t>(camera_.width));
+    work.packed.resize(static_cast<std::size_t>(whole_blocks(camera_.width)));
     return work;
   }
 
@@ -125,9 +126,10 @@ class ShadedRows {
   /// neighbours, in the coordinates that phong_row wants.
   [[nodiscard]] VectorRow<T> normals(Workspace& work, Index y, const Run& run, const T* above,
                                      const T* middle, const T* below) const {
-    const std::ptrdiff_t x = run.begin, count = run.end - run.begin;
+    const std::ptrdiff_t x = run.begin;
     const VectorRow<T> n{work.normal_x.data(), work.normal_y.data(), work.normal_z.data()};
     vectorised([&] {
+      const std::ptrdiff_t count = whole_blocks(run.end - run.begin);
       sobel_product_row(n.x, n.y, n.z, work.toward.data(), work.mirrored.data(), above + x,
                         middle + x, below + x, camera_.fx, camera_.fy, count);
       unit_facet_row(n.x, n.y, n.z, rays(y, run), count);
@@ -140,14 +142,15 @@ class ShadedRows {
   void shade(Workspace& work, Index y, const Run& run, const VectorRow<T>& n, const T* kept) const {
     vectorised([&] {
       const auto rgb = light(work, y, run, n, kept);
-      pack_row(work.packed.data() + run.begin, rgb[0], rgb[1], rgb[2], run.end - run.begin);
+      pack_row(work.packed.data() + run.begin, rgb[0], rgb[1], rgb[2],
+               std::ptrdiff_t{whole_blocks(run.end - run.begin)});
     });
   }
 
   /// The same before they are clamped and truncated: red, green and blue of the run's pixels.
   [[nodiscard]] std::array<const T*, 3> light(Workspace& work, Index y, const Run& run,
                                               const VectorRow<T>& n, const T* kept) const {
-    const std::ptrdiff_t count = run.end - run.begin;
+    const std::ptrdiff_t count = whole_blocks(run.end - run.begin);
     std::array<const T*, 3> sum{};
     for (std::size_t c = 0; c < 3; ++c) {
       sum[c] = ambient(run.begin, y, c);
