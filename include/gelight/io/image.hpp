@@ -6,9 +6,9 @@
 #include <cctype>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -88,7 +88,8 @@ template <std::floating_point T>
 [[maybe_unused]] static void write_png(const std::string& path, ImageView<const Rgb8> image) {
   detail::require(image.width() > 0 && image.height() > 0, "an image of ", image.width(), " x ",
                   image.height(), " pixels cannot be written to ", path);
-  std::string ending = std::filesystem::path(path).extension().string();
+  const std::size_t dot = path.find_last_of("./");
+  std::string ending = dot == std::string::npos ? "" : path.substr(dot);
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   for (const char* other : {".jpg", ".jpeg", ".bmp", ".gif", ".tif", ".tiff", ".webp", ".ppm"}) {
     detail::require(ending != other, path, " would be a PNG file; let its name end in .png");

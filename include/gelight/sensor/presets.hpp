@@ -569,8 +569,11 @@ template <std::floating_point T, LightModel<T> Model>
   TactileOptions options = sensor.options;
   if constexpr (requires { Model::is_tangent; }) options.rectify = Model::is_tangent;
   options.keep_strength = sensor.led_width.value_or(0) > 0;
-  if (!options.rectify) {
-    coating = detail::beside_lights(std::move(coating), sensor.camera, rest.depth, lights, options);
+  if constexpr (!requires { requires Model::is_tangent; }) {
+    if (!options.rectify) {
+      coating =
+          detail::beside_lights(std::move(coating), sensor.camera, rest.depth, lights, options);
+    }
   }
   return {sensor.camera, rest.depth, lights, Background<T>(coating), options};
 }
