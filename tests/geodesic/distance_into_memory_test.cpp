@@ -9,6 +9,7 @@
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
+#include "gelight/geodesic/heat.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/heap_count.hpp"
@@ -105,6 +106,10 @@ void check_solvers(const Mesh<double>& mesh) {
   check_queries<T>([&] { return FastMarchingSolver<T>(as); }, "fast marching");
   check_queries<T>([&] { return VirtualSourceSolver<T>(as); }, "virtual sources");
   check_queries<T>([&] { return ExactSolver<T>(as); }, "exact");
+  check_queries<T>([&] { return HeatSolver<T>(as); }, "heat");
+  check_queries<T>([&] { return HeatSolver<T>(as, {.refinements = 2}); }, "heat, refined");
+  check_queries<T>([&] { return HeatSolver<T>(as, {.intrinsic_delaunay = false}); },
+                   "heat, the mesh's own triangles");
 }
 
 }  // namespace

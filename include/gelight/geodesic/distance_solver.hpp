@@ -205,8 +205,9 @@ class DistanceQueries {
   [[nodiscard]] std::vector<T> distance(std::span<const Source<T>> sources) const;
 
   /// The same in the caller's memory: `out` has an element per vertex, and is as it was where the
-  /// query throws. Dijkstra's method, fast marching, virtual sources and the exact solver without
-  /// targets allocate nothing once a query like it has been answered; the other solvers do.
+  /// query throws. Dijkstra's method, fast marching, virtual sources, heat and the exact solver
+  /// without targets allocate nothing once a query like it has been answered; smooth distances and
+  /// the planner do.
   void distance_into(std::span<T> out, Index vertex) const {
     distance_into(out, std::span<const Index>(&vertex, 1));
   }
