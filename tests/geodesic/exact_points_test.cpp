@@ -565,3 +565,33 @@ TEST_CASE("two vertices at one place but for rounding, a face between them: as i
     }
   }
 }
+
+TEST_CASE("within a greatest distance ways are found back as without it, on needles too") {
+  for (const auto& mesh : meshes(60)) {
+    const ExactSolver solver(mesh);
+    const double longest = longest_edge(solver.surface());
+    for (int seed = 0; seed < 6; ++seed) {
+      Random random(static_cast<std::uint64_t>(seed));
+      const Source<double> source{gelight::test::random_point(mesh, random), 0};
+      const auto sources = std::span<const Source<double>>(&source, 1);
+      ExactOptions<double> near;
+      near.max_distance = longest * uniform(random, 0.05, 0.8);
+      near.keep_windows = seed % 2 == 0;
+      const auto all = solver.solve(sources, ExactOptions<double>{});
+      const auto some = solver.solve(sources, near);
+      for (int i = 0; i < 40; ++i) {
+        const Point p = i % 4 == 3 ? NextTo(solver.surface(), -14, -3, random).point()
+                                   : gelight::test::random_point(mesh, random);
+        const double d = all.distance(p), of_some = some.distance(p);
+        const auto path = some.path(p);
+        CHECK(path.empty() == std::isinf(of_some));
+        if (std::isinf(of_some)) {
+          CHECK(d > near.max_distance - 1e-12 * longest);
+          continue;
+        }
+        CHECK(std::fabs(of_some - d) <= 1e-12 * longest);
+        CHECK(std::fabs(gelight::length(solver.surface(), path) - d) <= 1e-9 * longest);
+      }
+    }
+  }
+}
