@@ -76,7 +76,8 @@ class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
   using Queue = detail::BucketQueue<Real>;
 
   template <TriangleMesh M>
-  const Surface<Real>& surface_of(const M& mesh, const DijkstraOptions& options) const {
+  [[nodiscard]] const Surface<Real>& surface_of(const M& mesh,
+                                                const DijkstraOptions& options) const {
     return surface_->get([&] { return Surface<Real>(mesh, options.cancelled.part(0, 0)); });
   }
 

@@ -218,7 +218,8 @@ class EdgeGraph {
     PeriodicCheck progress(cancelled, vertex_count(), reading_mesh);
     for (Index v = 0; v < vertex_count(); ++v) {
       const Index first = std::exchange(begin_[v], filled), last = begin_[v + 1];
-      const auto most = static_cast<std::size_t>(filled + 2 * (last - first));
+      const auto most =
+          static_cast<std::size_t>(filled) + 2 * static_cast<std::size_t>(last - first);
       if (most > room + static_cast<std::size_t>(first))
         room = make_room(filled, first, last, room);
       const Slice<const Index> corners(neighbours_.data() + room + first,
