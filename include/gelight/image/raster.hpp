@@ -49,6 +49,7 @@ struct Pose {
     const auto [x, y, z] = moved(p[0], p[1], p[2]);
     return {x, y, z};
   }
+  /// The same of its coordinates.
   [[nodiscard]] std::array<double, 3> moved(double x, double y, double z) const {
     // Spelled out, with sums in Eigen's order: its product takes long to compile.
     const Eigen::Matrix3d& r = rotation;
