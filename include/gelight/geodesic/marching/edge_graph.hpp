@@ -94,7 +94,6 @@ class EdgeGraph {
   }
 
   /// Takes a vertex from the queue, and has the memory fetched that those after it will ask for.
-  /// Waiting for it would take a third of the time on large meshes.
   template <class Queue>
   [[nodiscard, gnu::always_inline]] std::pair<Index, Real> pop_and_prefetch(
       Queue& queue, Slice<const Real> distance) const {
