@@ -102,6 +102,19 @@ TEST_CASE("an array is what a vector is") {
   compare<Wide>([](int i) { return Wide{i / 7.0}; });
 }
 
+TEST_CASE("an array of many pages keeps what it has as it grows") {
+  constexpr int count = 300'000;  // 2.4 MB, so that large pages have room
+  Array<double> values;
+  for (int i = 0; i < 10; ++i) values.push_back(i);
+  values.resize(count, 7.0);
+  values.reserve_for_all(3 * count);
+  CHECK(values.capacity() == std::size_t{3} * count);
+  values.resize(std::size_t{2} * count);
+  for (int i = 0; i < 2 * count; ++i) {
+    if (values[i] != (i < 10 ? i : i < count ? 7 : 0)) FAIL("element " << i << ": " << values[i]);
+  }
+}
+
 TEST_CASE("an array takes its own elements") {
   Array<std::string> words{"one word that is too long for its place", "two"};
   for (int i = 0; i < 100; ++i) {

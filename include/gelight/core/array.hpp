@@ -13,11 +13,14 @@
 #include <utility>
 #include <vector>
 
+#include "gelight/core/pages.hpp"
+
 namespace gelight::detail {
 
 /// What std::vector is, but with a subscript of any sign, so that an Index needs no cast, and with
-/// few functions, so that the dozens of kinds in the library compile quickly.
-template <class T>
+/// few functions, so that the dozens of kinds in the library compile quickly. Its memory begins at
+/// a multiple of `alignment` bytes.
+template <class T, std::size_t alignment = alignof(T)>
 class Array {
  public:
   using value_type = T;
@@ -57,8 +60,10 @@ class Array {
   [[nodiscard]] const T* begin() const { return data_; }
   [[nodiscard]] T* end() { return data_ + size_; }
   [[nodiscard]] const T* end() const { return data_ + size_; }
-  [[nodiscard]] T& operator[](std::integral auto i) { return data_[i]; }
-  [[nodiscard]] const T& operator[](std::integral auto i) const { return data_[i]; }
+  [[nodiscard, gnu::always_inline]] T& operator[](std::integral auto i) { return data_[i]; }
+  [[nodiscard, gnu::always_inline]] const T& operator[](std::integral auto i) const {
+    return data_[i];
+  }
   [[nodiscard]] T& front() { return *data_; }
   [[nodiscard]] const T& front() const { return *data_; }
   [[nodiscard]] T& back() { return data_[size_ - 1]; }
@@ -77,8 +82,14 @@ class Array {
   void reserve(std::size_t count) {
     if (count > capacity_) move_to(count);
   }
+  /// Room for values all of which are about to be added.
+  void reserve_for_all(std::size_t count) {
+    if (count <= capacity_) return;
+    move_to(count);
+    expect_writes(data_ + size_, (count - size_) * sizeof(T));
+  }
   [[gnu::noinline]] void resize(std::size_t count) {
-    make_room(count);
+    make_room_for_all(count);
     if constexpr (std::is_trivial_v<T>) {
       if (size_ < count) std::memset(data_ + size_, 0, (count - size_) * sizeof(T));
       size_ = count;
@@ -90,7 +101,7 @@ class Array {
   [[gnu::noinline]] void resize(std::size_t count, const T& value) {
     // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): it may be one of these
     const T kept = value;
-    make_room(count);
+    make_room_for_all(count);
     if constexpr (std::is_trivial_v<T>) {
       if (size_ < count) std::fill(data_ + size_, data_ + count, kept);
       size_ = count;
@@ -132,7 +143,8 @@ class Array {
   void keep_until(const T* end) { cut(static_cast<std::size_t>(end - data_)); }
 
  private:
-  static constexpr bool is_aligned = alignof(T) > __STDCPP_DEFAULT_NEW_ALIGNMENT__;
+  static_assert(alignment >= alignof(T), "elements would lie beside what they need");
+  static constexpr bool is_aligned = alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__;
 
   // The new one is made first, for it may be made of one of these.
   template <class... Parts>
@@ -145,6 +157,11 @@ class Array {
   }
   void make_room(std::size_t count) {
     if (count > capacity_) move_to(std::max(count, 2 * capacity_));
+  }
+  void make_room_for_all(std::size_t count) {
+    if (count <= capacity_) return;
+    make_room(count);
+    expect_writes(data_ + size_, (count - size_) * sizeof(T));
   }
   [[gnu::noinline]] void move_to(std::size_t capacity) {
     static_assert(std::is_nothrow_move_constructible_v<T>, "elements would be lost half-way");
@@ -169,14 +186,14 @@ class Array {
   }
   static T* take(std::size_t capacity) {
     if constexpr (is_aligned) {
-      return static_cast<T*>(::operator new (capacity * sizeof(T), std::align_val_t{alignof(T)}));
+      return static_cast<T*>(::operator new (capacity * sizeof(T), std::align_val_t{alignment}));
     } else {
       return static_cast<T*>(::operator new(capacity * sizeof(T)));
     }
   }
   void give_back() {
     if constexpr (is_aligned) {
-      ::operator delete (data_, std::align_val_t{alignof(T)});
+      ::operator delete (data_, std::align_val_t{alignment});
     } else {
       ::operator delete(data_);
     }

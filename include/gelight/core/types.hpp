@@ -25,6 +25,7 @@ using Vec3 = Eigen::Matrix<T, 3, 1>;
 
 /// The arithmetic of points and vectors, spelled out: what Eigen's operators compute, but without
 /// their expressions, whose types are a good part of what it costs to compile a program.
+/// Sums go from the first coordinate to the last, whatever the processor and the type.
 ///@{
 template <std::floating_point T>
 [[nodiscard]] Vec2<T> operator+(const Vec2<T>& a, const Vec2<T>& b) {
@@ -90,6 +91,69 @@ Vec3<T>& operator-=(Vec3<T>& a, const Vec3<T>& b) {
   for (int i = 0; i < 3; ++i) a[i] -= b[i];
   return a;
 }
+/// A matrix times a vector.
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> operator*(const Eigen::Matrix<T, 3, 3>& m, const Vec3<T>& v) {
+  Vec3<T> out;
+  for (int i = 0; i < 3; ++i) out[i] = m(i, 0) * v[0] + m(i, 1) * v[1] + m(i, 2) * v[2];
+  return out;
+}
+/// Scalar product.
+template <std::floating_point T>
+[[nodiscard]] T dot(const Vec2<T>& a, const Vec2<T>& b) {
+  return a[0] * b[0] + a[1] * b[1];
+}
+template <std::floating_point T>
+[[nodiscard]] T dot(const Vec3<T>& a, const Vec3<T>& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+/// Square of the length.
+template <std::floating_point T>
+[[nodiscard]] T squared_norm(const Vec2<T>& v) {
+  return dot(v, v);
+}
+template <std::floating_point T>
+[[nodiscard]] T squared_norm(const Vec3<T>& v) {
+  return dot(v, v);
+}
+/// Length, where its square neither overflows nor underflows.
+template <std::floating_point T>
+[[nodiscard]] T norm(const Vec2<T>& v) {
+  return std::sqrt(dot(v, v));
+}
+template <std::floating_point T>
+[[nodiscard]] T norm(const Vec3<T>& v) {
+  return std::sqrt(dot(v, v));
+}
+/// One unit long; zero stays zero.
+template <std::floating_point T>
+[[nodiscard]] Vec2<T> normalized(const Vec2<T>& v) {
+  const T square = dot(v, v);
+  return square > 0 ? v / std::sqrt(square) : v;
+}
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> normalized(const Vec3<T>& v) {
+  const T square = dot(v, v);
+  return square > 0 ? v / std::sqrt(square) : v;
+}
+/// In another precision.
+template <std::floating_point To, std::floating_point T>
+[[nodiscard]] Vec2<To> cast(const Vec2<T>& v) {
+  return {static_cast<To>(v[0]), static_cast<To>(v[1])};
+}
+template <std::floating_point To, std::floating_point T>
+[[nodiscard]] Vec3<To> cast(const Vec3<T>& v) {
+  return {static_cast<To>(v[0]), static_cast<To>(v[1]), static_cast<To>(v[2])};
+}
+/// The least and the greatest of each coordinate.
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> least_of(const Vec3<T>& a, const Vec3<T>& b) {
+  return {std::min(a[0], b[0]), std::min(a[1], b[1]), std::min(a[2], b[2])};
+}
+template <std::floating_point T>
+[[nodiscard]] Vec3<T> greatest_of(const Vec3<T>& a, const Vec3<T>& b) {
+  return {std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2])};
+}
 ///@}
 
 /// Cross product. (Eigen's own needs its Geometry module, which doubles the time to compile.)
@@ -125,6 +189,14 @@ template <class V>
   return true;
 }
 
+/// The largest amount among the coordinates; zero of no coordinates.
+template <class V>
+[[nodiscard]] typename V::Scalar largest_part(const V& v) {
+  typename V::Scalar largest = 0;
+  for (int i = 0; i < v.size(); ++i) largest = std::max(largest, std::abs(v[i]));
+  return largest;
+}
+
 template <class V>
 [[nodiscard]] typename V::Scalar sum_of_squares(const V& v) {
   typename V::Scalar sum = 0;
@@ -143,8 +215,7 @@ template <class T>
 // not finite stay as they are.
 template <class V>
 [[nodiscard]] std::pair<V, int> scaled(V v) {
-  typename V::Scalar largest = 0;
-  for (int i = 0; i < v.size(); ++i) largest = std::max(largest, std::abs(v[i]));
+  const typename V::Scalar largest = largest_part(v);
   if (!(largest > 0 && std::isfinite(largest))) return {v, 0};
   const int exponent = -std::ilogb(largest);
   for (int i = 0; i < v.size(); ++i) v[i] = std::ldexp(v[i], exponent);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <type_traits>
+
 // Loops over rows of pixels, compiled so that they are vectorised, for the processor's wider
 // registers where it has them: `vectorised([&] { ... })` runs its work in a copy that is compiled
 // with all that it calls for AVX-512 (by GCC), for AVX2, or in a plain one, as the processor is.
@@ -22,6 +24,14 @@
 #endif
 #if defined(GELIGHT_CHOOSES_REGISTERS) && !defined(__clang__) && defined(__OPTIMIZE__)
 #define GELIGHT_CHOOSES_AVX512
+#endif
+#if defined(GELIGHT_CHOOSES_AVX512) || (defined(__AVX512F__) && defined(__AVX512VL__) && \
+                                        defined(__AVX512BW__) && defined(__AVX512DQ__))
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)  // before GCC 12 there is no word for halves
+#define GELIGHT_HAS_EIGHT_LANES
+#endif
+#endif
 #endif
 
 namespace gelight::detail {
@@ -70,6 +80,18 @@ auto vectorised_by_four(const Work& work) {
   if (__builtin_cpu_supports("avx2") != 0) return run_wide(work);
 #endif
   return run_plain(work);
+}
+
+/// The same for work that is told how many numbers of double precision to compute at a time, by a
+/// constant: eight where registers hold them, and else four.
+template <class Work>
+auto vectorised_in_lanes(const Work& work) {
+#if defined(GELIGHT_CHOOSES_AVX512) && defined(GELIGHT_HAS_EIGHT_LANES)
+  if (has_avx512()) return run_widest([&work] { return work(std::integral_constant<int, 8>()); });
+#elif defined(GELIGHT_HAS_EIGHT_LANES)
+  return run_plain([&work] { return work(std::integral_constant<int, 8>()); });
+#endif
+  return vectorised_by_four([&work] { return work(std::integral_constant<int, 4>()); });
 }
 
 }  // namespace gelight::detail
