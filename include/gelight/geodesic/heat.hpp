@@ -5,6 +5,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -14,6 +15,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/bits.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/pool.hpp"
@@ -499,7 +501,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
       }
       const auto& face = system_->faces[f];
       const Real double_area = face.x1 * face.y2;
-      const Real steepness = scaled_gradient(face, d).norm() / double_area / system_->unit;
+      const Real steepness = norm(scaled_gradient(face, d)) / double_area / system_->unit;
       sum += double_area * std::abs(steepness - 1);
       total += double_area;
     }
@@ -539,7 +541,15 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
       };
     };
     const double each = 0.4 / (1 + options_.refinements);  // of the work, from 0.6 on
-    continue_near(found, first_field, cancelled.part(0.6, 0.6 + each));
+    for (PartWork& part : found) {
+      const auto& heat = part.heat.result();
+      if (border_factor_ || !heat.has_one_exponent) {
+        put_divergence(part.near, first_field(part), part.distance);
+      } else {
+        put_divergence(part.near, heat.value, part.distance);
+      }
+    }
+    integrate(found, cancelled.part(0.6, 0.6 + each));
     const auto field = [this](const PartWork& part) {
       return [this, &from = part.before](Index f) { return refined_field(f, from); };
     };
@@ -583,11 +593,12 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   // known at all vertices of a face, to `unit_field(part)(face)` elsewhere.
   void continue_near(std::span<PartWork> parts, const auto& unit_field,
                      const CancelHook& cancelled) const {
+    for (PartWork& part : parts) put_divergence(part.near, unit_field(part), part.distance);
+    integrate(parts, cancelled);
+  }
+  void integrate(std::span<PartWork> parts, const CancelHook& cancelled) const {
     std::array<std::span<Real>, parts_at_once> sides;
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      put_divergence(parts[i].near, unit_field(parts[i]), parts[i].distance);
-      sides[i] = parts[i].distance;
-    }
+    for (std::size_t i = 0; i < parts.size(); ++i) sides[i] = parts[i].distance;
     system_->integrate({sides.data(), parts.size()}, cancelled);
   }
 
@@ -595,17 +606,87 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
                       detail::Array<Real>& sums) const {
     sums.assign(near.size(), 0);
     for (Index f = 0; f < surface_.face_count(); ++f) {
-      const auto d = values_at(f, near);
-      const auto& face = system_->faces[f];
-      const bool is_near = std::max({d[0], d[1], d[2]}) < unreachable<Real>;
-      const Vec2<Real> field =
-          is_near ? Vec2<Real>(scaled_gradient(face, d) / (face.x1 * face.y2)) : unit_field(f);
-      const auto at = integrated_divergence(face, field);
-      for (Index k = 0; k < 3; ++k) {
-        sums[system_->origins[3 * f + k]] += at[static_cast<std::size_t>(k)];
+      const Vec2<Real> field = is_near(f, near) ? near_gradient(f, near) : unit_field(f);
+      add_divergence(f, integrated_divergence(system_->faces[f], field), sums);
+    }
+  }
+  [[nodiscard]] bool is_near(Index f, const detail::Array<Real>& near) const {
+    const auto d = values_at(f, near);
+    return std::max({d[0], d[1], d[2]}) < unreachable<Real>;
+  }
+  [[nodiscard]] Vec2<Real> near_gradient(Index f, const detail::Array<Real>& near) const {
+    const auto& face = system_->faces[f];
+    return scaled_gradient(face, values_at(f, near)) / (face.x1 * face.y2);
+  }
+  void add_divergence(Index f, const std::array<Real, 3>& at, detail::Array<Real>& sums) const {
+    const Index* v = system_->origins.data() + 3 * std::ptrdiff_t{f};
+    for (std::size_t k = 0; k < 3; ++k) sums[v[k]] += at[k];
+  }
+
+  // The same of the direction in which heat descends that has one exponent: several faces at once.
+  void put_divergence(const detail::Array<Real>& near, const detail::Array<Real>& heat,
+                      detail::Array<Real>& sums) const {
+    sums.assign(near.size(), 0);
+    const Index count = surface_.face_count();
+    for (Index f = 0; f < count; f += Several::count) {
+      const Index end = std::min(count, f + Several::count);
+      Several faces;
+      for (Index g = f; g < end; ++g) faces.set(g - f, system_->faces[g], values_at(g, heat));
+      const auto at = faces.divergence_of_descent();
+      for (Index g = f; g < end; ++g) {
+        const auto k = g - f;
+        add_divergence(g,
+                       is_near(g, near)
+                           ? integrated_divergence(system_->faces[g], near_gradient(g, near))
+                           : std::array<Real, 3>{at[0][k], at[1][k], at[2][k]},
+                       sums);
       }
     }
   }
+
+  // Faces, and heat at their vertices.
+  class Several {
+   public:
+    static constexpr Index count = 8;
+
+    void set(Index k, const PlanarFace& face, const std::array<Real, 3>& u) {
+      x1_[k] = face.x1;
+      x2_[k] = face.x2;
+      y2_[k] = face.y2;
+      // A power of two, so that squares neither overflow nor vanish.
+      const Real most = std::max({std::abs(u[0]), std::abs(u[1]), std::abs(u[2])});
+      const Real scale = inverse_power_below(most);
+      du1_[k] = (u[0] - u[1]) * scale;
+      du2_[k] = (u[0] - u[2]) * scale;
+    }
+    // At the three vertices; no field where heat is the same at all of them.
+    [[nodiscard]] auto divergence_of_descent() const {
+      const Numbers g1 = y2_ * du1_;
+      const Numbers g2 = x1_ * du2_ - x2_ * du1_;
+      const Numbers norm = (g1 * g1 + g2 * g2).sqrt();
+      const Numbers half = (norm > 0).select(0.5 / norm, 0);
+      const Numbers at1 = (y2_ * g1 - x2_ * g2) * half;
+      const Numbers at2 = x1_ * g2 * half;
+      return std::array<Numbers, 3>{-at1 - at2, at1, at2};
+    }
+
+   private:
+    using Numbers = Eigen::Array<Real, count, 1>;
+
+    // 2^-k for numbers from 2^k to below 2^(k + 1), 2^-1022 for the largest, whose inverse would be
+    // no normal number; finite for 0.
+    static Real inverse_power_below(Real x) {
+      static_assert(std::same_as<Real, double>);
+      constexpr std::uint64_t all_bits = std::uint64_t{0x7ff} << 52;
+      constexpr std::uint64_t twice_bias = std::uint64_t{0x7fe} << 52;
+      constexpr std::uint64_t most_bits = std::uint64_t{0x7fd} << 52;
+      const std::uint64_t exponent_bits = detail::bit_cast<std::uint64_t>(x) & all_bits;
+      return detail::bit_cast<double>(twice_bias - std::min(exponent_bits, most_bits));
+    }
+
+    Numbers x1_ = Numbers::Ones(), x2_ = Numbers::Zero(), y2_ = Numbers::Ones();
+    Numbers du1_ = Numbers::Zero(), du2_ = Numbers::Zero();
+  };
 
   [[nodiscard]] std::array<Real, 3> values_at(Index f, const detail::Array<Real>& u) const {
     const Index* v = system_->origins.data() + 3 * std::ptrdiff_t{f};
@@ -643,8 +724,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     const Real share = options_.boundary == HeatBoundary::dirichlet ? 0 : 1;
     const Vec2<Real> a = descent(f, held), b = descent(f, free);
     const Vec2<Real> mixed = a + (a.isZero(0) ? 1 : share) * b;
-    const Real norm = mixed.norm();
-    return norm > 0 ? Vec2<Real>(mixed / norm) : mixed;
+    const Real length = norm(mixed);
+    return length > 0 ? Vec2<Real>(mixed / length) : mixed;
   }
 
   // Unit direction in which heat falls, or zero where it is the same at all three vertices.
@@ -665,14 +746,14 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   [[nodiscard]] Vec2<Real> refined_field(Index f, const detail::Array<Real>& phi) const {
     const auto& face = system_->faces[f];
     const Vec2<Real> g = scaled_gradient(face, values_at(f, phi)) / (face.x1 * face.y2);
-    const Real norm = g.norm();
-    return norm > 0 ? Vec2<Real>(g / std::max(norm, shortest_gradient)) : g;
+    const Real length = norm(g);
+    return length > 0 ? Vec2<Real>(g / std::max(length, shortest_gradient)) : g;
   }
 
   [[nodiscard]] Vec2<Real> unit_gradient(Index f, const std::array<Real, 3>& u) const {
     const Vec2<Real> g = scaled_gradient(system_->faces[f], u);
-    const Real norm = g.norm();
-    return norm > 0 ? Vec2<Real>(g / norm) : g;
+    const Real length = norm(g);
+    return length > 0 ? Vec2<Real>(g / length) : g;
   }
 
   // Shifts each component so that it agrees with the near distance on average, and gives the near

@@ -45,7 +45,9 @@ class SparseFactor : public LinearFactor<Scalar> {
     double work = 0;
     for (const auto& node : dissection_->nodes()) work += node.work();
     double done = 0;
-    values_ = large_array<Scalar>(dissection_->value_count());
+    const auto value_count = dissection_->value_count();
+    values_ = large_array<Scalar>(value_count + Columns<Scalar>::overhang);
+    std::fill_n(values_.get() + value_count, Columns<Scalar>::overhang, Scalar(0));
     const auto one_block =
         large_array<Scalar>(dissection_->largest_block() + Front<Scalar>::overhang);
     Scalar* const block = one_block.get();
@@ -58,9 +60,8 @@ class SparseFactor : public LinearFactor<Scalar> {
       std::fill(block, block + node.block_size(), Scalar(0));
       clear_lower_triangle(update, node.border());
       place(node, matrix, block);
-      for (const std::size_t c : {1U, 0U}) {
-        if (node.children[c] < 0) continue;
-        const auto& child = dissection_->nodes()[node.children[c]];
+      for (Index c = node.last_child; c >= 0; c = dissection_->nodes()[c].sibling) {
+        const auto& child = dissection_->nodes()[c];
         add_child(node, child, updates.get() + child.update, block, update);
       }
       Front<Scalar>(block, node.own(), node.height(), update).eliminate();
@@ -107,7 +108,6 @@ class SparseFactor : public LinearFactor<Scalar> {
   struct Workspace {
     Array<Value> x;      // in the order of elimination
     Array<Value> front;  // a node's rows
-    Array<Scalar> line;  // one system's rows below those of some columns
   };
 
   static void clear_lower_triangle(Scalar* square, Index size) {
@@ -140,12 +140,15 @@ class SparseFactor : public LinearFactor<Scalar> {
     }
   }
 
-  /// What lies above the diagonal of the block is not kept.
+  /// What lies above the diagonal of the block is not kept, and pivots as their inverses.
   void keep(const Node& node, const Scalar* block) {
     Scalar* to = values_.get() + node.values;
     const Index own = node.own(), height = node.height();
     for (Index j = 0; j < own; ++j, block += height) {
-      to = std::copy(block + j / columns_at_once * columns_at_once, block + height, to);
+      const Index first = j / columns_at_once * columns_at_once;
+      to[j - first] = 1 / std::real(block[j]);
+      std::copy(block + first, block + j, to);
+      to = std::copy(block + j + 1, block + height, to + (j + 1 - first));
     }
   }
 
@@ -184,7 +187,7 @@ class SparseFactor : public LinearFactor<Scalar> {
   void solve_lower(Workspace<Value>& work, const CancelHook& cancelled) const {
     const auto& rows = dissection_->rows();
     Array<Value>&x = work.x, &front = work.front;
-    front.resize(static_cast<std::size_t>(dissection_->largest_height()));
+    front.resize(static_cast<std::size_t>(dissection_->largest_height()) + overhang);
     const auto& nodes = dissection_->nodes();
     for (const Node& node : nodes) {
       const auto number = &node - nodes.data();
@@ -195,7 +198,7 @@ class SparseFactor : public LinearFactor<Scalar> {
       const auto is_reached = reached(begin, begin + own);
       if (is_reached.none()) continue;
       std::copy(begin, begin + own, front.data());
-      std::fill(front.data() + own, front.data() + height, Value{});
+      std::fill(front.data() + own, front.data() + height + overhang, Value{});
       const Scalar* values = values_.get() + node.values;
       for (Index k = 0; k < own; k += columns_at_once) {
         const Columns<Scalar> columns{values, std::min(columns_at_once, own - k), height - k};
@@ -214,20 +217,19 @@ class SparseFactor : public LinearFactor<Scalar> {
     const auto& rows = dissection_->rows();
     const auto& nodes = dissection_->nodes();
     Array<Value>&x = work.x, &front = work.front;
-    front.resize(static_cast<std::size_t>(dissection_->largest_height()));
-    Array<Scalar>& line = work.line;
-    line.resize(front.size());
+    front.resize(static_cast<std::size_t>(dissection_->largest_height()) + overhang);
     for (const auto* node = nodes.end(); node-- != nodes.begin();) {
       const auto number = nodes.end() - node - 1;
       if (number % nodes_between<Value> == 0) ask(cancelled, number);
       const Index own = node->own(), height = node->height();
       std::copy(x.data() + node->begin, x.data() + node->end, front.data());
       for (Index r = own; r < height; ++r) front[r] = x[rows[node->rows_begin + r - own]];
+      std::fill_n(front.data() + height, overhang, Value{});
       const Scalar* values = values_.get() + node->values + node->value_count();
       for (Index end = own; end > 0;) {
         const Index k = (end - 1) / columns_at_once * columns_at_once, count = end - k;
         values -= std::ptrdiff_t{count} * (height - k);
-        Columns<Scalar>{values, count, height - k}.substitute(front.data() + k, line.data());
+        Columns<Scalar>{values, count, height - k}.substitute(front.data() + k);
         end = k;
       }
       std::copy(front.data(), front.data() + own, x.data() + node->begin);
@@ -235,6 +237,7 @@ class SparseFactor : public LinearFactor<Scalar> {
   }
 
   static constexpr Index columns_at_once = Columns<Scalar>::most;
+  static constexpr Index overhang = Columns<Scalar>::overhang;
   static_assert(columns_at_once == Dissection::columns_together);
   // How often the triangular solves ask: after so many nodes.
   template <class Value>

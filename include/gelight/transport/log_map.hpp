@@ -85,7 +85,7 @@ class ExactLogMap {
         field_(std::move(field)),
         cancelled_(std::move(cancelled)) {
     const TangentBasis<Real> basis = planes_->basis(source_);
-    basis_ = {basis.x.template cast<T>(), basis.y.template cast<T>()};
+    basis_ = {cast<T>(basis.x), cast<T>(basis.y)};
   }
 
   [[nodiscard]] std::vector<Vec2<T>> at_vertices(const CancelHook& cancelled) const {
@@ -153,7 +153,7 @@ class ExactLogMapSolver {
   [[nodiscard]] std::array<Vec3<T>, 2> tangent_basis(Index vertex) const {
     surface().require_vertex(vertex);
     const TangentBasis<Real>& basis = planes_->frames().basis(vertex);
-    return {basis.x.template cast<T>(), basis.y.template cast<T>()};
+    return {cast<T>(basis.x), cast<T>(basis.y)};
   }
 
  private:

@@ -41,7 +41,7 @@ class ParallelTransport {
   /// Throws InvalidInput for a point that is not of the surface, or at a vertex without faces.
   [[nodiscard]] std::array<Vec3<T>, 2> tangent_basis(const SurfacePoint<T>& point) const {
     const TangentBasis<double> basis = planes_.basis(checked(point));
-    return {basis.x.template cast<T>(), basis.y.template cast<T>()};
+    return {cast<T>(basis.x), cast<T>(basis.y)};
   }
 
   /// The vector at the end of a path that is parallel to a vector at its start, of which the part
@@ -49,11 +49,11 @@ class ParallelTransport {
   /// without points, with a point that is not of the surface, or with two points in a row that no
   /// face holds; and for a vector that is not finite. Cost: O(1) a piece, O(valence) at vertices.
   [[nodiscard]] Vec3<T> along(const Path<T>& path, const Vec3<T>& vector) const {
-    detail::require(vector.allFinite(), "the vector (", vector[0], ", ", vector[1], ", ", vector[2],
-                    ") is not finite");
+    detail::require(detail::is_finite(vector), "the vector (", vector[0], ", ", vector[1], ", ",
+                    vector[2], ") is not finite");
     const std::complex<double> turn = std::polar(1.0, turn_along(path));
-    const auto start = planes_.basis(checked(path.front())).project(vector.template cast<double>());
-    return planes_.basis(checked(path.back())).embed(turn * start).template cast<T>();
+    const auto start = planes_.basis(checked(path.front())).project(cast<double>(vector));
+    return cast<T>(planes_.basis(checked(path.back())).embed(turn * start));
   }
 
   /// The angle from a vector to itself carried once round a closed path, in radians, from -pi to

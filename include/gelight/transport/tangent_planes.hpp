@@ -85,7 +85,7 @@ class TangentPlanes {
     const Vec3<Real> x =
         stable_unit(surface_.position(surface_.tip(h)) - surface_.position(surface_.origin(h)));
     Vec3<Real> y = stable_unit(cross(normal, x));
-    if (!(y.squaredNorm() > 0)) y = unit_orthogonal(x);
+    if (!(squared_norm(y) > 0)) y = unit_orthogonal(x);
     return {x, y};
   }
 

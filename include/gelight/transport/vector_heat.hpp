@@ -112,7 +112,7 @@ class VectorHeatSolver {
   [[nodiscard]] std::array<Vec3<T>, 2> tangent_basis(Index vertex) const {
     surface_.require_vertex(vertex);
     const auto& basis = planes_.frames().basis(vertex);
-    return {basis.x.template cast<T>(), basis.y.template cast<T>()};
+    return {cast<T>(basis.x), cast<T>(basis.y)};
   }
 
   /// Carries a vector from a vertex to all others. Its part in the vertex' tangent plane is what is
@@ -388,11 +388,10 @@ class VectorHeatSolver {
         if (face < 0) return 1.0;
         turn += planes_.leg(path[i], path[i - 1], face).turn;
       }
-      const auto given =
-          planes_.basis(path.back()).project(sources[from].vector.template cast<Real>());
+      const auto given = planes_.basis(path.back()).project(cast<Real>(sources[from].vector));
       const auto true_one = given * std::polar(1.0, turn);
-      const auto found = planes_.frames().basis(v).project(
-          vectors[static_cast<std::size_t>(v)].template cast<Real>());
+      const auto found =
+          planes_.frames().basis(v).project(cast<Real>(vectors[static_cast<std::size_t>(v)]));
       return std::abs(found - true_one) / std::abs(true_one);
     });
   }
@@ -413,7 +412,7 @@ class VectorHeatSolver {
     for (std::size_t s = 0; s < sources.size(); ++s) {
       const Point& point = sources[s].point;
       if (detail::shared_face(surface_, path.back(), point) < 0) continue;
-      const Real d = (surface_.position(path.back()) - surface_.position(point)).norm();
+      const Real d = norm(surface_.position(path.back()) - surface_.position(point));
       if (!(d < least)) continue;
       least = d;
       nearest = s;
@@ -489,8 +488,7 @@ class VectorHeatSolver {
   [[nodiscard]] std::vector<Vec3<T>> embedded(const Field& field) const {
     std::vector<Vec3<T>> result(field.size());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      result[static_cast<std::size_t>(v)] =
-          planes_.frames().basis(v).embed(field[v]).template cast<T>();
+      result[static_cast<std::size_t>(v)] = cast<T>(planes_.frames().basis(v).embed(field[v]));
     }
     return result;
   }
@@ -519,9 +517,9 @@ class VectorHeatSolver {
                   detail::Array<Real>& lengths, detail::Array<Real>& shares) const {
     surface_.require_point(source.point);
     const auto point = detail::simplified(surface_, source.point.template cast<Real>());
-    const Vec3<Real> vector = source.vector.template cast<Real>();
-    detail::require(vector.allFinite(), "the vector of source ", number, " is (", vector[0], ", ",
-                    vector[1], ", ", vector[2], "), which is not finite");
+    const Vec3<Real> vector = cast<Real>(source.vector);
+    detail::require(detail::is_finite(vector), "the vector of source ", number, " is (", vector[0],
+                    ", ", vector[1], ", ", vector[2], "), which is not finite");
     if (point.kind == Point::Kind::vertex) require_faces(point.element[0]);
     const auto basis = planes_.basis(point);
     const auto tangent = basis.project(vector);

@@ -21,7 +21,8 @@ template <class Scalar>
 struct ScaledField {
   Array<Scalar> value;
   Array<Index> exponent;
-  Index unknown = 0;  // how many vertices that are reached have no value
+  Index unknown = 0;             // how many vertices that are reached have no value
+  bool has_one_exponent = true;  // all that are not zero
 };
 
 inline double magnitude(double x) { return std::abs(x); }
@@ -62,7 +63,7 @@ class HeatFlow {
   [[nodiscard]] bool start_anew();
 
   const SymmetricMatrix<Scalar>* matrix_ = nullptr;
-  Array<Scalar> load_, u_, everywhere_;
+  Array<Scalar> u_, everywhere_;
   ScaledField<Scalar> result_;
   Array<char> open_, inside_;
   Index exponent_ = -top;
@@ -73,14 +74,16 @@ template <class Scalar>
 void HeatFlow<Scalar>::begin(const SymmetricMatrix<Scalar>& matrix, const Array<Scalar>& load,
                              const Array<char>& reached) {
   matrix_ = &matrix;
-  load_ = load;
-  for (Scalar& x : load_) x = scaled(x, top);
-  u_ = load_;
+  u_ = load;
+  for (Scalar& x : u_) {
+    if (x != Scalar(0)) x = scaled(x, top);
+  }
   result_.value.assign(load.size(), Scalar(0));
-  result_.exponent.assign(load.size(), 0);
+  result_.exponent.assign(load.size(), -top);
   result_.unknown = 0;
+  result_.has_one_exponent = true;
   open_ = reached;
-  inside_.assign(load.size(), 0);
+  inside_.clear();
   exponent_ = -top;
   done_ = 0;
 }
@@ -97,7 +100,7 @@ bool HeatFlow<Scalar>::goes_on() {
       continue;
     }
     result_.value[v] = u_[v];
-    result_.exponent[v] = exponent_;
+    if (!result_.has_one_exponent) result_.exponent[v] = exponent_;
     open_[v] = 0;
     ++settled;
   }
@@ -110,17 +113,18 @@ template <class Scalar>
 bool HeatFlow<Scalar>::start_anew() {
   const double isoline = std::ldexp(1.0, -900 + 64);  // some edges before the last, as an overlap
   const auto size = static_cast<Index>(u_.size());
+  inside_.resize(u_.size(), 0);  // at the first
   for (Index v = 0; v < size; ++v) {
     inside_[v] = inside_[v] || magnitude(u_[v]) >= isoline;
     if (inside_[v]) u_[v] = 0;
   }
   matrix_->multiply_into(everywhere_, u_);
   double largest = 0;
-  std::fill(load_.begin(), load_.end(), Scalar(0));
+  std::fill(u_.begin(), u_.end(), Scalar(0));
   const auto& pattern = *matrix_->pattern;
   const auto start_at = [&](Index v) {
-    load_[v] = everywhere_[v];
-    largest = std::max(largest, magnitude(load_[v]));
+    u_[v] = everywhere_[v];
+    largest = std::max(largest, magnitude(u_[v]));
   };
   for (Index j = 0; j < size; ++j) {
     for (Index e = pattern.begin(j) + 1; e < pattern.begin(j + 1); ++e) {
@@ -132,9 +136,9 @@ bool HeatFlow<Scalar>::start_anew() {
   }
   if (largest == 0) return false;
   const Index lift = top - std::ilogb(largest);
-  for (Scalar& x : load_) x = scaled(x, lift);
+  for (Scalar& x : u_) x = scaled(x, lift);
   exponent_ -= lift;
-  u_ = load_;
+  result_.has_one_exponent = false;
   return true;
 }
 

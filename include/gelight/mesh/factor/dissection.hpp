@@ -2,27 +2,28 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <limits>
-#include <numeric>
 #include <span>
+#include <utility>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/mesh/factor/minimum_degree.hpp"
+#include "gelight/mesh/factor/neighbours.hpp"
+#include "gelight/mesh/factor/separators.hpp"
 #include "gelight/mesh/sparse_matrix.hpp"
 
 namespace gelight::detail {
 
 /// An order in which to eliminate the unknowns of a sparse matrix over points in space, and what
-/// elimination fills: nested dissection (George 1973, doi:10.1137/0710032) by planes.
+/// elimination fills: separators part large matrices, and within the parts those go first that
+/// depend on the fewest others.
 ///
-/// The points are halved at their median again and again, or where that joins many of them, in
-/// whichever way joins few; the vertices that join the halves come after both. Each separator, and
-/// each small part left at the end, is a node of a binary tree and is eliminated as one dense
-/// block. Made in O(n log n); serves every matrix of the pattern.
+/// Unknowns that depend on the same others, or on nearly the same, are a node of a tree and are
+/// eliminated as one dense block. Made in O(n log n) on surfaces; serves every matrix of the
+/// pattern.
 template <std::floating_point Real>
 class Dissection {
  public:
@@ -33,10 +34,10 @@ class Dissection {
   struct Node {
     Index begin = 0, end = 0;
     std::ptrdiff_t rows_begin = 0, rows_end = 0;
-    std::array<Index, 2> children{-1, -1};
     Index parent = -1;
-    std::ptrdiff_t values = 0;  // where its columns begin in the factor's values
-    std::ptrdiff_t update = 0;  // where what it changes in its parent waits
+    Index last_child = -1, sibling = -1;  // the sibling before it
+    std::ptrdiff_t values = 0;            // where its columns begin in the factor's values
+    std::ptrdiff_t update = 0;            // where what it changes in its parent waits
 
     [[nodiscard]] Index own() const { return end - begin; }
     [[nodiscard]] Index border() const { return static_cast<Index>(rows_end - rows_begin); }
@@ -67,29 +68,16 @@ class Dissection {
   };
 
   Dissection(const SymmetricPattern<Real>& pattern, std::span<const Vec3<Real>> points,
-             const CancelHook& cancelled = {})
-      : points_(points), cancelled_(cancelled) {
-    find_neighbours(pattern);
-    const auto count = static_cast<std::size_t>(pattern.size());
-    order_.resize(count);
-    std::iota(order_.begin(), order_.end(), 0);
-    side_.assign(count, -1);
-    keys_.resize(count);
-    Index placed = 0;
-    split(0, pattern.size(), placed);
-    position_.resize(count);
-    for (Index p = 0; p < pattern.size(); ++p) position_[order_[p]] = p;
-    find_rows();
-    rows_ = Array<Index>(rows_.begin(), rows_.end());  // without the room for more
-    relate_rows(pattern);
+             const CancelHook& cancelled = {}) {
+    const Neighbours neighbours(pattern);
+    {
+      Groups groups = grouped(neighbours, points, cancelled);
+      find_rows(groups, neighbours);
+      merge(groups);
+      number_nodes(groups);
+    }
+    relate_rows(neighbours);
     place_updates();
-    neighbour_begin_ = {};
-    neighbours_ = {};
-    side_ = {};
-    keys_ = {};
-    position_ = {};
-    points_ = {};
-    cancelled_ = {};
   }
 
   [[nodiscard]] Index size() const { return static_cast<Index>(order_.size()); }
@@ -112,196 +100,167 @@ class Dissection {
   [[nodiscard]] std::ptrdiff_t largest_block() const { return largest_block_; }
 
  private:
-  static constexpr Index leaf_size = 12;
+  /// Unknowns that are eliminated together; its parent is the first later group that it changes.
+  struct Group {
+    Index begin, end;                     // among Groups::unknowns
+    std::ptrdiff_t rows_begin, rows_end;  // among Groups::rows
+    Index parent = -1;
+    Index own = 0;  // with those of the groups that are merged into it
+    Index merged_into = -1;
 
-  /// An unknown that an entry of the matrix joins to another.
-  struct Neighbour {
-    Index unknown, entry;
+    [[nodiscard]] Index border() const { return static_cast<Index>(rows_end - rows_begin); }
+  };
+  struct Groups {
+    Array<Group> all;  // in an order of elimination
+    Array<Index> unknowns;
+    Array<Index> group_of;  // of each unknown
+    Array<Index> rows;      // unknowns
+
+    void add(Index begin) {
+      const auto end = static_cast<Index>(unknowns.size());
+      if (begin == end) return;
+      for (Index i = begin; i < end; ++i) group_of[unknowns[i]] = static_cast<Index>(all.size());
+      all.push_back({begin, end, 0, 0, -1, end - begin, -1});
+    }
+    void add(std::span<const Index> some) {
+      const auto begin = static_cast<Index>(unknowns.size());
+      unknowns.append(some.begin(), some.end());
+      add(begin);
+    }
   };
 
-  void find_neighbours(const SymmetricPattern<Real>& pattern) {
-    neighbour_begin_.assign(static_cast<std::size_t>(pattern.size()) + 1, 0);
-    const auto for_each_pair = [&](auto&& visit) {
-      for (Index j = 0; j < pattern.size(); ++j) {
-        for (Index e = pattern.begin(j) + 1; e < pattern.begin(j + 1); ++e)
-          visit(pattern.row(e), j, e);
-      }
-    };
-    for_each_pair([&](Index i, Index j, Index) {
-      ++neighbour_begin_[i + 1];
-      ++neighbour_begin_[j + 1];
-    });
-    std::partial_sum(neighbour_begin_.begin(), neighbour_begin_.end(), neighbour_begin_.begin());
-    neighbours_.resize(static_cast<std::size_t>(neighbour_begin_.back()));
-    Array<Index> fill(neighbour_begin_.begin(), neighbour_begin_.end() - 1);
-    for_each_pair([&](Index i, Index j, Index e) {
-      neighbours_[fill[i]++] = {j, e};
-      neighbours_[fill[j]++] = {i, e};
-    });
-  }
-
-  // Orders the unknowns order_[begin, end) among themselves; returns the node of the last ones.
-  Index split(Index begin, Index end, Index& stamp) {
-    if (end - begin <= leaf_size) return add_node(begin, end, {-1, -1});
-    cancelled_.check(static_cast<double>(begin) / static_cast<double>(order_.size()),
-                     "ordering a matrix");
-    const Halves halves = halve(begin, end, stamp);
-    const Index middle = middle_of(begin, end);
-    const auto first = order_.begin();
-    // The separator is made of those vertices of one half that have a neighbour in the other.
-    if (halves.low_cut < halves.high_cut) {
-      const auto cut = std::partition(first + begin, first + middle,
-                                      [&](Index v) { return !touches(v, halves.high); });
-      std::rotate(cut, first + middle, first + end);
-      const auto inner = static_cast<Index>(cut - first);
-      return join(begin, inner, end - halves.low_cut, end, stamp);
+  static Groups grouped(const Neighbours& neighbours, std::span<const Vec3<Real>> points,
+                        const CancelHook& cancelled) {
+    using Role = MinimumDegree::Role;
+    const auto count = static_cast<std::size_t>(neighbours.size());
+    const Separators<Real> separators(neighbours, points, cancelled.part(0, 0.3));
+    Array<Role> roles(count, Role::eliminated);
+    for (Index s = 0; s < separators.count(); ++s) {
+      for (const Index v : separators[s]) roles[v] = Role::later;
     }
-    const auto cut = std::partition(first + middle, first + end,
-                                    [&](Index v) { return !touches(v, halves.low); });
-    return join(begin, middle, static_cast<Index>(cut - first), end, stamp);
-  }
-
-  /// Two halves by the marks of their unknowns, and how many of each touch the other.
-  struct Halves {
-    Index low = 0, high = 0;
-    Index low_cut = 0, high_cut = 0;
-
-    [[nodiscard]] Index separator() const { return std::min(low_cut, high_cut); }
-  };
-  static constexpr Index by_steps = 3;  // a way to halve, beside the axes
-
-  [[nodiscard]] static Index middle_of(Index begin, Index end) { return begin + (end - begin) / 2; }
-
-  // Halves a part along its widest axis, or, where that cuts more than surfaces need, in the way
-  // that cuts least: points may lie far denser along one axis than along another, or all at one
-  // place.
-  Halves halve(Index begin, Index end, Index& stamp) {
-    const double enough = 4 * std::sqrt(static_cast<double>(end - begin));
-    const Index widest = widest_axis(begin, end);
-    const Halves along = halve_in(widest, begin, end, stamp);
-    if (along.separator() <= enough) return along;
-    Index best = widest, least = along.separator();
-    for (const Index way : {0, 1, 2, by_steps}) {
-      if (way == widest) continue;
-      const Halves found = halve_in(way, begin, end, stamp);
-      if (found.separator() >= least) continue;
-      best = way;
-      least = found.separator();
+    for (const Index v : separators.hubs()) roles[v] = Role::left_out;
+    const MinimumDegree first(neighbours, std::move(roles), cancelled.part(0.3, 1));
+    Groups groups;
+    groups.unknowns.reserve(count);
+    groups.group_of.resize(count);
+    for (const Index group : first.groups()) {
+      const auto begin = static_cast<Index>(groups.unknowns.size());
+      for (Index v = group; v >= 0; v = first.next(v)) groups.unknowns.push_back(v);
+      groups.add(begin);
     }
-    return halve_in(best, begin, end, stamp);
+    for (Index s = 0; s < separators.count(); ++s) groups.add(separators[s]);
+    groups.add(separators.hubs());
+    return groups;
   }
 
-  Halves halve_in(Index way, Index begin, Index end, Index& stamp) {
-    const Index middle = middle_of(begin, end);
-    if (way == by_steps) {
-      order_by_steps(begin, end, order_[begin], stamp);
-      order_by_steps(begin, end, order_[end - 1], stamp);  // from one side to the other
-    } else {
-      order_along(begin, middle, end, way);
-    }
-    Halves halves{stamp, stamp + 1};
-    stamp += 2;
-    for (Index i = begin; i < end; ++i) side_[order_[i]] = i < middle ? halves.low : halves.high;
-    for (Index i = begin; i < middle; ++i) halves.low_cut += touches(order_[i], halves.high);
-    for (Index i = middle; i < end; ++i) halves.high_cut += touches(order_[i], halves.low);
-    return halves;
-  }
-
-  // Whether an unknown has a neighbour with that mark.
-  [[nodiscard]] bool touches(Index v, Index mark) const {
-    for (Index n = neighbour_begin_[v]; n < neighbour_begin_[v + 1]; ++n) {
-      if (side_[neighbours_[n].unknown] == mark) return true;
-    }
-    return false;
-  }
-
-  // Puts those with the lesser coordinates before `middle`.
-  void order_along(Index begin, Index middle, Index end, Index axis) {
-    const auto first = keys_.begin() + begin;
-    for (Index i = begin; i < end; ++i) keys_[i] = {point(order_[i])[axis], order_[i]};
-    std::nth_element(first, keys_.begin() + middle, keys_.begin() + end,
-                     [](const Key& a, const Key& b) { return a.coordinate < b.coordinate; });
-    for (Index i = begin; i < end; ++i) order_[i] = keys_[i].unknown;
-  }
-
-  // Puts them in the order in which they are met, going from neighbour to neighbour.
-  void order_by_steps(Index begin, Index end, Index start, Index& stamp) {
-    const Index unmet = stamp++, met = stamp++;
-    for (Index i = begin; i < end; ++i) side_[order_[i]] = unmet;
-    Index count = begin, other = begin;
-    const auto meet = [&](Index v) {
-      if (side_[v] != unmet) return;
-      side_[v] = met;
-      keys_[count++].unknown = v;
-    };
-    meet(start);
-    for (Index i = begin; i < end; ++i) {
-      if (i == count) {  // on with another connected part
-        while (side_[order_[other]] == met) ++other;
-        meet(order_[other]);
-      }
-      const Index v = keys_[i].unknown;
-      for (Index n = neighbour_begin_[v]; n < neighbour_begin_[v + 1]; ++n) {
-        meet(neighbours_[n].unknown);
-      }
-    }
-    for (Index i = begin; i < end; ++i) order_[i] = keys_[i].unknown;
-  }
-
-  Index join(Index begin, Index middle, Index separator, Index end, Index& stamp) {
-    const Index left = split(begin, middle, stamp);
-    const Index right = split(middle, separator, stamp);
-    return add_node(separator, end, {left, right});
-  }
-
-  Index add_node(Index begin, Index end, const std::array<Index, 2>& children) {
-    const auto number = static_cast<Index>(nodes_.size());
-    Node node;
-    node.begin = begin;
-    node.end = end;
-    node.children = children;
-    for (const Index c : children) {
-      if (c >= 0) nodes_[c].parent = number;
-    }
-    nodes_.push_back(node);
-    return number;
-  }
-
-  [[nodiscard]] const Vec3<Real>& point(Index v) const {
-    return points_[static_cast<std::size_t>(v)];
-  }
-
-  [[nodiscard]] Index widest_axis(Index begin, Index end) const {
-    Vec3<Real> low = point(order_[begin]), high = low;
-    for (Index i = begin + 1; i < end; ++i) {
-      low = low.cwiseMin(point(order_[i]));
-      high = high.cwiseMax(point(order_[i]));
-    }
-    Index axis = 0;
-    (high - low).maxCoeff(&axis);
-    return axis;
-  }
-
-  // A node's rows: the later neighbours of its own unknowns, and its children's rows but its own.
-  void find_rows() {
-    Array<Index> seen(order_.size(), -1);
-    for (Index n = 0; n < static_cast<Index>(nodes_.size()); ++n) {
-      Node& node = nodes_[n];
-      node.rows_begin = static_cast<std::ptrdiff_t>(rows_.size());
-      const auto add = [&](Index p) {
-        if (p < node.end || seen[p] == n) return;
-        seen[p] = n;
-        rows_.push_back(p);
+  // A group's rows: the later neighbours of its own unknowns, and its children's rows but its own.
+  static void find_rows(Groups& groups, const Neighbours& neighbours) {
+    const auto count = groups.all.size();
+    Array<Index> seen(groups.unknowns.size(), -1), child(count, -1), sibling(count, -1);
+    for (Index g = 0; g < static_cast<Index>(count); ++g) {
+      Group& group = groups.all[g];
+      group.rows_begin = static_cast<std::ptrdiff_t>(groups.rows.size());
+      Index parent = static_cast<Index>(count);
+      const auto add = [&](Index v) {
+        if (groups.group_of[v] <= g || seen[v] == g) return;
+        seen[v] = g;
+        groups.rows.push_back(v);
+        parent = std::min(parent, groups.group_of[v]);
       };
-      for (Index p = node.begin; p < node.end; ++p) {
-        const Index v = order_[p];
-        for (Index k = neighbour_begin_[v]; k < neighbour_begin_[v + 1]; ++k) {
-          add(position_[neighbours_[k].unknown]);
-        }
+      for (Index i = group.begin; i < group.end; ++i) {
+        for (const auto& n : neighbours.of(groups.unknowns[i])) add(n.unknown);
       }
-      for (const Index c : node.children) {
-        if (c < 0) continue;
-        for (auto r = nodes_[c].rows_begin; r < nodes_[c].rows_end; ++r) add(rows_[r]);
+      for (Index c = child[g]; c >= 0; c = sibling[c]) {
+        const auto [begin, end] = std::pair(groups.all[c].rows_begin, groups.all[c].rows_end);
+        for (auto r = begin; r < end; ++r) add(groups.rows[r]);
+      }
+      group.rows_end = static_cast<std::ptrdiff_t>(groups.rows.size());
+      if (parent == static_cast<Index>(count)) continue;
+      group.parent = parent;
+      sibling[g] = child[parent];
+      child[parent] = g;
+    }
+  }
+
+  // Merges groups into their parents where the zeros that this fills in cost less than a node.
+  static void merge(Groups& groups) {
+    for (Group& group : groups.all) {
+      if (group.parent < 0) continue;
+      Group& parent = groups.all[group.parent];
+      const auto zeros =
+          std::ptrdiff_t{group.own} * (parent.own + parent.border() - group.border());
+      if (zeros > node_cost + row_cost * group.border()) continue;
+      group.merged_into = group.parent;
+      parent.own += group.own;
+    }
+  }
+  static constexpr std::ptrdiff_t node_cost = 16, row_cost = 1;
+
+  // Puts the groups that are left in an order in which each one's tree is together.
+  void number_nodes(Groups& groups) {
+    const auto count = static_cast<Index>(groups.all.size());
+    Array<Index> whole(groups.all.size());  // the group that each is merged into
+    Array<Index> tree_size(groups.all.size(), 0);
+    for (Index g = count; g-- > 0;) {
+      Group& group = groups.all[g];
+      whole[g] = group.merged_into < 0 ? g : whole[group.merged_into];
+      if (group.parent >= 0) group.parent = whole[group.parent];
+    }
+    Index node_count = 0;
+    for (Index g = 0; g < count; ++g) {
+      if (whole[g] != g) continue;
+      ++tree_size[g];
+      ++node_count;
+      if (groups.all[g].parent >= 0) tree_size[groups.all[g].parent] += tree_size[g];
+    }
+    // Where the next child's tree, from the last on, ends.
+    Array<Index> number(groups.all.size()), end(groups.all.size());
+    Index end_of_roots = node_count;
+    for (Index g = count; g-- > 0;) {
+      if (whole[g] != g) continue;
+      const Index parent = groups.all[g].parent;
+      Index& place = parent < 0 ? end_of_roots : end[parent];
+      end[g] = number[g] = place - 1;
+      place -= tree_size[g];
+    }
+    nodes_.resize(static_cast<std::size_t>(node_count));
+    Array<Index> group_of(nodes_.size());
+    for (Index g = 0; g < count; ++g) {
+      if (whole[g] == g) group_of[number[g]] = g;
+    }
+    Index position = 0;
+    for (Index n = 0; n < node_count; ++n) {
+      const Group& group = groups.all[group_of[n]];
+      Node& node = nodes_[n];
+      node.begin = node.end = position;
+      position += group.own;
+      if (group.parent < 0) continue;
+      node.parent = number[group.parent];
+      node.sibling = std::exchange(nodes_[node.parent].last_child, n);
+    }
+    order_.resize(groups.unknowns.size());
+    Array<Index> position_of(order_.size());
+    for (Index g = 0; g < count; ++g) {
+      Index& next = nodes_[number[whole[g]]].end;
+      for (Index i = groups.all[g].begin; i < groups.all[g].end; ++i) {
+        order_[next] = groups.unknowns[i];
+        position_of[groups.unknowns[i]] = next++;
+      }
+    }
+    put_rows(groups, group_of, position_of);
+  }
+
+  void put_rows(const Groups& groups, const Array<Index>& group_of,
+                const Array<Index>& position_of) {
+    std::ptrdiff_t row_count = 0;
+    for (const Index g : group_of) row_count += groups.all[g].border();
+    rows_.reserve(static_cast<std::size_t>(row_count));
+    for (std::ptrdiff_t n = 0; n < std::ssize(nodes_); ++n) {
+      Node& node = nodes_[n];
+      const Group& group = groups.all[group_of[n]];
+      node.rows_begin = static_cast<std::ptrdiff_t>(rows_.size());
+      for (auto r = group.rows_begin; r < group.rows_end; ++r) {
+        rows_.push_back(position_of[groups.rows[r]]);
       }
       node.rows_end = static_cast<std::ptrdiff_t>(rows_.size());
       std::sort(rows_.begin() + node.rows_begin, rows_.end());
@@ -313,36 +272,30 @@ class Dissection {
   }
 
   // Where children's rows and the matrix' entries go in each node's block.
-  void relate_rows(const SymmetricPattern<Real>& pattern) {
-    Array<Index> row_of(order_.size());
+  void relate_rows(const Neighbours& neighbours) {
+    Array<Index> row_of(order_.size()), position_of(order_.size());
+    for (Index p = 0; p < size(); ++p) position_of[order_[p]] = p;
     rows_in_parent_.resize(rows_.size());
-    placements_.reserve(static_cast<std::size_t>(pattern.entry_count() - pattern.size()));
     placements_begin_.reserve(order_.size() + 1);
     for (Node& node : nodes_) {
       for (Index p = node.begin; p < node.end; ++p) row_of[p] = p - node.begin;
       for (Index r = 0; r < node.border(); ++r) row_of[rows_[node.rows_begin + r]] = node.own() + r;
-      for (const Index c : node.children) {
-        if (c < 0) continue;
+      for (Index c = node.last_child; c >= 0; c = nodes_[c].sibling) {
         for (auto r = nodes_[c].rows_begin; r < nodes_[c].rows_end; ++r) {
           rows_in_parent_[r] = row_of[rows_[r]];
         }
       }
-      place_entries(node, row_of);
-    }
-    placements_begin_.push_back(static_cast<Index>(placements_.size()));
-  }
-
-  void place_entries(const Node& node, const Array<Index>& row_of) {
-    for (Index p = node.begin; p < node.end; ++p) {
-      const Index v = order_[p];
-      placements_begin_.push_back(static_cast<Index>(placements_.size()));
-      for (Index k = neighbour_begin_[v]; k < neighbour_begin_[v + 1]; ++k) {
-        const auto& [w, entry] = neighbours_[k];
-        if (position_[w] > p) {
-          placements_.push_back({w < v ? ~entry : entry, row_of[position_[w]]});
+      for (Index p = node.begin; p < node.end; ++p) {
+        const Index v = order_[p];
+        placements_begin_.push_back(static_cast<Index>(placements_.size()));
+        for (const auto& [w, entry] : neighbours.of(v)) {
+          if (position_of[w] > p) {
+            placements_.push_back({w < v ? ~entry : entry, row_of[position_of[w]]});
+          }
         }
       }
     }
+    placements_begin_.push_back(static_cast<Index>(placements_.size()));
   }
 
   // Updates lie on two stacks, those of children on the other one than their parent's, which is
@@ -357,8 +310,8 @@ class Dissection {
     };
     std::array<std::ptrdiff_t, 2> top{}, room{};
     for (std::ptrdiff_t n = 0; n < std::ssize(nodes_); ++n) {
-      for (const Index c : nodes_[n].children) {
-        if (c >= 0) top[stack[c]] -= size(nodes_[c]);
+      for (Index c = nodes_[n].last_child; c >= 0; c = nodes_[c].sibling) {
+        top[stack[c]] -= size(nodes_[c]);
       }
       nodes_[n].update = top[stack[n]];
       top[stack[n]] += size(nodes_[n]);
@@ -370,17 +323,7 @@ class Dissection {
     stack_size_ = room[0] + room[1];
   }
 
-  std::span<const Vec3<Real>> points_;
-  CancelHook cancelled_;          // while the order is sought
-  Array<Index> neighbour_begin_;  // of each unknown and one more, while the order is sought
-  Array<Neighbour> neighbours_;
-  struct Key {
-    Real coordinate;
-    Index unknown;
-  };
-  Array<Key> keys_;  // while the order is sought
-  Array<Index> side_;
-  Array<Index> order_, position_;
+  Array<Index> order_;
   Array<Node> nodes_;
   Array<Index> rows_, rows_in_parent_;
   Array<Placement> placements_;

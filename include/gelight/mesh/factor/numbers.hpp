@@ -27,16 +27,16 @@ struct Numbers {
   Numbers& operator+=(const Numbers& b) { return *this = *this + b; }
   Numbers& operator-=(const Numbers& b) { return *this = *this - b; }
   Numbers& operator*=(double b) { return *this = *this * b; }
-  Numbers& operator/=(double b) {
-    for (double& x : at) x /= b;
-    return *this;
-  }
   friend Numbers operator+(Numbers a, const Numbers& b) {
     for (Index k = 0; k < count; ++k) a[k] += b[k];
     return a;
   }
   friend Numbers operator-(Numbers a, const Numbers& b) {
     for (Index k = 0; k < count; ++k) a[k] -= b[k];
+    return a;
+  }
+  friend Numbers operator*(Numbers a, const Numbers& b) {
+    for (Index k = 0; k < count; ++k) a[k] *= b[k];
     return a;
   }
   friend Numbers operator*(Numbers a, double b) {
@@ -79,7 +79,6 @@ struct Packet<double> {
     }
   }
   void add_product(const Packet& x, double y) { values += x.values * y; }
-  void add_product(const Packet& x, const Packet& y) { values += x.values * y.values; }
   /// Of the product as it is rounded by itself.
   void subtract_product(const Packet& x, double y) {
     const Numbers<width> product = x.values * y;
@@ -87,14 +86,6 @@ struct Packet<double> {
   }
   void subtract(const Packet& x) { values -= x.values; }
   void scale(double by) { values *= by; }
-  /// Halves are added until one number is left.
-  [[nodiscard]] double sum() const {
-    Numbers<width> sums = values;
-    for (Index half = width / 2; half > 0; half /= 2) {
-      for (Index k = 0; k < half; ++k) sums[k] += sums[half + k];
-    }
-    return sums[0];
-  }
 };
 
 template <>
