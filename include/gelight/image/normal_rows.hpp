@@ -128,7 +128,7 @@ template <class T>
 [[nodiscard]] Vec3<T> sobel_normal(const std::array<T, 9>& window, T fx, T fy, T u, T v) {
   T largest = 0;
   for (const T z : window) {
-    if (!std::isfinite(z)) return Vec3<T>::Zero();
+    if (!std::isfinite(z)) return Vec3<T>(0, 0, 0);
     largest = std::max(largest, std::abs(z));
   }
   // A power of two, which rounds nothing: the normal depends on the depths' proportions alone.
@@ -142,7 +142,7 @@ template <class T>
   sobel_product_row(&x, &y, &along_ray, &sum, &difference, &z[1], &z[4], &z[7], double{fx},
                     double{fy}, 1);
   const double nz = along_ray - double{u} * x - double{v} * y;
-  return stable_unit(Vec3<double>(x, y, nz)).template cast<T>();
+  return cast<T>(stable_unit(Vec3<double>(x, y, nz)));
 }
 
 /// A depth a pixel beyond the image's edge, extrapolated linearly from the two before it, to no

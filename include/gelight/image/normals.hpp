@@ -69,7 +69,7 @@ template <std::floating_point T, ImageOf<T> I>
       depths[static_cast<std::size_t>(i)] = row(y + i / 3 - 1)[x + i % 3 - 1];
     return depths;
   };
-  Image<Vec3<T>> normals(width, height, Vec3<T>::Zero());
+  Image<Vec3<T>> normals(width, height, Vec3<T>(0, 0, 0));
   const std::vector<T> columns = detail::ray_columns(camera);
   detail::Array<T> planes(static_cast<std::size_t>(5 * width));
   T* const p = planes.data();
@@ -83,7 +83,7 @@ template <std::floating_point T, ImageOf<T> I>
     for (Index x = rim; x < width - rim; ++x) {
       const Vec3<T> normal(n.x[x], n.y[x], n.z[x]);
       // The pixel's own depth does not enter its derivatives.
-      const bool is_unit = std::abs(normal.squaredNorm() - 1) <= T(detail::unit_by_inverse_sqrt);
+      const bool is_unit = std::abs(squared_norm(normal) - 1) <= T(detail::unit_by_inverse_sqrt);
       if (is_unit && std::isfinite(row(y)[x])) {
         normals(x, y) = normal;
       } else if (std::isfinite(row(y)[x])) {
@@ -118,7 +118,7 @@ template <std::floating_point T, ImageOf<T> I>
       const T down = (z(0, 1) - z(0, -1)) / (z(0, 1) + z(0, -1));
       const T nx = camera.fx * across, ny = camera.fy * down;
       const Vec3<T> n(nx, ny, -1 - ray.x() * nx - ray.y() * ny);
-      if (n.allFinite() && std::isfinite(z(0, 0))) normals(x, y) = detail::stable_unit(n);
+      if (detail::is_finite(n) && std::isfinite(z(0, 0))) normals(x, y) = detail::stable_unit(n);
     }
   }
   return normals;

@@ -1,0 +1,303 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "gelight/core/types.hpp"
+#include "gelight/core/wide.hpp"
+#include "gelight/image/raster/faces.hpp"
+#include "gelight/image/raster/held_faces.hpp"
+#include "gelight/image/raster/lane_pixels.hpp"
+#include "gelight/image/raster/lanes.hpp"
+#include "gelight/image/raster/plane.hpp"
+#include "gelight/image/raster/triangle.hpp"
+
+namespace gelight::detail {
+
+/// Draws a face of a batch pixel by pixel.
+template <class Target>
+void draw_one(const Target& target, Index width, Index height, const FaceBatch& batch,
+              std::size_t i) {
+  const auto& [a, b, c] = batch.corners[i];
+  draw_exactly(target, width, height, batch.faces[i], batch.points[a], batch.points[b],
+               batch.points[c]);
+}
+
+#if defined(__GNUC__)
+/// Draws faces of a batch, several pixels at a time.
+template <class Target, Index lanes>
+class LaneDrawing {
+ public:
+  LaneDrawing(const Target& target, Index width, const FaceBatch& batch,
+              const FaceMeasures& measures)
+      : target_(target), width_(width), batch_(batch), of_(measures), screen_(target) {}
+
+  /// Whether that is all of the face: pixels about which rounding leaves a doubt are left out. The
+  /// others get the bits that ImageTriangle gives them.
+  [[nodiscard]] bool draw(std::size_t i) {
+    Doubles doubts = outside;
+    const PixelBox box = of_.box(i);
+    if (box.last_column - box.first_column < pixels_at_once) {
+      draw_narrow(i, box, doubts);
+    } else {
+      draw_wide(i, box, doubts);
+    }
+    return bits_of(doubts >= -of_.doubtful[i]) == 0;
+  }
+
+  /// Has all that was drawn seen.
+  void finish() { screen_.finish(); }
+
+ private:
+  using Doubles = Lanes<double, lanes>;
+  using Numbers = LaneNumbers<lanes>;
+  using Place = decltype(std::declval<const Target&>().place(0, 0));
+  static constexpr Index rows_at_once = lanes / pixels_at_once;
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+  static constexpr Doubles none{}, inside = none + infinity, outside = none - infinity;
+
+  /// The areas that pixels span with the sides of a face. Of pixels that are not to be drawn, the
+  /// limit to them is negative.
+  struct Areas {
+    Doubles a, b, c, limit;
+  };
+
+  /// More than any area from half a pixel within on, and less from half a pixel without.
+  static constexpr double beyond_all = 1e300;
+  static void limit_within(const Doubles& steps, Index most, Doubles& limit) {
+    const Doubles to_end = static_cast<double>(most) - steps;
+    limit = ((to_end < steps ? to_end : steps) + 0.5) * beyond_all;
+  }
+
+  /// A block of pixels after the other, from the top.
+  void draw_narrow(std::size_t i, const PixelBox& box, Doubles& doubts) {
+    const auto &p = of_.sides[0], &q = of_.sides[1], &r = of_.sides[2];
+    const Index x = std::min(box.first_column, width_ - pixels_at_once);
+    const Doubles steps = Numbers::column - static_cast<double>(box.first_column - x);
+    Doubles limit;
+    limit_within(steps, box.last_column - box.first_column, limit);
+    const Doubles step_p = steps * p.dy[i], step_q = steps * q.dy[i], step_r = steps * r.dy[i];
+    for (Index v = box.first_row; v <= box.last_row; v += rows_at_once) {
+      const Doubles y = Numbers::row + static_cast<double>(v);
+      const Doubles row_limit = (box.last_row + 0.5 - y) * beyond_all;
+      const Areas areas{(p.dx[i] * (y - p.y[i]) - p.across[i]) - step_p,
+                        (q.dx[i] * (y - q.y[i]) - q.across[i]) - step_q,
+                        (r.dx[i] * (y - r.y[i]) - r.across[i]) - step_r,
+                        row_limit < limit ? row_limit : limit};
+      const Index below = std::min(v + rows_at_once - 1, box.last_row);
+      show(i, target_.place(x, v), target_.place(x, below), areas, doubts);
+    }
+  }
+
+  /// Row by row, from where it can be covered.
+  void draw_wide(std::size_t i, const PixelBox& box, Doubles& doubts) {
+    std::array<Index, lanes> first, last;
+    for (Index v = box.first_row; v <= box.last_row; ++v) {
+      const auto n = static_cast<std::size_t>((v - box.first_row) % lanes);
+      if (n == 0) find_reach(i, box, v, first, last);
+      draw_row(i, v, first[n], last[n], doubts);
+    }
+  }
+
+  /// As ImageTriangle does it, of a row a lane.
+  void find_reach(std::size_t i, const PixelBox& box, Index top, std::array<Index, lanes>& first,
+                  std::array<Index, lanes>& last) const {
+    constexpr double more = ImageTriangle::more_reach;
+    const Doubles y = Numbers::all + static_cast<double>(top);
+    Doubles from = static_cast<double>(box.first_column) - none;
+    Doubles to = static_cast<double>(box.last_column) - none;
+    const Doubles end = to + 1, before = from - 1;
+    Four<double> slopes;
+    find_slopes(i, slopes);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& side = of_.sides[k];
+      const Doubles x = side.x[i] + (y - side.y[i]) * slopes[k];
+      const Doubles lower = x - (side.dy[i] < 0 ? more : infinity);
+      const Doubles upper = x + (side.dy[i] > 0 ? more : infinity);
+      from = from < lower ? lower : from;
+      to = upper < to ? upper : to;
+    }
+    from = end < from ? end : from;
+    to = to < before ? before : to;
+    using Whole = Lanes<Index, lanes>;
+    const Whole down = __builtin_convertvector(from, Whole),
+                up = __builtin_convertvector(to, Whole);
+    const Doubles floor = __builtin_convertvector(down, Doubles);
+    const Doubles ceil = __builtin_convertvector(up, Doubles);
+    keep(first, floor < from ? floor + 1 : floor);
+    keep(last, ceil > to ? ceil - 1 : ceil);
+  }
+
+  void find_slopes(std::size_t i, Four<double>& slopes) const {
+    const auto &p = of_.sides[0], &q = of_.sides[1], &r = of_.sides[2];
+    const Four<double> dx{p.dx[i], q.dx[i], r.dx[i], 0}, dy{p.dy[i], q.dy[i], r.dy[i], 1};
+    const Four<double> nothing{}, by = dy == nothing ? nothing + 1 : dy;
+    slopes = dy == nothing ? nothing : dx / by;
+  }
+
+  static void keep(std::array<Index, lanes>& into, const Doubles& numbers) {
+    const auto whole = __builtin_convertvector(numbers, Lanes<Index, lanes>);
+    std::memcpy(into.data(), &whole, sizeof whole);
+  }
+
+  void draw_row(std::size_t i, Index v, Index first, Index last, Doubles& doubts) {
+    const auto &p = of_.sides[0], &q = of_.sides[1], &r = of_.sides[2];
+    const auto area = [&](const FaceMeasures::Sides& s) {
+      return s.dx[i] * (v - s.y[i]) - s.dy[i] * (first - s.x[i]);
+    };
+    const double start_p = area(p), start_q = area(q), start_r = area(r);
+    for (Index u = first; u <= last; u += lanes) {
+      const Index x = std::min(u, width_ - lanes);
+      const Doubles steps = Numbers::all - static_cast<double>(first - x);
+      Areas areas{start_p - steps * p.dy[i], start_q - steps * q.dy[i], start_r - steps * r.dy[i],
+                  none};
+      limit_within(steps, last - first, areas.limit);
+      const Place here = target_.place(x, v);
+      show(i, here, here + (lanes - pixels_at_once), areas, doubts);
+    }
+  }
+
+  /// Notes the largest of what makes pixels doubtful: the smallest areas of those that are not
+  /// shown.
+  void show(std::size_t i, Place here, Place there, const Areas& areas, Doubles& doubts) {
+    const auto& [a, b, c, limit] = areas;
+    const Doubles a_or_b = b < a ? b : a, one = c < a_or_b ? c : a_or_b;
+    const Doubles smallest = limit < one ? limit : one;
+    const auto is_covered = smallest > of_.doubtful[i];
+    const Doubles doubt = is_covered ? outside : smallest;
+    doubts = doubts < doubt ? doubt : doubts;
+    const Doubles part_a = a * of_.inverse_z[0][i], part_b = b * of_.inverse_z[1][i],
+                  part_c = c * of_.inverse_z[2][i];
+    const Doubles sum = part_a + part_b + part_c;
+    const Doubles least = of_.least[i] - none, most = of_.most[i] - none;
+    const Doubles depth = (a + b + c) / (is_covered ? sum : none + 1);
+    const Doubles from_least = depth < least ? least : depth;
+    const Doubles exact = most < from_least ? most : from_least;
+    screen_.add(
+        {batch_.faces[i], here, there, is_covered ? exact : inside, part_a, part_b, part_c, sum});
+  }
+
+  const Target& target_;
+  Index width_;
+  const FaceBatch& batch_;
+  const FaceMeasures& of_;
+  LaneScreen<Target, lanes> screen_;
+};
+
+/// Draws the faces of a batch from one on, but for those that may be held back, in their order;
+/// which is the first that has to be cut before it is drawn.
+template <Index lanes, class Target>
+[[nodiscard]] std::size_t draw_in_order(const Target& target, Index width, Index height,
+                                        const FaceBatch& batch, const FaceMeasures& measures,
+                                        std::size_t from, HeldFaces* held) {
+  LaneDrawing<Target, lanes> drawing(target, width, batch, measures);
+  std::size_t i = from;
+  for (; i < batch.count; ++i) {
+    const double area = measures.areas[i];
+    if (area != 0 && width >= lanes) {
+      const PixelBox box = measures.box(i);
+      if (box.is_empty()) continue;
+      if (area > 0 && held != nullptr) {
+        held->add(batch.faces[i], measures.least[i], box);
+        continue;
+      }
+      if (drawing.draw(i)) continue;
+    } else if (!batch.is_near(i)) {
+      break;
+    }
+    drawing.finish();
+    draw_one(target, width, height, batch, i);
+  }
+  drawing.finish();
+  return i;
+}
+
+/// The faces of a batch that are to be drawn, those that are drawn in as many steps together: so
+/// the processor foretells how often loops go round, and depths are not read again at once.
+class SortedFaces {
+ public:
+  void add(std::size_t face, const PixelBox& box, Index rows_at_once) {
+    const Index steps = (box.last_row - box.first_row) / rows_at_once;
+    const bool is_wide = box.last_column - box.first_column >= pixels_at_once;
+    const auto kind = static_cast<std::size_t>(is_wide ? kinds - 1 : std::min(steps, kinds - 2));
+    faces_[kind][counts_[kind]] = static_cast<std::uint8_t>(face);
+    ++counts_[kind];
+  }
+  template <class Work>
+  void each(const Work& work) const {
+    for (std::size_t kind = 0; kind < counts_.size(); ++kind) {
+      for (std::size_t n = 0; n < counts_[kind]; ++n) work(std::size_t{faces_[kind][n]});
+    }
+  }
+
+ private:
+  static constexpr Index kinds = 5;
+  static_assert(FaceBatch::size <= 256);
+  std::array<std::array<std::uint8_t, FaceBatch::size>, kinds> faces_;
+  std::array<std::size_t, kinds> counts_{};
+};
+
+/// The same of a batch without faces that have to be cut, in any order.
+template <Index lanes, class Target>
+void draw_sorted(const Target& target, Index width, Index height, const FaceBatch& batch,
+                 const FaceMeasures& measures, HeldFaces* held) {
+  SortedFaces sorted;
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    const double area = measures.areas[i];
+    const PixelBox box = measures.box(i);
+    if (area == 0) {
+      draw_one(target, width, height, batch, i);
+    } else if (box.is_empty()) {
+      continue;
+    } else if (area > 0 && held != nullptr) {
+      held->add(batch.faces[i], measures.least[i], box);
+    } else {
+      sorted.add(i, box, lanes / pixels_at_once);
+    }
+  }
+  LaneDrawing<Target, lanes> drawing(target, width, batch, measures);
+  sorted.each([&](std::size_t i) {
+    if (drawing.draw(i)) return;
+    drawing.finish();
+    draw_one(target, width, height, batch, i);
+  });
+  drawing.finish();
+}
+#endif
+
+/// Draws faces in their order, pixel by pixel.
+template <class Target>
+[[nodiscard]] std::size_t draw_one_by_one(const Target& target, Index width, Index height,
+                                          const FaceBatch& batch, std::size_t from) {
+  for (std::size_t i = from; i < batch.count; ++i) {
+    if (!batch.is_near(i)) return i;
+    draw_one(target, width, height, batch, i);
+  }
+  return batch.count;
+}
+
+template <template <class> class Target, class T>
+[[nodiscard]] std::size_t draw_batch(const Target<T>& target, Index width, Index height,
+                                     const FaceBatch& batch,
+                                     [[maybe_unused]] const FaceMeasures& measures,
+                                     std::size_t from, [[maybe_unused]] HeldFaces* held) {
+#if defined(__GNUC__)
+  if constexpr (sizeof(T) <= sizeof(double)) {  // of longer ones there are no lanes
+    return vectorised_in_lanes([&target, width, height, &batch, &measures, from, held](auto lanes) {
+      if (batch.are_usual && width >= lanes() && target.order_is_free()) {
+        draw_sorted<lanes()>(target, width, height, batch, measures, held);
+        return batch.count;
+      }
+      return draw_in_order<lanes()>(target, width, height, batch, measures, from, held);
+    });
+  }
+#endif
+  return draw_one_by_one(target, width, height, batch, from);
+}
+
+}  // namespace gelight::detail

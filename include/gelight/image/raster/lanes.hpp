@@ -1,0 +1,123 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+
+#include "gelight/core/types.hpp"
+#include "gelight/core/wide.hpp"
+
+// Types that hold a number for each of several pixels, with what C++ does with one number done with
+// each. GCC and Clang have them for all processors; elsewhere pixels are drawn one by one.
+#if defined(__GNUC__)
+namespace gelight::detail {
+
+/// Pixels side by side in a row.
+inline constexpr Index pixels_at_once = 4;
+
+template <class T, Index count>
+struct LanesType {
+  using type [[gnu::vector_size(count * sizeof(T))]] = T;
+};
+template <class T, Index count>
+using Lanes = typename LanesType<T, count>::type;
+template <class T>
+using Four = Lanes<T, 4>;
+
+/// Numbers that lie one after the other.
+template <class T, class Source>
+[[gnu::always_inline]] inline void load(T& into, const Source* from) {
+  std::memcpy(&into, from, sizeof into);
+}
+
+/// Four pixels here; or four here and four there. They are stored in the reverse order, for there
+/// may be here, with pixels that are as they were.
+///@{
+template <class T>
+[[gnu::always_inline]] inline void load_pixels(Four<T>& into, const T* here, const T*) {
+  load(into, here);
+}
+template <class T>
+[[gnu::always_inline]] inline void store_pixels(const Four<T>& from, T* here, T*) {
+  std::memcpy(here, &from, sizeof from);
+}
+///@}
+
+/// Four rows of four numbers become four columns.
+[[gnu::always_inline]] inline void transpose(Four<double>& a, Four<double>& b, Four<double>& c,
+                                             Four<double>& d) {
+#if defined(__clang__) || __GNUC__ >= 12
+  const Four<double> ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+  const Four<double> ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Four<double> cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+  const Four<double> cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  a = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+  b = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+  c = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+  d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+#else
+  const Four<double> row_a = a, row_b = b, row_c = c, row_d = d;
+  a = Four<double>{row_a[0], row_b[0], row_c[0], row_d[0]};
+  b = Four<double>{row_a[1], row_b[1], row_c[1], row_d[1]};
+  c = Four<double>{row_a[2], row_b[2], row_c[2], row_d[2]};
+  d = Four<double>{row_a[3], row_b[3], row_c[3], row_d[3]};
+#endif
+}
+
+#if defined(GELIGHT_HAS_EIGHT_LANES)
+template <class T>
+using Eight = Lanes<T, 8>;
+template <class T>
+[[gnu::always_inline]] inline void load_pixels(Eight<T>& into, const T* here, const T* there) {
+  Four<T> a, b;
+  load(a, here);
+  load(b, there);
+  into = __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+template <class T>
+[[gnu::always_inline]] inline void store_pixels(const Eight<T>& from, T* here, T* there) {
+  const Four<T> a = __builtin_shufflevector(from, from, 0, 1, 2, 3);
+  const Four<T> b = __builtin_shufflevector(from, from, 4, 5, 6, 7);
+  std::memcpy(there, &b, sizeof b);
+  std::memcpy(here, &a, sizeof a);
+}
+#endif
+
+/// A bit for each lane in which a comparison holds.
+template <class Holds>
+[[gnu::always_inline]] inline std::uint64_t bits_of(const Holds& holds) {
+  using Whole = std::remove_cvref_t<decltype(holds[0])>;
+  Four<Whole> bits;
+#if defined(GELIGHT_HAS_EIGHT_LANES)
+  if constexpr (sizeof(Holds) == sizeof(Eight<Whole>)) {
+    const Eight<Whole> all = holds & Eight<Whole>{1, 2, 4, 8, 16, 32, 64, 128};
+    bits = __builtin_shufflevector(all, all, 0, 1, 2, 3) |
+           __builtin_shufflevector(all, all, 4, 5, 6, 7);
+  } else
+#endif
+  {
+    bits = holds & Four<Whole>{1, 2, 4, 8};
+  }
+  return static_cast<std::uint64_t>((bits[0] | bits[2]) | (bits[1] | bits[3]));
+}
+
+/// The lanes' numbers 0, 1, 2 ...; and those of a block of rows of four pixels.
+///@{
+template <Index count>
+struct LaneNumbers;
+template <>
+struct LaneNumbers<4> {
+  static constexpr Four<double> all{0, 1, 2, 3}, column{0, 1, 2, 3}, row{0, 0, 0, 0};
+};
+#if defined(GELIGHT_HAS_EIGHT_LANES)
+template <>
+struct LaneNumbers<8> {
+  static constexpr Eight<double> all{0, 1, 2, 3, 4, 5, 6, 7}, column{0, 1, 2, 3, 0, 1, 2, 3},
+      row{0, 0, 0, 0, 1, 1, 1, 1};
+};
+#endif
+///@}
+
+}  // namespace gelight::detail
+#endif
