@@ -130,6 +130,21 @@ TEST_CASE("sources on edges and in faces reach their faces' vertices by straight
   CHECK(from(face_point<double>(1, {0, 1, 0})) == solver.distance(2));
 }
 
+TEST_CASE("Steiner points: edges of next to no length elsewhere do not keep a query from its end") {
+  Mesh<double> mesh = icosphere<double>(3);
+  const auto count = mesh.positions.size();
+  DijkstraOptions options;
+  options.steiner_points = 2;
+  const auto alone = DijkstraSolver(mesh, options).distance(Index{0});
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto a = static_cast<Index>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), {{0, 0, 0}, {1e-30, 0, 0}, {0, 1e-30, 0}});
+    mesh.faces.push_back({a, a + 1, a + 2});
+  }
+  const auto beside = DijkstraSolver(mesh, options).distance(Index{0});
+  CHECK(std::equal(alone.begin(), alone.end(), beside.begin()));
+}
+
 TEST_CASE("several sources: the smallest of the single answers, start distances added") {
   const auto mesh = icosphere<double>(3);
   const DijkstraSolver solver(mesh);
@@ -239,7 +254,7 @@ TEST_CASE("Steiner points: the error falls with their number, with order 1.3 at 
 TEST_CASE("bad queries are refused before anything is written") {
   const DijkstraSolver solver(two_squares_and_a_stray());
   CHECK_THROWS_AS(DijkstraSolver(icosphere<double>(0), {.steiner_points = -1}), InvalidInput);
-  CHECK_THROWS_AS(DijkstraSolver(icosphere<double>(2), {.steiner_points = 1 << 24}), InvalidInput);
+  CHECK_THROWS_AS(DijkstraSolver(icosphere<double>(3), {.steiner_points = 1 << 24}), InvalidInput);
   CHECK_THROWS_AS((void)solver.distance(8), InvalidInput);
   CHECK_THROWS_AS((void)solver.distance(-1), InvalidInput);
   CHECK_THROWS_AS((void)solver.distance(std::vector<Index>{}), InvalidInput);

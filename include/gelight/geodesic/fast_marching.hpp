@@ -1,20 +1,25 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <iterator>
 #include <memory>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/lazy.hpp"
 #include "gelight/core/periodic_check.hpp"
 #include "gelight/core/pool.hpp"
+#include "gelight/core/prefetch.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/marching/bucket_queue.hpp"
-#include "gelight/geodesic/marching/one_ring.hpp"
+#include "gelight/geodesic/marching/face_list.hpp"
+#include "gelight/geodesic/marching/fan_walk.hpp"
 #include "gelight/geodesic/marching/prefetch_ring.hpp"
 #include "gelight/geodesic/marching/waves.hpp"
 #include "gelight/mesh/intrinsic.hpp"
@@ -57,26 +62,39 @@ struct FastMarchingOptions {
 /// of a short edge's ends turns the wave through it, the more the farther it has come: on flat
 /// sheets distances were below the straight line by up to 2e-13 of it, on those stretched 100 times
 /// by 4e-11, 10,000 times by 2e-7. A query from one source takes about linear time, two to four
-/// times that where triangles are thin.
+/// times that where triangles are thin. Less than 410 bytes a vertex are taken from the mesh to the
+/// first answer (distance_into_memory_test), the first source on an edge takes 28 more.
 template <std::floating_point T>
 class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>, T> {
  public:
   /// Throws InvalidInput as Surface does.
   template <TriangleMesh M>
   explicit FastMarchingSolver(const M& mesh, const FastMarchingOptions& options = {})
-      : surface_(mesh, options.cancelled.part(0, 0)), cancelled_(options.cancelled) {
-    set_up();
+      : faces_(std::make_shared<const Faces>(mesh, options.cancelled.part(0, 0))),
+        cancelled_(options.cancelled) {
+    if constexpr (std::same_as<M, Surface<Real>>) (void)surface_->get([&] { return mesh; });
+    if (!set_up()) Faces::refuse_mesh(mesh);
   }
 
-  /// The surface that the solver works on.
-  [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+  /// The surface that the solver works on: made when it is first asked for, 148 bytes a vertex, but
+  /// where the solver was made of one. Queries do without.
+  [[nodiscard]] const Surface<double>& surface() const {
+    return surface_->get([&] { return Surface<Real>(*faces_); });
+  }
 
  private:
   friend class detail::DistanceQueries<FastMarchingSolver<T>, T>;
 
+  using Real = typename detail::WorkingPrecision<T>::Real;
+  using Faces = detail::FaceList<Real>;
+
   struct Front;
 
-  void set_up();
+  [[nodiscard]] auto of_mesh(const auto& ask) const { return ask(*faces_); }
+  [[nodiscard]] Index vertex_count() const { return faces_->vertex_count(); }
+
+  // False for a mesh that a Surface refuses.
+  [[nodiscard]] bool set_up();
 
   void solve_vertices(detail::DistanceQuery<double>& query) const;
 
@@ -84,7 +102,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // do several but where they meet.
   template <bool several>
   void march(Front& front) const {
-    detail::PeriodicCheck progress(cancelled_, surface_.vertex_count(), "a query of fast marching");
+    detail::PeriodicCheck progress(cancelled_, vertex_count(), "a query of fast marching");
     while (!front.queue.empty()) {
       const Index node =
           detail::pop_and_prefetch(front.queue, begin_, spokes_, front.nodes,
@@ -125,6 +143,9 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // A wave is handed on where it is late by this many mean edges at most: a line that crosses an
   // edge in front of the place where waves meet has ends behind it by up to two of their edges.
   static constexpr double most_delay_in_edges = 2;
+
+  // About so many half-edges pass while memory answers.
+  static constexpr Index halfedges_ahead = 24;
 
   // By how much, as a share of the edge's square, rounding may put a place on the edge before it.
   static constexpr double on_edge = 1e-14;
@@ -231,24 +252,82 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     }
   }
 
-  void add_spoke(Index end, double length, const Corner& between) {
-    Spoke spoke{end, false, length, between};
-    if (between.dot != no_face) {
-      for (Spoke* beside : {&spoke, &spokes_.back()}) {
-        if (right_angle * beside->length * beside->length < between.dot) beside->is_obtuse = true;
-      }
+  static void start(const Faces& mesh, detail::Sources& sources, Front& front) {
+    if (sources.size() > 1) detail::keep_different(mesh, sources);
+    for (const auto& source : sources) {
+      const auto wave = static_cast<Index>(front.starts.size());
+      front.starts.push_back(source.distance);
+      detail::for_each_vertex_near(mesh, detail::simplified(mesh, source.point),
+                                   [&](Index v, double d) {
+                                     front.template reach<true>(v, source.distance + d, wave, true);
+                                   });
     }
-    spokes_.push_back(spoke);
   }
 
-  static detail::Array<PlanarFace> laid_out_faces(const Surface<double>& surface) {
-    detail::Array<PlanarFace> faces;
-    faces.reserve(static_cast<std::size_t>(surface.face_count()));
-    for (Index h = 0; h < surface.halfedge_count(); h += 3) {
-      faces.push_back(detail::laid_out(
-          detail::mollified({surface.length(h), surface.length(h + 1), surface.length(h + 2)}, 1)));
+  // Goes round all vertices: tells of each half-edge where the spoke is behind the corner that it
+  // starts. False where two faces have the same three vertices.
+  [[nodiscard]] bool add_spokes(const Faces& mesh, detail::Slice<Index> places) {
+    const auto corners = mesh.all_corners();
+    detail::FanWalk fans(mesh.vertex_count());
+    detail::PeriodicCheck progress(cancelled_, mesh.vertex_count(), "the set-up of fast marching");
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      progress.step();
+      begin_.push_back(static_cast<Index>(spokes_.size()));
+      const bool is_sound = fans.visit(mesh, v, corners.at(v), [&](Index end, Index corner) {
+        if (corner >= 0) places[corner] = static_cast<Index>(spokes_.size());
+        spokes_.push_back({end, false, 0, {no_face, 0}});
+      });
+      if (!is_sound) return false;
+      if (fans.are_crowded() && mesh.has_twins(corners.at(v))) return false;
     }
-    return faces;
+    begin_.push_back(static_cast<Index>(spokes_.size()));
+    return true;
+  }
+
+  // Measures all faces. False where edges have a length, but none that counts as one.
+  [[nodiscard]] bool measure(const Faces& mesh, detail::Slice<const Index> places) {
+    detail::ShortLength<Real> short_length;
+    Real sum = 0, longest = 0;
+    const auto count = static_cast<Index>(places.size());
+    for (Index h = 0; h < count; h += 3) {
+      for (Index k = 0; k < 3; ++k) {
+        const Index ahead = std::min(h + k + halfedges_ahead, count - 1);
+        detail::prefetch(&spokes_[places[ahead] - 1], 2 * sizeof(Spoke));
+      }
+      const std::array<Real, 3> lengths = mesh.lengths(h / 3);
+      const PlanarFace face = detail::laid_out(detail::mollified(lengths, 1));
+      for (Index k = 0; k < 3; ++k) {
+        const Real length = lengths[static_cast<std::size_t>(k)];
+        sum += length;
+        longest = std::max(longest, length);
+        short_length.count(length);
+        tell(&spokes_[places[h + k] - 1], mesh.tip(h + k), length,
+             lengths[static_cast<std::size_t>((k + 2) % 3)], corner_of(face, k));
+      }
+    }
+    if (longest == 0 && mesh.any_edge_is_long()) return false;
+    most_delay_ = most_delay_in_edges * sum / count;
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+      for (Index s = begin_[v]; s < begin_[v + 1]; ++s) {
+        if (spokes_[s].between.dot == no_face) continue;
+        for (const Index side : {s - 1, s}) {
+          if (spokes_[side].end > v) short_length.collect(spokes_[side].length);
+        }
+      }
+    }
+    step_ = short_length.length();
+    return true;
+  }
+
+  // What a face tells the spokes on both sides of one of its corners.
+  static void tell(Spoke* sides, Index tip, double to_tip, double to_apex, const Corner& corner) {
+    const bool tip_first = sides[0].end == tip;
+    sides[0].length = tip_first ? to_tip : to_apex;
+    sides[1].length = tip_first ? to_apex : to_tip;
+    sides[1].between = corner;
+    for (int i = 0; i < 2; ++i) {
+      if (right_angle * sides[i].length * sides[i].length < corner.dot) sides[i].is_obtuse = true;
+    }
   }
 
   /// The corner of a face at its k-th vertex.
@@ -283,7 +362,9 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     return std::sqrt(aside * aside + total * total);
   }
 
-  Surface<double> surface_;
+  std::shared_ptr<const Faces> faces_;
+  std::shared_ptr<const detail::Lazy<Surface<Real>>> surface_ =
+      std::make_shared<detail::Lazy<Surface<Real>>>();
   CancelHook cancelled_;
   double step_ = 0;
   double most_delay_ = 0;       // by which a wave may be late at a vertex and still be handed on
@@ -293,52 +374,30 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
 };
 
 template <std::floating_point T>
-void FastMarchingSolver<T>::set_up() {
-  step_ = detail::short_edge_length(surface_);
-  double sum = 0;
-  for (Index h = 0; h < surface_.halfedge_count(); ++h) sum += surface_.length(h);
-  most_delay_ = most_delay_in_edges * sum / surface_.halfedge_count();
-  const auto faces = laid_out_faces(surface_);
-  detail::OneRing spokes(surface_);
-  begin_.reserve(static_cast<std::size_t>(surface_.vertex_count()) + 1);
-  spokes_.reserve(static_cast<std::size_t>(surface_.halfedge_count()) +
-                  static_cast<std::size_t>(surface_.vertex_count()));
-  detail::PeriodicCheck progress(cancelled_, surface_.vertex_count(),
-                                 "the set-up of fast marching");
-  for (Index v = 0; v < surface_.vertex_count(); ++v) {
-    progress.step();
-    begin_.push_back(static_cast<Index>(spokes_.size()));
-    spokes.visit(v, [&](Index edge, Index corner) {
-      const Index end = surface_.origin(edge) == v ? surface_.tip(edge) : surface_.origin(edge);
-      add_spoke(end, surface_.length(edge),
-                corner < 0 ? Corner{no_face, 0} : corner_of(faces[corner / 3], corner % 3));
-    });
-  }
-  begin_.push_back(static_cast<Index>(spokes_.size()));
+bool FastMarchingSolver<T>::set_up() {
+  const auto halfedges = 3 * static_cast<std::size_t>(faces_->face_count());
+  const auto vertices = static_cast<std::size_t>(vertex_count());
+  begin_.reserve_for_all(vertices + 1);
+  spokes_.reserve_for_all(halfedges + vertices);
+  detail::Array<Index> places(halfedges);
+  return add_spokes(*faces_, places) && measure(*faces_, places);
 }
 
 template <std::floating_point T>
 void FastMarchingSolver<T>::solve_vertices(detail::DistanceQuery<double>& query) const {
   auto& [sources, starts, distance] = query;
-  starts.move_to_zero(surface_, sources);
+  query.starts.move_to_zero(*faces_, query.sources);
   const typename detail::Pool<Front>::Borrowed borrowed(*pool_);
   Front& front = *borrowed;
-  front.reset(surface_.vertex_count(), step_);
-  if (sources.size() > 1) detail::keep_different(surface_, sources);
+  front.reset(vertex_count(), step_);
+  start(*faces_, query.sources, front);
   const bool several = sources.size() > 1;
-  for (const auto& source : sources) {
-    const auto wave = static_cast<Index>(front.starts.size());
-    front.starts.push_back(source.distance);
-    detail::for_each_vertex_near(
-        surface_, detail::simplified(surface_, source.point),
-        [&](Index v, double d) { front.template reach<true>(v, source.distance + d, wave, true); });
-  }
   if (several) {
     march<true>(front);
   } else {
     march<false>(front);
   }
-  for (Index v = 0; v < surface_.vertex_count(); ++v) {
+  for (Index v = 0; v < std::ssize(distance); ++v) {
     distance[v] = starts.at(v) + (several ? front.best(v) : front.nodes[v].distance);
   }
 }

@@ -267,7 +267,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
         if (!(source.distance + r < front.nodes[n].distance)) continue;
         const Vec3<Real> to = surface_.difference(vertex_point<double>(v), point);
         const Vec3<Real> first = surface_.position(spokes_[s - 1].end) - surface_.position(v);
-        Turn opening(first.dot(to), cross<double>(first, to).norm());
+        Turn opening(dot(first, to), norm(cross<double>(first, to)));
         const double norm = detail::stable_norm(opening);
         if (norm > 0) opening /= norm;
         front.reach(n, wave, source.distance, source.distance + r,

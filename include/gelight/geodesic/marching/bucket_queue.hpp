@@ -51,7 +51,7 @@ class BucketQueue {
   /// The vertex that probably comes out next, or after `ahead` others, a few, or `unknown`.
   [[nodiscard]] Index next_or(Index unknown, std::uint32_t ahead = 0) const {
     if (!passed_.empty()) return passed_.size() > ahead ? passed_[ahead].first : unknown;
-    const Place newest = newest_[front_ % bucket_count];
+    const Place newest = this->newest(front_);
     if (newest == none) return unknown;
     if (newest % piece >= ahead) return entries_[newest - ahead].first;
     const Place below = below_[newest / piece];
@@ -61,16 +61,16 @@ class BucketQueue {
   /// A vertex and the key it was pushed with, which may have been bettered since.
   std::pair<Index, Real> pop() {
     --count_;
+    while (passed_.empty() && newest(front_) == none) {
+      if (++front_ == round_end_) start_round();
+    }
     if (!passed_.empty()) {
       std::pop_heap(passed_.begin(), passed_.end(), is_farther);
       const Entry entry = passed_.back();
       passed_.pop_back();
       return entry;
     }
-    while (newest_[front_ % bucket_count] == none) {
-      if (++front_ == round_end_) start_round();
-    }
-    Place& newest = newest_[front_ % bucket_count];
+    Place& newest = this->newest(front_);
     const Entry entry = entries_[newest];
     newest = newest % piece > 0 ? newest - 1 : give_back(newest / piece);
     return entry;
@@ -80,28 +80,39 @@ class BucketQueue {
   using Entry = std::pair<Index, Real>;
   using Place = std::uint32_t;
   static constexpr Real buckets_per_step = 3;
+  using Number = std::uint64_t;  // of a bucket, also where a size has 32 bits
   static constexpr std::size_t bucket_count = 256;
   static constexpr Place piece = 16, none = ~Place{0};
-  static constexpr Real largest_number = 1e15;
+  // Keys beyond so many buckets have no order by those: they come out the nearest first.
+  static constexpr Number last_number = 1'000'000'000'000'000;
 
-  [[nodiscard]] std::size_t number_of(Real key) const {
-    return static_cast<std::size_t>(
-        static_cast<std::int64_t>(std::min(key * scale_, largest_number)));
+  // The newest entry of a bucket.
+  [[nodiscard]] Place& newest(Number number) {
+    return newest_[static_cast<std::size_t>(number % bucket_count)];
+  }
+  [[nodiscard]] Place newest(Number number) const {
+    return newest_[static_cast<std::size_t>(number % bucket_count)];
+  }
+
+  [[nodiscard]] Number number_of(Real key) const {
+    return static_cast<Number>(
+        static_cast<std::int64_t>(std::min(key * scale_, Real{last_number})));
   }
 
   static bool is_farther(const Entry& a, const Entry& b) { return a.second > b.second; }
 
   void put(const Entry& entry) {
-    const std::size_t number = number_of(entry.second);
-    if (number < front_) {
+    const Number number = number_of(entry.second);
+    if (number < front_ || front_ == last_number) {
       passed_.push_back(entry);
       std::push_heap(passed_.begin(), passed_.end(), is_farther);
     } else if (number < round_end_) {
-      Place& newest = newest_[number % bucket_count];
+      Place& newest = this->newest(number);
       newest = newest % piece < piece - 1 ? newest + 1 : take_piece(newest);
       entries_[newest] = entry;
     } else {
       later_.push_back(entry);
+      std::push_heap(later_.begin(), later_.end(), is_farther);
     }
   }
 
@@ -122,28 +133,29 @@ class BucketQueue {
     return std::exchange(below_[number], std::exchange(free_, number));
   }
 
-  // Hands out what was put off, from the nearest on; all buckets are empty.
+  // Hands out what was put off, from the nearest on, as far as the round goes; all buckets are
+  // empty. What is farther stays: of edges of very different lengths a round serves few.
   void start_round() {
-    std::size_t least = static_cast<std::size_t>(largest_number);
-    for (const auto& [vertex, key] : later_) least = std::min(least, number_of(key));
-    front_ = std::max(front_, least);
-    round_end_ = front_ + bucket_count;
-    waiting_.swap(later_);
-    for (const Entry& entry : waiting_) put(entry);
-    waiting_.clear();
+    front_ = std::max(front_, number_of(later_.front().second));
+    round_end_ = front_ < last_number ? std::min(front_ + bucket_count, last_number)
+                                      : last_number + 1;  // never reached
+    while (!later_.empty() && number_of(later_.front().second) < round_end_) {
+      std::pop_heap(later_.begin(), later_.end(), is_farther);
+      put(later_.back());
+      later_.pop_back();
+    }
   }
 
   Real scale_ = 1;
-  std::size_t front_ = 0;                 // number of the bucket in turn
-  std::size_t round_end_ = bucket_count;  // those from here on are put off
+  Number front_ = 0;                 // number of the bucket in turn
+  Number round_end_ = bucket_count;  // those from here on are put off
   std::size_t count_ = 0;
   // Buckets are stacks in pieces of one memory, which go from one to another as they become free.
   std::array<Place, bucket_count> newest_;  // of each bucket: the place of its newest entry
   Array<Entry> entries_;                    // `piece` of them a piece
   Array<Place> below_;  // of each piece: the newest entry before its own, or the next free piece
   Place free_ = none;
-  Array<Entry> later_, waiting_;
-  Array<Entry> passed_;  // a heap
+  Array<Entry> later_, passed_;  // heaps
 };
 
 }  // namespace gelight::detail

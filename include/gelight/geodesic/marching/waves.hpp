@@ -11,7 +11,6 @@
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/mesh/simplified.hpp"
-#include "gelight/mesh/surface.hpp"
 
 namespace gelight::detail {
 
@@ -98,13 +97,13 @@ struct Waves {
 };
 
 /// A source that was named before starts no wave of its own, nor does one that starts later there.
-template <std::floating_point Real>
-void keep_different(const Surface<Real>& surface, Array<Source<Real>>& sources) {
+template <class Mesh, std::floating_point Real>
+void keep_different(const Mesh& mesh, Array<Source<Real>>& sources) {
   const auto less = [](const Source<Real>& a, const Source<Real>& b) {
     return std::tie(a.point.kind, a.point.element, a.point.weights, a.distance) <
            std::tie(b.point.kind, b.point.element, b.point.weights, b.distance);
   };
-  for (auto& source : sources) source.point = simplified(surface, source.point);
+  for (auto& source : sources) source.point = simplified(mesh, source.point);
   std::make_heap(sources.begin(), sources.end(), less);
   std::sort_heap(sources.begin(), sources.end(), less);  // less to compile than std::sort
   const auto same = [](const auto& a, const auto& b) { return a.point == b.point; };

@@ -1,0 +1,241 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <utility>
+
+#include "gelight/concepts/mesh.hpp"
+#include "gelight/core/array.hpp"
+#include "gelight/core/lazy.hpp"
+#include "gelight/core/periodic_check.hpp"
+#include "gelight/core/progress.hpp"
+#include "gelight/core/tolerance.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+namespace gelight::detail {
+
+/// Half-edges, numbered as Surface's are, grouped by their origins.
+struct GroupedCorners {
+  Array<Index> halfedges, begin;
+
+  [[nodiscard]] Slice<const Index> at(Index vertex) const {
+    return {halfedges.data() + begin[vertex],
+            static_cast<std::size_t>(begin[vertex + 1] - begin[vertex])};
+  }
+};
+
+/// The vertices and faces of a mesh, in 48 bytes a vertex, with what sources ask a Surface: for
+/// methods that need no more of it. A mesh too.
+template <std::floating_point Real>
+class FaceList {
+ public:
+  using Scalar = Real;
+
+  /// Copies any mesh, in O(vertices + faces). Its maker is to check what is not seen face by face:
+  /// that no two have the same vertices, and that edges have a length. Throws InvalidInput for
+  /// everything else as Surface does.
+  template <TriangleMesh M>
+  explicit FaceList(const M& mesh, const CancelHook& cancelled = {}) {
+    if (!(read_positions(mesh, cancelled) && read_faces(mesh, cancelled))) refuse_mesh(mesh);
+  }
+
+  /// Throws the InvalidInput that Surface does, which says what is wrong with the mesh.
+  template <TriangleMesh M>
+  [[noreturn, gnu::cold, gnu::noinline]] static void refuse_mesh(const M& mesh) {
+    (void)Surface<Real>(mesh);
+    refuse({"the mesh was another one when it was read again"});
+  }
+
+  /// The parts of the mesh, numbered as they were there.
+  ///@{
+  [[nodiscard]] Index vertex_count() const { return static_cast<Index>(positions_.size()); }
+  [[nodiscard]] Index face_count() const { return static_cast<Index>(vertices_.size() / 3); }
+  [[nodiscard]] const Vec3<Real>& position(Index vertex) const { return positions_[vertex]; }
+  [[nodiscard]] std::array<Index, 3> face(Index f) const {
+    const Index* v = vertices_.data() + 3 * std::ptrdiff_t{f};
+    return {v[0], v[1], v[2]};
+  }
+  ///@}
+
+  /// The vertex where a half-edge starts, numbered as in Surface, where it ends, and the one across
+  /// the face.
+  ///@{
+  [[nodiscard]] Index origin(Index h) const { return vertices_[h]; }
+  [[nodiscard]] Index tip(Index h) const { return vertices_[Surface<Real>::next(h)]; }
+  [[nodiscard]] Index apex(Index h) const { return vertices_[Surface<Real>::previous(h)]; }
+  ///@}
+
+  /// The half-edges that start at each vertex, in the order of their numbers.
+  [[nodiscard]] GroupedCorners all_corners() const {
+    GroupedCorners made{Array<Index>(vertices_.size()), {}};
+    made.begin = group_corners(vertex_count(), vertices_, made.halfedges.data());
+    return made;
+  }
+
+  /// As Surface has them.
+  ///@{
+  [[nodiscard]] const Array<Index>& components() const {
+    return components_.get([&] { return component_of_vertices(vertex_count(), vertices_); });
+  }
+  void require_vertex(Index vertex) const { require_vertex_of(vertex_count(), vertex); }
+  template <std::floating_point U>
+  void require_point(const SurfacePoint<U>& point) const {
+    require_point_of(vertex_count(), face_count(), point,
+                     [&](Index a, Index b) { return are_joined(a, b); });
+  }
+  ///@}
+
+  /// Lengths of a face's edges.
+  [[nodiscard]] std::array<Real, 3> lengths(Index f) const {
+    const auto [a, b, c] = face(f);
+    return {length(a, b), length(b, c), length(c, a)};
+  }
+
+  /// Length of the edge between two vertices, and its square.
+  ///@{
+  [[nodiscard]] Real length(Index a, Index b) const { return root(squared_length(a, b)); }
+  [[nodiscard]] Real squared_length(Index a, Index b) const {
+    return sum_of_squares(positions_[b] - positions_[a]);
+  }
+  ///@}
+
+  /// What Surface measures: a square vanishes or rounds for lengths only that count as none.
+  [[nodiscard]] static Real root(Real squared_length) {
+    const Real length = std::sqrt(squared_length);
+    return length < shortest_length ? Real(0) : length;
+  }
+
+  /// Calls `visit(vertex, distance)` for the vertices that a point reaches by a straight line:
+  /// itself if it is a vertex, else those of the faces that hold it, some perhaps twice.
+  void for_each_vertex_near(const SurfacePoint<Real>& point, auto&& visit) const {
+    using Kind = typename SurfacePoint<Real>::Kind;
+    const Index a = point.element[0], b = point.element[1];
+    if (point.kind == Kind::vertex) return visit(a, Real(0));
+    const auto visit_face = [&](Index f, const std::array<Index, 3>& corners) {
+      for (const Index v : face(f)) visit(v, straight_distance(corners, point.weights, v));
+    };
+    if (point.kind == Kind::face) return visit_face(a, face(a));
+    for (const Index h : corners_at(a)) {
+      const Index next = Mesh::next(h), previous = Mesh::previous(h);
+      if (vertices_[next] == b || vertices_[previous] == b) visit_face(h / 3, {a, b, -1});
+    }
+  }
+
+  /// Whether the ends of an edge are not at one place, however near they are.
+  [[nodiscard, gnu::cold, gnu::noinline]] bool any_edge_is_long() const {
+    for (Index h = 0; h < static_cast<Index>(vertices_.size()); ++h) {
+      if (positions_[origin(h)] != positions_[tip(h)]) return true;
+    }
+    return false;
+  }
+
+  /// Whether two of a vertex' faces, given by their half-edges from it, have the same vertices.
+  [[nodiscard, gnu::cold, gnu::noinline]] bool has_twins(Slice<const Index> corners) const {
+    Array<std::pair<Index, Index>> others;
+    for (const Index h : corners) {
+      others.push_back(
+          std::minmax(vertices_[Surface<Real>::next(h)], vertices_[Surface<Real>::previous(h)]));
+    }
+    std::sort(others.begin(), others.end());
+    return std::adjacent_find(others.begin(), others.end()) != others.end();
+  }
+
+ protected:
+  Array<Vec3<Real>> positions_;
+  Array<Index> vertices_;  // of each face: three
+
+ private:
+  using Mesh = Surface<Real>;
+
+  // Sources are on edges less often than at vertices, so that corners are kept from then on only.
+  [[nodiscard]] bool are_joined(Index a, Index b) const {
+    for (const Index h : corners_at(a)) {
+      if (tip(h) == b || apex(h) == b) return true;
+    }
+    return false;
+  }
+
+  template <TriangleMesh M>
+  [[nodiscard]] bool read_positions(const M& mesh, const CancelHook& cancelled) {
+    const auto count = MeshTraits<M>::vertex_count(mesh);
+    if (!is_count(count, 1)) return false;
+    positions_.resize(static_cast<std::size_t>(count));
+    PeriodicCheck progress(cancelled, static_cast<Index>(count), reading_mesh);
+    for (Index v = 0; v < vertex_count(); ++v) {
+      const auto& p = MeshTraits<M>::position(mesh, v);
+      const Vec3<Real> q(static_cast<Real>(p[0]), static_cast<Real>(p[1]), static_cast<Real>(p[2]));
+      for (int k = 0; k < 3; ++k) {
+        if (!(std::fabs(q[k]) <= largest_coordinate)) return false;
+      }
+      positions_[v] = q;
+      progress.step();
+    }
+    return true;
+  }
+
+  template <TriangleMesh M>
+  [[nodiscard]] bool read_faces(const M& mesh, const CancelHook& cancelled) {
+    const auto count = MeshTraits<M>::face_count(mesh);
+    if (!is_count(count, 3)) return false;
+    vertices_.resize(3 * static_cast<std::size_t>(count));
+    Index* to = vertices_.data();
+    PeriodicCheck progress(cancelled, static_cast<Index>(count), reading_mesh);
+    for (Index f = 0; f < face_count(); ++f, to += 3) {
+      const std::array<Index, 3> face = MeshTraits<M>::face(mesh, f);
+      const auto [a, b, c] = face;
+      if (std::min({a, b, c}) < 0 || std::max({a, b, c}) >= vertex_count()) return false;
+      if (a == b || b == c || c == a) return false;
+      to[0] = a;
+      to[1] = b;
+      to[2] = c;
+      progress.step();
+    }
+    return true;
+  }
+
+  static bool is_count(std::integral auto count, Index per) {
+    return count > 0 && std::cmp_less_equal(count, std::numeric_limits<Index>::max() / per);
+  }
+
+  // From a vertex to the point with these shares of the corners of a face or an edge: as Surface
+  // tells the difference, to the last bit.
+  [[nodiscard]] Real straight_distance(const std::array<Index, 3>& corners,
+                                       const std::array<Real, 3>& shares, Index vertex) const {
+    Vec3<Real> way(0, 0, 0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (corners[k] < 0 || corners[k] == vertex) continue;
+      way += shares[k] * (positions_[corners[k]] - positions_[vertex]);
+    }
+    return stable_norm(way);
+  }
+
+  [[nodiscard]] Slice<const Index> corners_at(Index vertex) const {
+    return corners_.get([&] { return all_corners(); }).at(vertex);
+  }
+
+  Lazy<Array<Index>> components_;
+  Lazy<GroupedCorners> corners_;  // for points on edges
+};
+
+/// As of a Surface.
+template <std::floating_point Real>
+void for_each_vertex_near(const FaceList<Real>& mesh, const SurfacePoint<Real>& point,
+                          auto&& visit) {
+  mesh.for_each_vertex_near(point, visit);
+}
+
+/// A number no less than the length of any shortest path, as of a Surface.
+template <std::floating_point Real>
+[[nodiscard]] Real longest_way(const FaceList<Real>& mesh) {
+  Real sum = 0;
+  for (Index h = 0; h < 3 * mesh.face_count(); ++h) sum += mesh.length(mesh.origin(h), mesh.tip(h));
+  return 2 * sum;
+}
+
+}  // namespace gelight::detail
