@@ -21,9 +21,12 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
+#include "gelight/geodesic/plan.hpp"
 #include "gelight/geodesic/smooth.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
+#include "gelight/mesh/check.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "gelight/mesh/surface.hpp"
 #include "gelight/transport/log_map.hpp"
 #include "gelight/transport/parallel.hpp"
 #include "gelight/transport/vector_heat.hpp"
@@ -36,6 +39,7 @@
 // claims --fans      of that the fans alone
 // claims --smooth    of that the smooth surface alone
 // claims --planner   of that the planner alone
+// claims --expected  of that what the planner expects
 //
 // What docstrings say of errors is what this prints.
 
@@ -548,6 +552,69 @@ void print_planner(int requests) {
   }
 }
 
+/// Of one method's fields: how far its errors are beyond what the planner expects of them.
+struct Expectation {
+  std::vector<double> mean, largest;  // errors as shares of the expected ones
+};
+
+/// The share of numbers beyond 1, and the one that 98 in 100 keep.
+std::array<std::string, 2> beyond_and_most(std::vector<double> shares) {
+  std::sort(shares.begin(), shares.end());
+  const auto kept = std::upper_bound(shares.begin(), shares.end(), 1.0) - shares.begin();
+  const auto count = static_cast<double>(shares.size());
+  const double beyond = 1 - static_cast<double>(kept) / count;
+  return {detail::two_digits(100 * beyond) + " %",
+          detail::two_digits(shares[static_cast<std::size_t>(0.98 * (count - 1))])};
+}
+
+/// What the planner expects of methods on the meshes that it calls familiar, from one source each.
+void print_expected(int meshes) {
+  constexpr std::array methods{detail::Method::dijkstra, detail::Method::virtual_source,
+                               detail::Method::fast_marching};
+  std::array<Expectation, methods.size()> found;
+  int fields = 0;
+  for (int i = 0; i < meshes; ++i) {
+    test::Random random(2'000'000'000 + static_cast<std::uint64_t>(i));
+    const auto mesh = test::requests::mesh_of(i % test::requests::kinds, random);
+    if (mesh.faces.empty() || !check(mesh).is_accepted()) continue;
+    const Surface<double> surface(mesh);
+    const detail::MeshStatistics<double> statistics(surface);
+    const detail::MethodErrors<double> errors(statistics);
+    if (surface.vertex_count() > 2600 || *errors.unfamiliar() != '\0') continue;
+    const Index source = test::uniform_index(random, surface.vertex_count());
+    const auto truth = ExactSolver<double>(surface).distance(source);
+    const std::array answers{DijkstraSolver<double>(surface).distance(source),
+                             VirtualSourceSolver<double>(surface).distance(source),
+                             FastMarchingSolver<double>(surface).distance(source)};
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+      PlanRequest in_norm;
+      const auto expected = errors.of(methods[m]);
+      in_norm.norm = ErrorNorm::mean;
+      found[m].mean.push_back(test::true_error(answers[m], 0, truth, in_norm) / expected.mean);
+      in_norm.norm = ErrorNorm::max;
+      found[m].largest.push_back(test::true_error(answers[m], 0, truth, in_norm) / expected.max);
+    }
+    ++fields;
+  }
+  std::printf(
+      "\n## What DistancePlanner expects of methods\n\n"
+      "Errors as shares of those of detail::MethodErrors, of %d fields from one source on familiar "
+      "meshes at random\n(tests/support/plan_requests.hpp, %d kinds, 100 to 2,600 vertices), "
+      "against ExactSolver.\n\n",
+      fields, int{test::requests::kinds});
+  print_row({"method", "mean beyond it", "98 in 100 keep", "most", "largest beyond it",
+             "98 in 100 keep", "most"});
+  print_row({"---", "---", "---", "---", "---", "---", "---"});
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    std::vector<std::string> row{detail::name_of(methods[m])};
+    for (const auto* shares : {&found[m].mean, &found[m].largest}) {
+      for (auto& cell : beyond_and_most(*shares)) row.push_back(std::move(cell));
+      row.push_back(detail::two_digits(*std::max_element(shares->begin(), shares->end())));
+    }
+    print_row(row);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -557,8 +624,10 @@ int main(int argc, char** argv) try {
   if (only == "--fans") return print_fans(), 0;
   if (only == "--smooth") return print_smooth(), 0;
   if (only == "--planner") return print_planner(requests), 0;
+  if (only == "--expected") return print_expected(2 * requests), 0;
   if (argc > 2 || (argc == 2 && !is_quick)) {
-    throw std::runtime_error("usage: claims [--quick | --fans | --smooth | --planner]");
+    throw std::runtime_error(
+        "usage: claims [--quick | --fans | --smooth | --planner | --expected]");
   }
   Subjects on;
   for (const int level : {4, 5}) on.singles.push_back(against_great_circles(level));
@@ -582,6 +651,7 @@ int main(int argc, char** argv) try {
   print_fans();
   print_smooth();
   print_planner(requests);
+  print_expected(2 * requests);
   std::printf(
       "\n## Vectors by the heat method\n\n"
       "Against parallel transport along the exact paths, their directions of arrival, and the "

@@ -67,6 +67,14 @@ def precompile(compiler, folders, flags, folder):
     return header
 
 
+def commit():
+    """The commit that is measured, with a plus where files differ from it."""
+    def git(*words):
+        return subprocess.run(["git", "-C", ROOT, *words], capture_output=True, text=True).stdout
+    changed = git("status", "--porcelain", "--untracked-files=no").strip()
+    return git("rev-parse", "--short", "HEAD").strip() + ("+" if changed else "")
+
+
 def compile_once(compiler, folders, text, flags):
     """Seconds and megabytes of one run of the compiler."""
     with tempfile.NamedTemporaryFile("w", suffix=".cpp") as source:
@@ -111,7 +119,7 @@ def main():
     given = options.parse_args()
 
     folders = (given.eigen, given.stb)
-    result = {"turns": given.turns, "compilers": {}}
+    result = {"commit": commit(), "turns": given.turns, "compilers": {}}
     for compiler in given.compilers:
         version = subprocess.run([compiler, "--version"], capture_output=True, text=True)
         tables = {}
