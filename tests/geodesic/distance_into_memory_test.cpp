@@ -10,6 +10,7 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
+#include "gelight/geodesic/smooth.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/heap_count.hpp"
@@ -110,6 +111,20 @@ void check_solvers(const Mesh<double>& mesh) {
   check_queries<T>([&] { return HeatSolver<T>(as, {.refinements = 2}); }, "heat, refined");
   check_queries<T>([&] { return HeatSolver<T>(as, {.intrinsic_delaunay = false}); },
                    "heat, the mesh's own triangles");
+  check_queries<T>([&] { return SmoothDistanceSolver<T>(as); }, "smooth");
+}
+
+// From the mesh to the first answer: all that was taken, at whatever time, so that no peak is
+// higher.
+template <class Solver>
+std::size_t bytes_a_vertex() {
+  const auto mesh = icosphere<double>(6);
+  const std::size_t before = test::bytes_taken;
+  const Solver solver(mesh);
+  const auto distance = solver.distance(7);
+  const std::size_t taken = test::bytes_taken - before;
+  CHECK(distance[7] == 0);
+  return taken / mesh.positions.size();
 }
 
 }  // namespace
@@ -125,12 +140,9 @@ TEST_CASE("distance_into takes no memory for a question of a kind it was asked b
 
 TEST_CASE(
     "Dijkstra's method takes less than 105 bytes a vertex from the mesh to its first answer") {
-  const auto mesh = icosphere<double>(6);
-  const std::size_t before = test::bytes_taken;
-  const DijkstraSolver solver(mesh);
-  const auto distance = solver.distance(7);
-  // All that was taken, at whatever time, so that no peak is higher.
-  const std::size_t taken = test::bytes_taken - before;
-  CHECK(distance[7] == 0);
-  CHECK(taken < 105 * mesh.positions.size());
+  CHECK(bytes_a_vertex<DijkstraSolver<double>>() < 105);
+}
+
+TEST_CASE("fast marching takes less than 410 bytes a vertex from the mesh to its first answer") {
+  CHECK(bytes_a_vertex<FastMarchingSolver<double>>() < 410);
 }

@@ -156,7 +156,7 @@ class Backtrace {
       const double from_left = surface_.length(to_left), from_right = surface_.length(to_right);
       const Vec2<Real> apex = third_corner(length, from_left, from_right);
       const Index across = surface_.apex(g);
-      consider_vertex(across, (apex - place).norm(), apex, best);
+      consider_vertex(across, norm(apex - place), apex, best);
       consider_sources(g, place, best);
       consider_portal({to_left, left, across}, seen_from({0, 0}, apex, from_left, place), apex,
                       best);
@@ -176,7 +176,7 @@ class Backtrace {
   static Vec2<Real> seen_from(const Vec2<Real>& left, const Vec2<Real>& right, double length,
                               const Vec2<Real>& place) {
     const Vec2<Real> along = (right - left) / length, way = place - left;
-    return {along.dot(way), std::min(0.0, along.x() * way.y() - along.y() * way.x())};
+    return {dot(along, way), std::min(0.0, along.x() * way.y() - along.y() * way.x())};
   }
 
   // Only ways on which the rest does not grow, so that they end.
@@ -198,7 +198,7 @@ class Backtrace {
     const double crossing = middle.y() * place.x() - place.y() * middle.x();  // height times where
     const double corner = on_corner * length * height;
     if (!(crossing > corner && crossing < length * height - corner)) return;
-    const double total = (place - middle).norm();
+    const double total = norm(place - middle);
     if (!(total < best.total())) return;
     const double rest = total * (middle.y() / height);
     consider({total - rest, rest, at_portal, portal, -1, crossing / height, apex}, best);
@@ -216,7 +216,7 @@ class Backtrace {
       const Vec2<Real> at = third_corner(surface_.length(portal_.halfedge),
                                          straight_distance(surface_, source.point, portal_.left),
                                          straight_distance(surface_, source.point, portal_.right));
-      consider({(at - place).norm(), source.distance, at_source, {}, static_cast<Index>(i), 0, at},
+      consider({norm(at - place), source.distance, at_source, {}, static_cast<Index>(i), 0, at},
                best);
     }
   }

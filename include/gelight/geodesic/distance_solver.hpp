@@ -12,6 +12,7 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/pages.hpp"
 #include "gelight/core/pool.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -205,9 +206,8 @@ class DistanceQueries {
   [[nodiscard]] std::vector<T> distance(std::span<const Source<T>> sources) const;
 
   /// The same in the caller's memory: `out` has an element per vertex, and is as it was where the
-  /// query throws. Dijkstra's method, fast marching, virtual sources, heat and the exact solver
-  /// without targets allocate nothing once a query like it has been answered; smooth distances and
-  /// the planner do.
+  /// query throws. Nothing is allocated once a query like it has been answered, but by the planner,
+  /// by the exact solver with targets, and by smooth distances where a path has to be searched.
   void distance_into(std::span<T> out, Index vertex) const {
     distance_into(out, std::span<const Index>(&vertex, 1));
   }
@@ -284,7 +284,10 @@ auto DistanceQueries<Solver, T>::answer(std::span<const Place> sources) const ->
     const typename Pool<Memory>::Borrowed borrowed(*memories_);
     DistanceQuery<Real>& query = (*borrowed).query;
     query.sources = checked(sources, std::move(query.sources));
-    std::vector<T> out(vertex_count(), unreachable<Real>);
+    std::vector<T> out;
+    out.reserve(vertex_count());
+    expect_writes(out.data(), vertex_count() * sizeof(T));
+    out.resize(vertex_count(), unreachable<Real>);
     query.distance = out;
     solver().solve_vertices(query);
     return out;

@@ -161,6 +161,8 @@ class ExactField {
  private:
   template <std::floating_point>
   friend class ExactSolver;
+  template <std::floating_point>
+  friend class SmoothDistanceSolver;
   template <std::floating_point U>
   friend auto detail::solution_of(const ExactField<U>& field)
       -> const detail::WindowSolution<typename detail::WorkingPrecision<U>::Real>&;
@@ -209,7 +211,7 @@ class ExactField {
   }
 
   // The way from an end back to its source.
-  [[nodiscard]] std::vector<Point> trace(const End& end) const {
+  [[nodiscard]] detail::Array<Point> trace(const End& end) const {
     const Backtrace backtrace(solution_);
     return backtrace.back(end, [&] {
       return solution_.keeps_all_windows() ? backtrace.by_windows(end)
@@ -250,16 +252,16 @@ auto ExactField<T>::distance(const SurfacePoint<T>& point) const -> T {
 
 template <std::floating_point T>
 auto ExactField<T>::path(const SurfacePoint<T>& point) const -> Path<T> {
-  const std::vector<Point> back = trace(nearest(checked(point)));
+  const detail::Array<Point> back = trace(nearest(checked(point)));
   Path<T> out;
   out.reserve(back.size());
-  for (auto p = back.rbegin(); p != back.rend(); ++p) out.push_back(p->template cast<T>());
+  for (std::size_t i = back.size(); i-- > 0;) out.push_back(back[i].template cast<T>());
   return out;
 }
 
 template <std::floating_point T>
 auto ExactField<T>::direction(const SurfacePoint<T>& point) const -> Vec3<T> {
-  return direction_of(nearest(checked(point))).template cast<T>();
+  return cast<T>(direction_of(nearest(checked(point))));
 }
 
 template <std::floating_point T>
@@ -279,13 +281,13 @@ auto ExactField<T>::arrivals(const SurfacePoint<T>& point, T relative_tolerance)
 
 template <std::floating_point T>
 auto ExactField<T>::departure(const SurfacePoint<T>& point) const -> ExactDeparture<T> {
-  std::vector<Point> path = trace(nearest(checked(point)));
+  detail::Array<Point> path = trace(nearest(checked(point)));
   detail::require(path.size() > 1, "no direction leads from a source to the point on ",
                   point.kind == SurfacePoint<T>::Kind::face ? "face " : "vertex ",
                   point.element[0]);
   std::reverse(path.begin(), path.end());
   const auto way = Directions(solution_).departure(path);
-  return {way.direction.template cast<T>(), way.halfedge, static_cast<T>(way.angle)};
+  return {cast<T>(way.direction), way.halfedge, static_cast<T>(way.angle)};
 }
 
 // Ends of another direction than those before.
@@ -302,7 +304,7 @@ auto ExactField<T>::distinct(const std::vector<End>& ends) const -> std::vector<
     if (is_known) continue;
     known.push_back(direction);
     const Point from = directions.beginning(end, [&](const End& e) { return trace(e); });
-    out.push_back({distance_of(end), direction.template cast<T>(), from.template cast<T>()});
+    out.push_back({distance_of(end), cast<T>(direction), from.template cast<T>()});
   }
   return out;
 }
@@ -404,6 +406,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   friend class detail::DistanceQueries<ExactSolver<T>, T>;
   template <std::floating_point>
   friend class PathSolver;
+  template <std::floating_point>
+  friend class SmoothDistanceSolver;
   using Real = typename detail::WorkingPrecision<T>::Real;
   using Point = SurfacePoint<Real>;
   using PlanarFaces = detail::PlanarFaces<Real>;
@@ -446,7 +450,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     const Point begin = face_point(front.face, front.begin),
                 end = face_point(front.face, front.end);
     const Vec3<Real> way = surface_.difference(begin, end);
-    const Real square = way.squaredNorm();
+    const Real square = squared_norm(way);
     const auto add = [&](Real t) {
       sources.push_back({face_point(front.face, front.at(t)), front.start});
     };
@@ -454,7 +458,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     if (!(square > 0)) return;
     add(1);
     for (const Index v : surface_.face(front.face)) {
-      const Real t = way.dot(surface_.difference(begin, vertex_point<Real>(v))) / square;
+      const Real t = dot(way, surface_.difference(begin, vertex_point<Real>(v))) / square;
       if (t > 0.0 && t < 1.0) add(t);
     }
   }
@@ -469,6 +473,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     solution.max_memory = options.max_memory;
     return solution;
   }
+  // Solves from the solution's sources into its memory; of segments, from its fronts besides.
+  void solve_into(Solution& solution, const ExactOptions<T>& options) const;
 
   // The shortest path between two points, if it is no longer than `longest`, by windows that can be
   // part of such a path alone; empty else.
@@ -574,10 +580,18 @@ auto ExactSolver<T>::solve_checked(Sources sources, const ExactOptions<T>& optio
     -> ExactField<T> {
   require_options(options);
   Solution solution = empty_solution(options);
-  normalise(sources, solution.starts);
   solution.sources = std::move(sources);
-  for (auto& front : fronts) front.start -= solution.starts.at(surface_.face(front.face)[0]);
   solution.fronts = std::move(fronts);
+  solve_into(solution, options);
+  return ExactField<T>(std::move(solution));
+}
+
+template <std::floating_point T>
+void ExactSolver<T>::solve_into(Solution& solution, const ExactOptions<T>& options) const {
+  normalise(solution.sources, solution.starts);
+  for (auto& front : solution.fronts) {
+    front.start -= solution.starts.at(surface_.face(front.face)[0]);
+  }
   Limits limits = limits_of(options, solution.starts);
   limits.fronts = solution.fronts;
   limits.size = solution.fronts.empty() ? 0 : detail::size_of(surface_);
@@ -586,7 +600,6 @@ auto ExactSolver<T>::solve_checked(Sources sources, const ExactOptions<T>& optio
   solution.adopt(*workspace);
   solution.bends_anywhere = limits.ring < unreachable<Real>;
   solution.kept_faces = limits.keep_windows ? detail::Array<char>{} : limits.faces_to_keep;
-  return ExactField<T>(std::move(solution));
 }
 
 template <std::floating_point T>
@@ -608,7 +621,7 @@ auto ExactSolver<T>::path_within(const Point& from, const Point& to, Real longes
   solution.windows = windows;
   solution.exchange(*workspace, *windows);
   const auto end = detail::PointQuery<Real>(solution).nearest(to);
-  std::vector<Point> path = detail::PathBacktrace<Real>(solution).back(end);
+  detail::Array<Point> path = detail::PathBacktrace<Real>(solution).back(end);
   std::reverse(path.begin(), path.end());
   solution.exchange(*workspace, *windows);
   return path;

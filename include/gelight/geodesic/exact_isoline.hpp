@@ -122,7 +122,7 @@ class ArcTracer {
     }
     // How far inside a point is.
     [[nodiscard]] Real depth(const Vec2<Real>& p) const {
-      return is_straight ? up.dot(centre - p) : radius - (p - centre).norm();
+      return is_straight ? dot(up, centre - p) : radius - norm(p - centre);
     }
     [[nodiscard]] bool sees(const Vec2<Real>& p) const {
       return std::all_of(seen.begin(), seen.end(),
@@ -185,7 +185,7 @@ class ArcTracer {
     for (const Real sign : {-1.0, 1.0}) {
       const Vec2<Real> up = sign * Vec2<Real>(-way.y(), way.x());
       Disc side{a + away * up, away, {}, true, up};
-      side.seen = {{way, way.dot(a)}, {-way, -way.dot(b)}, {up, up.dot(a)}};
+      side.seen = {{way, dot(way, a)}, {-way, -dot(way, b)}, {up, dot(up, a)}};
       discs_.push_back(std::move(side));
     }
   }
@@ -256,9 +256,9 @@ class ArcTracer {
   }
 
   void cut(const Disc& disc, const Vec2<Real>& normal, Real offset) {
-    const Real height = offset - normal.dot(disc.centre);
+    const Real height = offset - dot(normal, disc.centre);
     if (disc.is_straight) {
-      const Real slope = normal.dot(disc.along());
+      const Real slope = dot(normal, disc.along());
       if (slope != 0) add_cut(disc, height / slope);
       return;
     }
@@ -273,12 +273,12 @@ class ArcTracer {
   void cut(const Disc& disc, const Disc& other) {
     const Vec2<Real> way = other.centre - disc.centre;
     if (other.is_straight) {
-      const Real height = other.up.dot(way);
+      const Real height = dot(other.up, way);
       if (!disc.is_straight && std::fabs(std::fabs(height) - disc.radius) < tangent_) return;
-      return cut(disc, other.up, other.up.dot(other.centre));
+      return cut(disc, other.up, dot(other.up, other.centre));
     }
     if (disc.is_straight) {
-      const Real middle = disc.along().dot(way), height = std::fabs(disc.up.dot(way));
+      const Real middle = dot(disc.along(), way), height = std::fabs(dot(disc.up, way));
       if (!(other.radius - height > tangent_)) return;
       const Real half = std::sqrt((other.radius - height) * (other.radius + height));
       add_cut(disc, middle - half);
@@ -292,7 +292,7 @@ class ArcTracer {
     // Where both circles cross, measured from the middle of this one along the line to the other.
     const Real along = (gap + (a - b) * (a + b) / gap) / 2;
     const Vec2<Real> normal = way / gap;
-    cut(disc, normal, along + normal.dot(disc.centre));
+    cut(disc, normal, along + dot(normal, disc.centre));
   }
 
   void add_cut(const Disc& disc, Real place) {
@@ -304,8 +304,8 @@ class ArcTracer {
   [[nodiscard]] bool is_same(const Disc& a, const Disc& b) const {
     if (a.is_straight != b.is_straight) return false;
     if (a.is_straight)
-      return (a.up - b.up).norm() < same_direction && std::fabs(a.depth(b.centre)) <= same_;
-    return (a.centre - b.centre).norm() <= same_ && std::fabs(a.radius - b.radius) <= same_;
+      return norm(a.up - b.up) < same_direction && std::fabs(a.depth(b.centre)) <= same_;
+    return norm(a.centre - b.centre) <= same_ && std::fabs(a.radius - b.radius) <= same_;
   }
 
   // Of one border that is there twice the first counts.
@@ -351,15 +351,15 @@ class ArcTracer {
       const Vec2<Real> from = flat_.corners[k] - disc.centre;
       Real begin = 0, end = surface_.length(h);
       const auto bound = [&](const HalfPlane<Real>& half) {
-        const Real slope = half.normal.dot(flat_.ways[k]), at_zero = half.height(flat_.corners[k]);
+        const Real slope = dot(half.normal, flat_.ways[k]), at_zero = half.height(flat_.corners[k]);
         if (slope > 0) begin = std::max(begin, -at_zero / slope);
         if (slope < 0) end = std::min(end, -at_zero / slope);
         if (slope == 0 && at_zero < 0) end = begin;
       };
       if (disc.is_straight) {
-        bound({-disc.up, -disc.up.dot(disc.centre)});
+        bound({-disc.up, -dot(disc.up, disc.centre)});
       } else {
-        const Real middle = -from.dot(flat_.ways[k]), height = flat_.sides[k].normal.dot(from);
+        const Real middle = -dot(from, flat_.ways[k]), height = dot(flat_.sides[k].normal, from);
         const Real square = (disc.radius - height) * (disc.radius + height);
         if (!(square > 0)) continue;
         begin = std::max(begin, middle - std::sqrt(square));
@@ -404,7 +404,7 @@ class ArcTracer {
     const auto look = [&](Index f) {
       for (Index i = first_piece_[f]; i < first_piece_[f + 1]; ++i) {
         const Real gap =
-            (pieces_[static_cast<std::size_t>(i)].begin_in_space - piece.end_in_space).norm();
+            norm(pieces_[static_cast<std::size_t>(i)].begin_in_space - piece.end_in_space);
         if (is_taken[i] || !(gap < least)) continue;
         least = gap;
         best = i;
@@ -413,7 +413,7 @@ class ArcTracer {
     look(piece.face);
     for (std::size_t k = 0; k < 3; ++k) {
       const Index h = 3 * piece.face + static_cast<Index>(k);
-      if ((piece.end - flat_.corners[k]).norm() < reach) {
+      if (norm(piece.end - flat_.corners[k]) < reach) {
         for (const Index out : surface_.corners(surface_.origin(h))) look(Mesh::face_of(out));
       } else if (std::fabs(flat_.sides[k].height(piece.end)) < reach && surface_.is_manifold(h)) {
         look(Mesh::face_of(surface_.twin(h)));
@@ -427,9 +427,9 @@ class ArcTracer {
     const bool is_straight = piece.disc.is_straight;
     const Real length = is_straight ? piece.width : piece.disc.radius * piece.width;
     return {piece.face,
-            piece.begin_in_space.template cast<T>(),
-            piece.end_in_space.template cast<T>(),
-            flat_.in_space(surface_, piece.disc.centre).template cast<T>(),
+            cast<T>(piece.begin_in_space),
+            cast<T>(piece.end_in_space),
+            cast<T>(flat_.in_space(surface_, piece.disc.centre)),
             is_straight ? unreachable<T> : static_cast<T>(piece.disc.radius),
             is_straight ? T(0) : static_cast<T>(piece.width),
             static_cast<T>(length)};

@@ -121,7 +121,7 @@ class BorderTracer {
   struct Polar {
     Vec2<Real> slope;
     Real constant;
-    [[nodiscard]] Real at(const Vec2<Real>& u) const { return slope.dot(u) + constant; }
+    [[nodiscard]] Real at(const Vec2<Real>& u) const { return dot(slope, u) + constant; }
   };
   // The directions u with normal . u >= least.
   struct Condition {
@@ -213,7 +213,7 @@ class BorderTracer {
         const Vec2<Real> begin = flat_.from_frame(h, {w.begin[i], 0});
         const Vec2<Real> end = flat_.from_frame(h, {w.end[i], 0});
         const Vec2<Real> first = end - centre, last = begin - centre;
-        const Real width = std::atan2(cross_of(first, last), first.dot(last));
+        const Real width = std::atan2(cross_of(first, last), dot(first, last));
         if (!(width > 0)) continue;
         images_.push_back({centre, start, source_of_origin(w.origin[i]), false,
                            right_of(centre, begin), left_of(centre, end),
@@ -405,7 +405,7 @@ class BorderTracer {
                                                       const Image& image) {
     const Real size = stable_norm(normal);
     if (image.is_seen_by_all) return {-size, size};
-    const Real a = normal.dot(image.first), b = normal.dot(image.last);
+    const Real a = dot(normal, image.first), b = dot(normal, image.last);
     const Real after_first = cross_of(image.first, normal),
                before_last = cross_of(normal, image.last);
     return {after_first < 0 && before_last < 0 ? -size : std::min(a, b),
@@ -418,7 +418,7 @@ class BorderTracer {
                  const Interval& angles) {
     const auto place = [&](Real angle) { return place_at(first, border, angle); };
     const Vec2<Real> begin = place(angles.from), end = place(angles.to);
-    if (!((end - begin).norm() > same_)) return;
+    if (!(norm(end - begin) > same_)) return;
     const Real longest =
         std::max({surface_.length(3 * flat_.face), surface_.length(3 * flat_.face + 1),
                   surface_.length(3 * flat_.face + 2)});
@@ -463,7 +463,7 @@ class BorderTracer {
     const Real half = (angles.from + angles.to) / 2;
     const Vec2<Real> middle = place(half), way = end - begin;
     const Real beside = std::fabs(cross_of(way, middle - begin));
-    if (halvings > 0 && beside > deviation * way.norm()) {
+    if (halvings > 0 && beside > deviation * norm(way)) {
       add_places(place, {angles.from, half}, begin, middle, deviation, halvings - 1);
       add_places(place, {half, angles.to}, middle, end, deviation, halvings - 1);
     } else {
@@ -527,7 +527,7 @@ class BorderTracer {
     const auto look = [&](Index f) {
       for (Index i = first_piece_[f]; i < first_piece_[f + 1]; ++i) {
         const Piece& other = pieces_[static_cast<std::size_t>(i)];
-        const Real gap = (other.begin - piece.end).norm();
+        const Real gap = norm(other.begin - piece.end);
         if (i == number || is_taken[i] || other.sources != piece.sources || !(gap < least))
           continue;
         least = gap;

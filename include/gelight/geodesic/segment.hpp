@@ -61,8 +61,8 @@ template <std::floating_point Real>
 [[nodiscard]] Real size_of(const Surface<Real>& surface) {
   Vec3<Real> low = surface.position(0), high = low;
   for (Index v = 1; v < surface.vertex_count(); ++v) {
-    low = low.cwiseMin(surface.position(v));
-    high = high.cwiseMax(surface.position(v));
+    low = least_of(low, surface.position(v));
+    high = greatest_of(high, surface.position(v));
   }
   return stable_norm(high - low);
 }

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -14,11 +15,15 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/exact/path_backtrace.hpp"
+#include "gelight/geodesic/exact/point_query.hpp"
+#include "gelight/geodesic/exact/search_back.hpp"
+#include "gelight/geodesic/exact/window_solution.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/geodesic/smooth/curved_faces.hpp"
 #include "gelight/geodesic/smooth/fans.hpp"
@@ -136,10 +141,10 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     const Vec3<Real> origin(0, 0, 0);
     if (p.kind == Kind::face)
       return faces_->in_face(p.element[0], p.weights, origin).template cast<T>();
-    if (p.kind == Kind::vertex) return surface().position(p.element[0]).template cast<T>();
+    if (p.kind == Kind::vertex) return cast<T>(surface().position(p.element[0]));
     Index h = surface().find_halfedge(p.element[0], p.element[1]);
     const Real t = p.weights[surface().origin(h) == p.element[0] ? 1 : 0];
-    return faces_->on_edge(h, t, origin).place.template cast<T>();
+    return cast<T>(faces_->on_edge(h, t, origin).place);
   }
 
   /// The unit normals at a vertex: one, and more where creases meet.
@@ -151,7 +156,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
       const Index fan = faces_->fans().at(h);
       if (std::find(fans.begin(), fans.end(), fan) != fans.end()) continue;
       fans.push_back(fan);
-      out.push_back(faces_->normal(h).template cast<T>());
+      out.push_back(cast<T>(faces_->normal(h)));
     }
     return out;
   }
@@ -191,12 +196,11 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     out.trust = trust(found);
     const bool is_rough = out.trust == SmoothTrust::rough;
     out.length = detail::distance_as<T>(is_rough ? lift.on_mesh() : found.shortest(), "a point");
-    out.direction = found.direction.template cast<T>();
+    out.direction = cast<T>(found.direction);
     if (is_rough) {
-      for (const auto& p : on_mesh)
-        out.positions.push_back(surface().position(p).template cast<T>());
+      for (const auto& p : on_mesh) out.positions.push_back(cast<T>(surface().position(p)));
     } else {
-      for (const auto& p : lift.places()) out.positions.push_back(p.template cast<T>());
+      for (const auto& p : lift.places()) out.positions.push_back(cast<T>(p));
     }
     return out;
   }
@@ -210,6 +214,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
   using Lift = detail::LiftedPath<Real>;
   using Marks = detail::PathMarks<Real>;
   using Lifted = detail::LiftedLength<Real>;
+  using Solution = detail::WindowSolution<Real>;
 
   SmoothDistanceSolver(const Surface<Real>& surface, std::span<const std::array<T, 3>> normals,
                        bool has_normals, SmoothOptions<T> options)
@@ -256,7 +261,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     detail::Array<Index> against[2];
     for (Index fan = 0; fan < fans.count(); ++fan) {
       if (fans.corners(fan).size() != surface.corners(fans.vertex(fan)).size()) continue;
-      const Real cosine = fans.mean_normal(fan).dot(normal_of(normals, fans.vertex(fan)));
+      const Real cosine = dot(fans.mean_normal(fan), normal_of(normals, fans.vertex(fan)));
       along += cosine > 0 ? 1 : cosine < 0 ? -1 : 0;
       if (cosine != 0) against[cosine > 0].push_back(fans.vertex(fan));
     }
@@ -270,43 +275,6 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     return found.is_least ? SmoothTrust::smooth : SmoothTrust::bound;
   }
 
-  void solve_vertices(detail::DistanceQuery<Real>& query) const {
-    const auto found = solve_checked(std::move(query.sources)).distance;
-    std::copy(found.begin(), found.end(), query.distance.begin());
-  }
-
-  [[nodiscard]] SmoothDistances<T> solve_checked(detail::Array<Source<Real>> sources) const {
-    ExactOptions<Real> options;
-    options.cancelled = options_.cancelled.part(0, 0.3);
-    SmoothDistances<T> out{
-        {}, {}, {}, exact_.solve(std::span<const Source<Real>>(sources), options)};
-    const Index count = surface().vertex_count();
-    Lift lift(*faces_);
-    Marks marks(surface());
-    detail::Array<End> ends(static_cast<std::size_t>(count));
-    for (Index v = 0; v < count; ++v) ends[v] = {out.mesh.distance(v)};
-    // Vertices in the order of the faces, as their neighbours' paths run by the same edges.
-    detail::Array<char> is_done(static_cast<std::size_t>(count), 0);
-    Index done = 0;
-    for (Index h = 0; h < surface().halfedge_count(); ++h) {
-      const Index v = surface().origin(h);
-      if (is_done[v]) continue;
-      is_done[v] = 1;
-      ends[v] = end_of(out.mesh, v, lift, marks);
-      if (done++ % 64 == 0) ask(0.3 + 0.6 * done / count);
-    }
-    mark_cut_locus(ends);
-    for (Index v = 0; v < count; ++v) {
-      const End& end = ends[v];
-      out.distance.push_back(detail::distance_as<T>(end.distance, "vertex ", v));
-      out.direction.push_back(end.direction.template cast<T>());
-      out.trust.push_back(end.trust);
-    }
-    return out;
-  }
-
-  void ask(double done) const { options_.cancelled.check(done, "the smooth solve"); }
-
   // How a path ends at a vertex.
   struct End {
     Real distance;
@@ -315,19 +283,107 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     Real on_mesh = 0;  // length of the path there
   };
 
-  [[nodiscard]] End end_of(const ExactField<Real>& mesh, Index v, Lift& lift, Marks& marks) const {
-    const Real mesh_distance = mesh.distance(v);
-    const detail::PathBacktrace<Real> backtrace(detail::solution_of(mesh));
+  // What is used again by later queries.
+  struct Memory {
+    Memory(std::shared_ptr<const Faces> of, Solution empty)
+        : faces(std::move(of)), solution(std::move(empty)), lift(*faces), marks(faces->surface()) {}
+
+    std::shared_ptr<const Faces> faces;
+    Solution solution;
+    Lift lift;
+    Marks marks;
+    detail::Array<End> ends;  // of each vertex
+    detail::Array<char> is_done;
+  };
+  using Pool = detail::Pool<std::optional<Memory>>;
+  using Borrowed = typename Pool::Borrowed;
+
+  [[nodiscard]] Memory& memory(const Borrowed& borrowed) const {
+    auto& held = *borrowed;
+    if (!held) held.emplace(faces_, exact_.empty_solution({}));
+    return *held;
+  }
+
+  void solve_vertices(detail::DistanceQuery<Real>& query) const {
+    const Borrowed borrowed(*pool_);
+    Memory& memory = this->memory(borrowed);
+    std::swap(memory.solution.sources, query.sources);
+    solve_into(memory);
+    for (Index v = 0; v < surface().vertex_count(); ++v) {
+      query.distance[v] = memory.ends[v].distance;
+    }
+  }
+
+  [[nodiscard]] SmoothDistances<T> solve_checked(detail::Array<Source<Real>> sources) const {
+    const Borrowed borrowed(*pool_);
+    Memory& memory = this->memory(borrowed);
+    memory.solution.sources = std::move(sources);
+    solve_into(memory);
+    SmoothDistances<T> out{{}, {}, {}, ExactField<Real>(std::move(memory.solution))};
+    memory.solution = exact_.empty_solution({});
+    Index v = 0;
+    for (const End& end : memory.ends) {
+      out.distance.push_back(detail::distance_as<T>(end.distance, "vertex ", v++));
+      out.direction.push_back(cast<T>(end.direction));
+      out.trust.push_back(end.trust);
+    }
+    return out;
+  }
+
+  // From the solution's sources: how the path of each vertex ends.
+  void solve_into(Memory& memory) const {
+    ExactOptions<Real> options;
+    options.cancelled = options_.cancelled.part(0, 0.3);
+    Solution& solution = memory.solution;
+    solution.cancelled = options.cancelled;
+    exact_.solve_into(solution, options);
+    const Index count = surface().vertex_count();
+    auto& ends = memory.ends;
+    auto& is_done = memory.is_done;
+    ends.clear();
+    for (Index v = 0; v < count; ++v)
+      ends.push_back({solution.distances[v] + solution.starts.at(v)});
+    // Vertices in the order of the faces, as their neighbours' paths run by the same edges.
+    is_done.assign(static_cast<std::size_t>(count), 0);
+    Index done = 0;
+    for (Index h = 0; h < surface().halfedge_count(); ++h) {
+      const Index v = surface().origin(h);
+      if (is_done[v]) continue;
+      is_done[v] = 1;
+      ends[v] = end_of(memory, v);
+      if (done++ % 64 == 0) ask(0.3 + 0.6 * done / count);
+    }
+    mark_cut_locus(ends);
+  }
+
+  void ask(double done) const { options_.cancelled.check(done, "the smooth solve"); }
+
+  [[nodiscard]] End end_of(Memory& memory, Index v) const {
+    Lift& lift = memory.lift;
+    Marks& marks = memory.marks;
+    const Solution& solution = memory.solution;
+    const Real mesh_distance = memory.ends[v].distance;
+    const detail::PathBacktrace<Real> backtrace(solution);
     backtrace.follow(v, marks);
     if (marks.size() < 2) return {mesh_distance};
     Lifted found = lift.measure(marks);
     if (!backtrace.is_shortest(marks.point(marks[0]), lift.on_mesh(), v)) {
-      found = lift.measure(mesh.path(v));
+      found = lift.measure(searched(solution, v));
     }
     const Real on_mesh = lift.on_mesh();
     End end{mesh_distance - on_mesh + found.shortest(), found.direction, trust(found), on_mesh};
     if (end.trust == SmoothTrust::rough) end.distance = mesh_distance;
     return end;
+  }
+
+  // The path to a vertex where the arrivals do not tell it.
+  [[nodiscard]] static detail::Array<SurfacePoint<Real>> searched(const Solution& solution,
+                                                                  Index v) {
+    const auto end = detail::PointQuery<Real>(solution).at_vertex(v);
+    auto path = detail::PathBacktrace<Real>(solution).back(
+        end, [&] { return detail::SearchBack<Real>(solution).back(end); });
+    std::reverse(path.begin(), path.end());
+    return path;
   }
 
   // Where paths of neighbours come from different sides, that which is shorter on the mesh may not
@@ -357,6 +413,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
   SmoothOptions<T> options_;
   ExactSolver<Real> exact_;
   std::shared_ptr<const Faces> faces_;
+  std::shared_ptr<Pool> pool_ = std::make_shared<Pool>();
 };
 
 /// Deduces the type from the mesh.

@@ -37,7 +37,7 @@ class StraightWalk {
   /// The path from the point at which the walk was begun.
   Path<T> run(const Vec3<T>& direction) {
     const SurfacePoint<T> from = path_[0];
-    const Vec3<double> way = stable_unit(direction.template cast<double>().eval());
+    const Vec3<double> way = stable_unit(cast<double>(direction));
     if (from.kind == Kind::vertex) {
       leave_vertex(from.element[0], way);
     } else if (from.kind == Kind::edge) {
@@ -62,7 +62,7 @@ class StraightWalk {
   // --- faces laid flat ---------------------------------------------------------------------------
 
   [[nodiscard]] Vec3<double> place(Index vertex) const {
-    return surface_.position(vertex).template cast<double>();
+    return cast<double>(surface_.position(vertex));
   }
   [[nodiscard]] double length(Index h) const { return static_cast<double>(surface_.length(h)); }
 
@@ -79,7 +79,7 @@ class StraightWalk {
     Frame out;
     out.length = stable_norm(along);
     out.x = out.length > 0 ? Vec3<double>(along / out.length) : stable_unit(to_apex);
-    const double x = out.x.dot(to_apex);
+    const double x = dot(out.x, to_apex);
     const Vec3<double> up = to_apex - x * out.x;
     const double y = stable_norm(up);
     const bool is_flat = !(y > on_it * std::max(out.length, stable_norm(to_apex)));
@@ -89,7 +89,7 @@ class StraightWalk {
   }
   // What a direction has at a right angle to a frame's face; where that has no area, to its line.
   [[nodiscard]] static double off_plane(const Frame& face, const Vec3<double>& way) {
-    return (way - way.dot(face.x) * face.x - way.dot(face.y) * face.y).norm();
+    return norm(way - dot(way, face.x) * face.x - dot(way, face.y) * face.y);
   }
   // By how much a direction between two places of h's face may be off its plane: positions are
   // rounded by what they are from the origin.
@@ -97,7 +97,7 @@ class StraightWalk {
     const double longest = std::max({length(h), length(Mesh::next(h)), length(Mesh::previous(h))});
     double farthest = 0;
     for (const Index g : {h, Mesh::next(h), Mesh::previous(h)}) {
-      farthest = std::max(farthest, place(surface_.origin(g)).cwiseAbs().maxCoeff());
+      farthest = std::max(farthest, detail::largest_part(place(surface_.origin(g))));
     }
     return in_plane + double{share_rounding<T>} * farthest / std::max(longest, shortest_length);
   }
@@ -106,7 +106,7 @@ class StraightWalk {
     const Vec3<double> origin = place(surface_.origin(h));
     const Vec3<double> a = place(surface_.tip(h)) - origin;
     const Vec3<double> b = place(surface_.apex(h)) - origin;
-    return std::atan2(stable_norm(gelight::cross(a, b)), a.dot(b));
+    return std::atan2(stable_norm(gelight::cross(a, b)), dot(a, b));
   }
 
   // Corners round a place, in order, by their half-edges; over edges of no length those of the
@@ -133,8 +133,8 @@ class StraightWalk {
       const double at_apex = double{from.weights[(k + 2) % 3]};
       const Vec2<double> at(at_tip * face.length + at_apex * face.apex.x(),
                             at_apex * face.apex.y());
-      const Vec2<double> flat(way.dot(face.x), way.dot(face.y));
-      require(flat.norm() > in_plane, "the direction is at a right angle to face ", f);
+      const Vec2<double> flat(dot(way, face.x), dot(way, face.y));
+      require(norm(flat) > in_plane, "the direction is at a right angle to face ", f);
       const Vec2<double> d = stable_unit(flat);
       if (!(d.y() < 0)) continue;
       const double t = at.y() / -d.y();
@@ -165,22 +165,22 @@ class StraightWalk {
     Index h = first;
     do {
       const Frame face = frame(h);
-      const double side = way.dot(face.y);
+      const double side = dot(way, face.y);
       if (off_plane(face, way) <= in_plane_of(h) && side >= 0) most = unreachable<double>, best = h;
       if (side > most) most = side, best = h;
       across = h == first ? face.y : Vec3<double>(across - face.y);
       h = surface_.twin(h);
     } while (h != first);
     const Frame face = frame(best);
-    if (surface_.is_border(first) && way.dot(face.y) < -in_plane_of(best)) return;  // out over it
+    if (surface_.is_border(first) && dot(way, face.y) < -in_plane_of(best)) return;  // out over it
     require(most == unreachable<double> || surface_.is_manifold(first),
             "the edge between vertices ", from.element[0], " and ", from.element[1],
             " has more than two faces, and the direction is in the plane of none");
-    Vec2<double> d(way.dot(face.x), way.dot(face.y));
+    Vec2<double> d(dot(way, face.x), dot(way, face.y));
     if (most < unreachable<double> && !surface_.is_border(first)) {
-      d.y() = std::abs(way.dot(stable_unit(across)));
+      d.y() = std::abs(dot(way, stable_unit(across)));
     }
-    require(d.norm() > in_plane, "the direction is at a right angle to the edge between vertices ",
+    require(norm(d) > in_plane, "the direction is at a right angle to the edge between vertices ",
             from.element[0], " and ", from.element[1]);
     d.y() = std::max(0.0, d.y());
     d = stable_unit(d);
@@ -202,7 +202,7 @@ class StraightWalk {
         faces.push_back(Mesh::face_of(h));
         if (!(length(h) > 0)) continue;
         const Frame face = frame(h);
-        const double x = way.dot(face.x), y = way.dot(face.y), tolerance = in_plane_of(h);
+        const double x = dot(way, face.x), y = dot(way, face.y), tolerance = in_plane_of(h);
         const double angle = std::atan2(y, x), opening = std::atan2(face.apex.y(), face.apex.x());
         if (off_plane(face, way) <= tolerance && angle >= -tolerance &&
             angle <= opening + tolerance) {
@@ -235,17 +235,17 @@ class StraightWalk {
       const Frame face = frame(ring.halfedges[i]);
       normal += ring.angles[i] * gelight::cross(face.x, face.y);
     }
-    require(normal.norm() > in_plane * ring.total, "the faces at vertex ", vertex,
+    require(norm(normal) > in_plane * ring.total, "the faces at vertex ", vertex,
             " have no common tangent plane, and the direction is in the plane of none");
     normal = stable_unit(normal);
-    const Vec3<double> part = way - way.dot(normal) * normal;
-    require(part.norm() > in_plane, "the direction is at a right angle to the surface at vertex ",
+    const Vec3<double> part = way - dot(way, normal) * normal;
+    require(norm(part) > in_plane, "the direction is at a right angle to the surface at vertex ",
             vertex);
     const Vec3<double> x = stable_unit(part);
     const Vec3<double> y = gelight::cross(normal, x);
     const auto flat = [&](Index other) {
       const Vec3<double> to = place(other) - place(vertex);
-      return std::complex<double>(to.dot(x), to.dot(y));
+      return std::complex<double>(dot(to, x), dot(to, y));
     };
     const double scale = ring.is_closed ? 2 * pi / ring.total : 1;
     std::complex<double> turn = 0;
@@ -418,8 +418,8 @@ class StraightWalk {
     const Vec3<double> to_apex = place(surface_.apex(h)) - origin;
     const double base = length(h);
     const Vec3<double> x = (place(surface_.tip(h)) - origin) * (1 / base);
-    const double apex_x = x.dot(to_apex);
-    const double apex_y = (to_apex - apex_x * x).norm();
+    const double apex_x = dot(x, to_apex);
+    const double apex_y = norm(to_apex - apex_x * x);
     const double dx = direction_.x(), dy = direction_.y();
     // On which side of the line the apex lies, as a length.
     const double beside = (apex_x - x_) * dy - apex_y * dx;
@@ -472,7 +472,7 @@ class StraightWalk {
     halfedge_ = t;
     x_ = is_turned ? share * side : (1 - share) * side;
     // Kept unit to first order.
-    const double unit = 1.5 - 0.5 * d.squaredNorm();
+    const double unit = 1.5 - 0.5 * squared_norm(d);
     direction_ = {(is_turned ? d.x() : -d.x()) * unit, -d.y() * unit};
   }
 
@@ -554,8 +554,8 @@ template <TriangleMesh M>
   using T = MeshScalar<M>;
   const Surface<T> surface(mesh);
   surface.require_point(point);
-  detail::require(direction.allFinite() && !direction.isZero(0), "the direction (", direction[0],
-                  ", ", direction[1], ", ", direction[2], ") is zero or not finite");
+  detail::require(detail::is_finite(direction) && !direction.isZero(0), "the direction (",
+                  direction[0], ", ", direction[1], ", ", direction[2], ") is zero or not finite");
   detail::require(length >= 0 && std::isfinite(length), "the length ", length,
                   " is negative or not finite");
   cancelled.check(0, "tracing a geodesic");

@@ -62,11 +62,11 @@ template <std::floating_point T>
   std::vector<CompactDirection> compact;
   compact.reserve(field.size());
   for (std::size_t i = 0; i < field.size(); ++i) {
-    detail::require(std::abs(normals[i].norm() - 1) < T(1e-4), "normal ", i, " has length ",
-                    normals[i].norm());
+    detail::require(std::abs(norm(normals[i]) - 1) < T(1e-4), "normal ", i, " has length ",
+                    norm(normals[i]));
     const auto [x, y] = plane_basis(normals[i]);
     const auto steps = [&](const Vec3<T>& axis) {
-      const T part = detail::require_compact(field[i].dot(axis), i);
+      const T part = detail::require_compact(dot(field[i], axis), i);
       return static_cast<std::int16_t>(std::clamp<long>(std::lround(detail::compact_steps * part),
                                                         -detail::compact_steps,
                                                         detail::compact_steps));

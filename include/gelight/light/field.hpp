@@ -113,7 +113,7 @@ template <class Vectors>
 void require_finite(const Vectors& vectors, const char* what) {
   std::size_t i = 0;
   for (const auto& v : vectors) {
-    require(v.allFinite(), what, " ", i++, " is (", v[0], ", ", v[1], ", ", v[2], ")");
+    require(detail::is_finite(v), what, " ", i++, " is (", v[0], ", ", v[1], ", ", v[2], ")");
   }
 }
 
@@ -129,7 +129,7 @@ inline void check_points(const CancelHook& cancelled, std::size_t done, std::siz
 template <class T>
 [[nodiscard]] Vec3<T> direction_of(const Vec3<T>& v) {
   const T length = detail::stable_norm(v);
-  return length > 0 ? Vec3<T>(v / length) : Vec3<T>::Zero();
+  return length > 0 ? Vec3<T>(v / length) : Vec3<T>(0, 0, 0);
 }
 
 /// Twice the area of a face times its unit normal.
@@ -199,10 +199,10 @@ template <std::floating_point T>
     detail::require(normals[i].allFinite() && !normals[i].isZero(0), "normal ", i, " is (",
                     normals[i][0], ", ", normals[i][1], ", ", normals[i][2], ")");
     const Vec3<T> normal = detail::direction_of(normals[i]);
-    const Vec3<T> tangent = field[i] - field[i].dot(normal) * normal;
+    const Vec3<T> tangent = field[i] - dot(field[i], normal) * normal;
     // What rounding leaves of a direction along the normal has none.
-    const T rounding = 16 * std::numeric_limits<T>::epsilon() * field[i].norm();
-    field[i] = tangent.norm() > rounding ? detail::direction_of(tangent) : Vec3<T>(Vec3<T>::Zero());
+    const T rounding = 16 * std::numeric_limits<T>::epsilon() * norm(field[i]);
+    field[i] = norm(tangent) > rounding ? detail::direction_of(tangent) : Vec3<T>(0, 0, 0);
   }
   return field;
 }

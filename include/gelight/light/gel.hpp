@@ -48,9 +48,9 @@ template <std::floating_point T>
 
 /// Radiance times direction, over the solid angle of a small Lambertian source of unit power.
 [[nodiscard]] inline Vec3<double> lambert(const Vec3<double>& way, const Vec3<double>& axis) {
-  const double square = way.squaredNorm();
+  const double square = squared_norm(way);
   if (square == 0) return {0, 0, 0};
-  return std::max(0.0, way.dot(axis)) / (std::numbers::pi * square * square) * way;
+  return std::max(0.0, dot(way, axis)) / (std::numbers::pi * square * square) * way;
 }
 
 }  // namespace detail
@@ -81,41 +81,40 @@ template <std::floating_point T>
   require_positive(led.power, "power");
   detail::require(led.depth >= 0 && led.depth <= led.thickness, "an LED at depth ", led.depth,
                   " of a gel ", led.thickness, " thick");
-  detail::require(led.place.allFinite(), "the LED is at (", led.place[0], ", ", led.place[1], ", ",
-                  led.place[2], ")");
+  detail::require(detail::is_finite(led.place), "the LED is at (", led.place[0], ", ", led.place[1],
+                  ", ", led.place[2], ")");
   for (const Vec3<T>& v : {led.axis, led.normal}) {
-    detail::require(v.allFinite() && !v.isZero(0), "an axis or normal of the LED is (", v[0], ", ",
-                    v[1], ", ", v[2], ")");
+    detail::require(detail::is_finite(v) && !v.isZero(0), "an axis or normal of the LED is (", v[0],
+                    ", ", v[1], ", ", v[2], ")");
   }
   detail::require(normals.size() == positions.size(), positions.size(), " points have ",
                   normals.size(), " normals");
   detail::require_finite(positions, "position");
-  const Vec3<double> axis = detail::stable_unit(Vec3<double>(led.axis.template cast<double>()));
-  const Vec3<double> up = detail::stable_unit(Vec3<double>(led.normal.template cast<double>()));
+  const Vec3<double> axis = detail::stable_unit(cast<double>(led.axis));
+  const Vec3<double> up = detail::stable_unit(cast<double>(led.normal));
   const double below = 2 * (double{led.thickness} - double{led.depth});
   LightField<T> field;
   field.reserve(positions.size());
   for (std::size_t i = 0; i < positions.size(); ++i) {
     detail::require(normals[i].allFinite() && !normals[i].isZero(0), "normal ", i, " is (",
                     normals[i][0], ", ", normals[i][1], ", ", normals[i][2], ")");
-    const Vec3<double> normal =
-        detail::stable_unit(Vec3<double>(normals[i].template cast<double>()));
-    const Vec3<double> way = (positions[i] - led.place).template cast<double>();
+    const Vec3<double> normal = detail::stable_unit(cast<double>(normals[i]));
+    const Vec3<double> way = cast<double>(positions[i] - led.place);
     const Vec3<double> mirrored = way + below * up;
     const double distance = detail::stable_norm(way), longer = detail::stable_norm(mirrored);
     Vec3<double> sum(0, 0, 0);
-    const double cosine = way.dot(normal) / distance, slant = mirrored.dot(normal) / longer;
+    const double cosine = dot(way, normal) / distance, slant = dot(mirrored, normal) / longer;
     if (cosine > 0) {
       sum += detail::left_of_chord(distance, cosine, led) * detail::lambert(way, axis);
     }
     // Where the mirror image's chord leaves the gel, the mirror ended before it.
     if (slant > 0 &&
         longer / 2 * slant / (1 + std::sqrt(std::max(0.0, 1 - slant * slant))) < led.thickness) {
-      const double at_mirror = std::min(1.0, std::abs(mirrored.dot(up)) / longer);
+      const double at_mirror = std::min(1.0, std::abs(dot(mirrored, up)) / longer);
       sum +=
           detail::fresnel(at_mirror, double{led.index}).reflected * detail::lambert(mirrored, axis);
     }
-    field.push_back((double{led.power} * sum).template cast<T>());
+    field.push_back(cast<T>(double{led.power} * sum));
     detail::check_points(cancelled, field.size(), positions.size(), "the gel field");
   }
   return field;

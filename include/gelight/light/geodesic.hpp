@@ -80,9 +80,9 @@ template <std::floating_point T>
   for (const auto& point : points) {
     const auto arrivals = field.arrivals(point, tie);
     if (arrivals.empty()) {
-      rays.add(Vec3<T>::Zero(), unreachable<T>, Lighting::dark);
+      rays.add(Vec3<T>(0, 0, 0), unreachable<T>, Lighting::dark);
     } else if (arrivals[0].direction.isZero(0)) {
-      rays.add(Vec3<T>::Zero(), arrivals[0].distance, Lighting::at_led);
+      rays.add(Vec3<T>(0, 0, 0), arrivals[0].distance, Lighting::at_led);
     } else {
       rays.add(arrivals[0].direction, arrivals[0].distance,
                arrivals.size() > 1 ? Lighting::ambiguous : Lighting::lit);

@@ -40,7 +40,7 @@ struct Led {
   std::vector<SurfacePoint<T>> points;
   /// Which way, for a model that keeps it (TransportLight): laid into the membrane's tangent plane,
   /// of any length. Zero: every way.
-  Vec3<T> emission = Vec3<T>::Zero();
+  Vec3<T> emission = Vec3<T>(0, 0, 0);
 };
 
 namespace detail {
@@ -48,7 +48,7 @@ namespace detail {
 template <std::floating_point T>
 void require_led(const Led<T>& led) {
   require(!led.points.empty(), "the LED has no point");
-  require(led.emission.allFinite(), "the LED's emission is (", led.emission.x(), ", ",
+  require(detail::is_finite(led.emission), "the LED's emission is (", led.emission.x(), ", ",
           led.emission.y(), ", ", led.emission.z(), "), not finite");
 }
 
@@ -225,7 +225,7 @@ class GelLight {
       positions.push_back(surface_.position(point));
       normals.push_back(normal(point));
     }
-    LightField<T> sum(points.size(), Vec3<T>::Zero());
+    LightField<T> sum(points.size(), Vec3<T>(0, 0, 0));
     const auto count = static_cast<double>(led.points.size());
     for (std::size_t k = 0; k < led.points.size(); ++k) {
       const auto done = static_cast<double>(k) / count;
@@ -255,7 +255,7 @@ class GelLight {
   }
 
   [[nodiscard]] Vec3<T> normal(const SurfacePoint<T>& point) const {
-    Vec3<T> sum = Vec3<T>::Zero();
+    Vec3<T> sum = Vec3<T>(0, 0, 0);
     std::array<Index, 3> vertices{point.element[0], point.element[1], -1};
     if (point.kind == SurfacePoint<T>::Kind::face) vertices = surface_.face(point.element[0]);
     for (std::size_t k = 0; k < 3; ++k) {

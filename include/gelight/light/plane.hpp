@@ -38,8 +38,8 @@ template <std::floating_point T>
 [[nodiscard]] LightField<T> plane_field(const Surface<T>& surface, const SurfacePoint<T>& led,
                                         const Vec3<T>& normal, PointSpan<T> points,
                                         const CancelHook& cancelled = {}) {
-  detail::require(normal.allFinite() && !normal.isZero(0), "the normal at the LED is (", normal[0],
-                  ", ", normal[1], ", ", normal[2], ")");
+  detail::require(detail::is_finite(normal) && !normal.isZero(0), "the normal at the LED is (",
+                  normal[0], ", ", normal[1], ", ", normal[2], ")");
   detail::PlaneCut<T> cut(surface, led, normal);
   const detail::PlaneSides<T> sides(surface, cut, cancelled.part(0, 0.5));
   const CancelHook of_points = cancelled.part(0.5, 1);
@@ -59,8 +59,7 @@ template <std::floating_point T>
       continue;
     }
     const auto& arrivals = cut.arrive(point, place);
-    field.push_back(arrivals.empty() ? Vec3<T>(Vec3<T>::Zero())
-                                     : cut.in_space(arrivals[0].direction));
+    field.push_back(arrivals.empty() ? Vec3<T>(0, 0, 0) : cut.in_space(arrivals[0].direction));
   }
   of_points.check(1, "the plane field");
   return field;
@@ -72,7 +71,7 @@ namespace detail {
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> mean_normal(const Surface<T>& surface, const SurfacePoint<T>& point) {
   surface.require_point(point);
-  Vec3<T> normal = Vec3<T>::Zero();
+  Vec3<T> normal = Vec3<T>(0, 0, 0);
   for (const Index f : faces_at(surface, point)) normal += face_normal(surface, f);
   return normal;
 }
@@ -96,7 +95,7 @@ template <std::floating_point T>
   detail::require(!led.empty(), "the LED has no point");
   detail::require(tie >= 0, "a tie of ", tie);
   using Cut = detail::PlaneCut<T>;
-  std::vector<Vec3<T>> directions(points.size(), Vec3<T>::Zero());
+  std::vector<Vec3<T>> directions(points.size(), Vec3<T>(0, 0, 0));
   std::vector<T> least(points.size(), unreachable<T>), next = least;
   std::size_t done = 0;
   for (const auto& source : led) {

@@ -74,7 +74,7 @@ struct InnerLayer {
   Surface<double> inner(mesh);
   for (Index f = 0; f < membrane.face_count(); ++f) {
     const Vec3<double> above = detail::face_normal(membrane, f);
-    detail::require(above.isZero(0) || detail::face_normal(inner, f).dot(above) > 0, "a gel ",
+    detail::require(above.isZero(0) || dot(detail::face_normal(inner, f), above) > 0, "a gel ",
                     thickness, " thick is thicker than face ", f, " of the membrane is curved");
   }
   return inner;
@@ -302,9 +302,9 @@ class LightTracer {
     detail::require(options.paths > 0, options.paths, " paths to trace");
     detail::require(options.longest > 0, "paths that are cut off after ", options.longest,
                     " boundaries");
-    detail::require(led.place.allFinite(), "the LED is at (", led.place[0], ", ", led.place[1],
-                    ", ", led.place[2], ")");
-    detail::require(led.axis.allFinite() && !led.axis.isZero(0), "the LED shines along (",
+    detail::require(detail::is_finite(led.place), "the LED is at (", led.place[0], ", ",
+                    led.place[1], ", ", led.place[2], ")");
+    detail::require(detail::is_finite(led.axis) && !led.axis.isZero(0), "the LED shines along (",
                     led.axis[0], ", ", led.axis[1], ", ", led.axis[2], ")");
     detail::require(led.radius >= 0 && std::isfinite(led.radius), "the LED has radius ",
                     led.radius);
@@ -378,7 +378,7 @@ class LightTracer {
     detail::RayScene::Hit hit;
     ++batch.segments;
     const bool is_hit = scene_.first_hit(path.place, path.way, hit);
-    const bool outwards = is_hit && path.way.dot(scene_.normal(hit.surface, hit.face)) > 0;
+    const bool outwards = is_hit && dot(path.way, scene_.normal(hit.surface, hit.face)) > 0;
     // A surface seen from the wrong side: the path left through an open border.
     if (!is_hit || path.medium + (outwards ? 0 : 1) != hit.surface) {
       batch.ends.lost += std::exchange(path.weight, 0);
@@ -402,7 +402,7 @@ class LightTracer {
             detail::Batch& batch) const {
     const Vec3<double>& normal = scene_.normal(0, hit.face);
     constexpr double least_cosine = 1e-3;
-    const double slant = 1 / std::max(least_cosine, path.way.dot(normal));
+    const double slant = 1 / std::max(least_cosine, dot(path.way, normal));
     const std::array<double, 3> shares{1 - hit.u - hit.v, hit.u, hit.v};
     const auto corners = membrane_.face(hit.face);
     for (std::size_t k = 0; k < 3; ++k) {
@@ -435,13 +435,13 @@ class LightTracer {
     // A smooth normal may send a grazing ray to the wrong side of its flat face.
     const Vec3<double> smooth = sign * scene_.smooth_normal(hit);
     for (const Vec3<double>& normal : {smooth, flat}) {
-      const double cosine = -path.way.dot(normal);
+      const double cosine = -dot(path.way, normal);
       if (cosine <= 0) continue;
       const auto at = detail::fresnel(std::min(1.0, cosine), ratio);
       passes = random >= at.reflected;
       way =
           passes ? detail::refract(path.way, normal, ratio, at) : detail::reflect(path.way, normal);
-      if ((way.dot(flat) < 0) == passes) break;
+      if ((dot(way, flat) < 0) == passes) break;
     }
     path.way = way;
     path.place = scene_.start(hit, path.way);
@@ -477,10 +477,10 @@ class LightTracer {
   // By the delta method from the covariance of power and direction.
   static void add_vertex(const detail::VertexSums& sums, double unit, TracedLight& light) {
     const Eigen::Matrix4d covariance = sums.covariance(batches);
-    const double power = sums.sum.power, length = sums.sum.way.norm();
+    const double power = sums.sum.power, length = norm(sums.sum.way);
     const Vec3<double> way = detail::direction_of(sums.sum.way);
     const Eigen::Matrix3d spread = covariance.bottomRightCorner<3, 3>();
-    const double along = way.dot(spread * way);
+    const double along = dot(way, spread * way);
     const double across = std::max(0.0, spread.trace() - along);
     light.irradiance.push_back(unit * power);
     light.irradiance_error.push_back(unit * std::sqrt(std::max(0.0, covariance(0, 0))));
@@ -490,7 +490,7 @@ class LightTracer {
     const bool is_known = sums.lit >= enough && length > 0;
     light.direction_error.push_back(is_known ? std::sqrt(across) / length : unreachable<double>);
     const double directed = power > 0 ? length / power : 0;
-    const double with_power = way.dot(covariance.bottomLeftCorner<3, 1>());
+    const double with_power = dot(way, Vec3<double>(covariance.bottomLeftCorner<3, 1>()));
     const double variance =
         along - 2 * directed * with_power + directed * directed * covariance(0, 0);
     light.directed.push_back(directed);

@@ -41,16 +41,16 @@ template <std::floating_point T>
   LightField<T> field;
   field.reserve(points.size());
   Index face = -1;  // of the last point inside one: pixels in a row often share it
-  Vec3<T> normal = Vec3<T>::Zero();
+  Vec3<T> normal = Vec3<T>(0, 0, 0);
   for (const auto& point : points) {
     surface.require_point(point);
     Vec3<T> mean = mean_at(surface, std::span<const Vec3<T>>(at_vertices), point);
     if (point.kind == SurfacePoint<T>::Kind::face) {
       if (point.element[0] != face) {
         face = point.element[0];
-        normal = direction_of(face_normal(surface, face)).template cast<T>();
+        normal = cast<T>(direction_of(face_normal(surface, face)));
       }
-      mean -= mean.dot(normal) * normal;
+      mean -= dot(mean, normal) * normal;
     }
     field.push_back(mean);
     check_points(cancelled, field.size(), points.size(), "the transport field");
@@ -66,7 +66,7 @@ template <std::floating_point T>
                                         const CancelHook& cancelled) {
   LightField<T> field = means(surface, at_vertices, points, cancelled);
   for (Vec3<T>& direction : field) {
-    const T length = direction.norm();
+    const T length = norm(direction);
     if (length > 0) direction /= length;
   }
   return field;
@@ -132,13 +132,13 @@ template <std::floating_point T>
   LightRays<T> rays;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const T distance = detail::mean_at(surface, distances, points[i]);
-    const T agreement = field[i].norm();
+    const T agreement = norm(field[i]);
     const Lighting how = !(distance < unreachable<T>)      ? Lighting::dark
                          : agreement == 0 && distance == 0 ? Lighting::at_led
                          : agreement < T(0.5)              ? Lighting::ambiguous
                                                            : Lighting::lit;
     const bool is_dark = how == Lighting::dark;
-    rays.add(is_dark ? Vec3<T>(Vec3<T>::Zero()) : detail::direction_of(field[i]),
+    rays.add(is_dark ? Vec3<T>(0, 0, 0) : detail::direction_of(field[i]),
              is_dark ? unreachable<T> : distance, how);
   }
   return rays;

@@ -55,7 +55,7 @@ struct LayerLoad {
   /// How far the object has moved sideways since it was pressed in, in m; the depth image shows it
   /// where it is then. Without friction (`Gel`'s default) that makes no difference, nor does
   /// `twist`.
-  Vec2<double> shift = Vec2<double>::Zero();
+  Vec2<double> shift = Vec2<double>(0, 0);
   /// How far it has turned about the camera's axis, in radians from x to y; small: it is taken as
   /// one step along straight lines.
   double twist = 0;
@@ -73,10 +73,10 @@ struct LayerContact {
   /// How far the object is from where it was seen, towards the camera, m.
   double travel = 0;
   /// How much more with every metre along x and y from the camera's axis.
-  Vec2<double> tilt = Vec2<double>::Zero();
-  Vec3<double> force = Vec3<double>::Zero();  ///< of the object on the gel, N; z is negative
+  Vec2<double> tilt = Vec2<double>(0, 0);
+  Vec3<double> force = Vec3<double>(0, 0, 0);  ///< of the object on the gel, N; z is negative
   /// The same forces' moments about the point of the gel on the camera's axis, N m.
-  Vec3<double> moment = Vec3<double>::Zero();
+  Vec3<double> moment = Vec3<double>(0, 0, 0);
   /// The largest angle, in radians, between the gel at rest where it is touched and its mean there:
   /// 0 where it is flat, the contact's radius over its own on a ball.
   double bend = 0;
@@ -177,8 +177,8 @@ class ElasticLayer {
                     load.force.value_or(0), " is negative or not finite");
     detail::require(!load.centre || load.force, "a force's centre is given, but there is no force");
     detail::require(!load.centre || load.centre->allFinite(), "the force's centre (",
-                    load.centre.value_or(Vec2<double>::Zero()).x(), ", ",
-                    load.centre.value_or(Vec2<double>::Zero()).y(), ") is not finite");
+                    load.centre.value_or(Vec2<double>(0, 0)).x(), ", ",
+                    load.centre.value_or(Vec2<double>(0, 0)).y(), ") is not finite");
     detail::require(std::abs(load.shift.x()) <= farthest && std::abs(load.shift.y()) <= farthest &&
                         std::abs(load.twist) <= farthest,
                     "the sideways motion (", load.shift.x(), ", ", load.shift.y(), ") turning by ",
@@ -417,7 +417,7 @@ class ElasticLayer {
     };
     const Vec3<double> result =
         cross<double>(point(x + 1, y) - point(x - 1, y), point(x, y + 1) - point(x, y - 1));
-    if (!(result.norm() > 0)) return {};
+    if (!(norm(result) > 0)) return {};
     return result;
   }
 
@@ -430,13 +430,13 @@ class ElasticLayer {
         }
       }
     };
-    Vec3<double> mean = Vec3<double>::Zero();
+    Vec3<double> mean = Vec3<double>(0, 0, 0);
     for_touched([&](Index x, Index y, const Vec3<double>& here) {
-      mean += double{pressure(x, y)} / here.norm() * here;
+      mean += double{pressure(x, y)} / norm(here) * here;
     });
     double most = 0;
     for_touched([&](Index, Index, const Vec3<double>& here) {
-      most = std::max(most, std::atan2(cross<double>(mean, here).norm(), mean.dot(here)));
+      most = std::max(most, std::atan2(norm(cross<double>(mean, here)), dot(mean, here)));
     });
     return most;
   }

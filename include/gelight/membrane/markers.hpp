@@ -117,7 +117,7 @@ template <std::floating_point T, std::invocable<Vec2<double>> Field>
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {
       const Vec2<double> by = field(Vec2<double>(x, y));
-      moved(x, y) = by.cast<T>();
+      moved(x, y) = cast<T>(by);
     }
   }
   return moved;

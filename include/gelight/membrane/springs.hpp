@@ -168,7 +168,7 @@ class SpringBed {
   // bear it of the products of 1, column and row, which are counted from the load's centre, in half
   // images.
   struct Response {
-    Vec3<Real> load = Vec3<Real>::Zero();
+    Vec3<Real> load = Vec3<Real>(0, 0, 0);
     Matrix3 spread = Matrix3::Zero();
   };
 
@@ -192,7 +192,7 @@ class SpringBed {
   [[nodiscard]] double half_image() const { return 0.5 * std::max(camera_.width, camera_.height); }
 
   [[nodiscard]] Load tilting_load(double force, const Vec2<double>& centre) const {
-    detail::require(centre.allFinite(), "the force's centre (", centre.x(), ", ", centre.y(),
+    detail::require(detail::is_finite(centre), "the force's centre (", centre.x(), ", ", centre.y(),
                     ") is not finite");
     const double x = centre.x() / column(), y = centre.y() / row();
     return {force, {x + double{camera_.cx}, y + double{camera_.cy}}, true};
@@ -329,18 +329,18 @@ class SpringBed {
     };
     Vec3<Real> p(displacement, 0, 0), best = p;
     Response r = at(p), best_response = r;
-    double least = (r.load - target).norm();
+    double least = norm(r.load - target);
     for (int step = 0; step < most_steps && least > Springs::accuracy * wanted; ++step) {
       cancelled.check(step / (step + 10.0), "pressing into springs");
       if (!springs.is_settled()) break;
       const bool is_near = is_enough(least, best, best_response);
       const Vec3<Real> start = p, direction = newton_step(springs, r, target, load);
-      const double slope = (r.load - target).dot(direction);
+      const double slope = dot(r.load - target, direction);
       p = start + direction;
       r = at(p);
-      const bool is_shorter = (r.load - target).norm() < 0.9 * least;
+      const bool is_shorter = norm(r.load - target) < 0.9 * least;
       if (!is_near && !is_shorter) descend(at, p, r, target, {start, direction, slope});
-      const double residual = (r.load - target).norm();
+      const double residual = norm(r.load - target);
       if (is_near && residual >= least) break;  // by rounding
       if (residual >= least) continue;
       least = residual;
@@ -378,7 +378,7 @@ class SpringBed {
     double low = 0, high = std::numeric_limits<double>::infinity(), share = 1;
     double slope_low = line.slope, slope_high = 0;
     for (int i = 0; i < most_tries; ++i) {
-      const double slope = (r.load - target).dot(line.direction);
+      const double slope = dot(r.load - target, line.direction);
       if (slope <= 0 && slope >= 0.5 * line.slope) return;
       (slope > 0 ? high : low) = share;
       (slope > 0 ? slope_high : slope_low) = slope;
@@ -410,7 +410,7 @@ class SpringBed {
     const detail::PrincipalAxes<Real> principal = detail::principal_axes(r.spread);
     Matrix3 modes = Matrix3::Zero();
     std::array<detail::RigidMotion, 3> motions;
-    Vec3<Real> free = Vec3<Real>::Zero();
+    Vec3<Real> free = Vec3<Real>(0, 0, 0);
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3<Real>& axis = principal.axes[k];
       const double spread = principal.values[k];
@@ -419,10 +419,10 @@ class SpringBed {
         modes.col(column) = axis / std::sqrt(spread);
         motions[k] = motion(modes.col(column), load);
       } else {
-        free -= axis.dot(residual) * axis;
+        free -= dot(axis, residual) * axis;
       }
     }
-    const double unresisted = free.norm();
+    const double unresisted = norm(free);
     const bool is_rounding = unresisted <= 0.5 * acceptable * std::max(target[0], r.load[0]);
     free *= is_rounding ? 0 : gel_.thickness / unresisted;
     // To move by a mode takes at least as much load along it: the matrix is far from singular.

@@ -17,9 +17,9 @@ namespace detail {
 
 template <std::floating_point T>
 void require_finite_position(const Vec3<T>& position) {
-  require(position.allFinite(), "the position (", position[0], ", ", position[1], ", ", position[2],
-          ") is not finite");
-  require(double{position.cwiseAbs().maxCoeff()} <= largest_coordinate, "the position (",
+  require(detail::is_finite(position), "the position (", position[0], ", ", position[1], ", ",
+          position[2], ") is not finite");
+  require(double{detail::largest_part(position)} <= largest_coordinate, "the position (",
           position[0], ", ", position[1], ", ", position[2],
           ") is too far out: products of lengths would overflow");
 }
@@ -27,7 +27,7 @@ void require_finite_position(const Vec3<T>& position) {
 template <std::floating_point Real, std::floating_point T>
 [[nodiscard]] Vec3<Real> from_position(const Surface<T>& surface, Index vertex,
                                        const Vec3<T>& position) {
-  return surface.position(vertex).template cast<Real>() - position.template cast<Real>();
+  return cast<Real>(surface.position(vertex)) - cast<Real>(position);
 }
 
 /// Where a triangle is nearest to the origin: shares of its corners, which sum to 1 however far it
@@ -38,12 +38,12 @@ template <std::floating_point Real>
   const Real size = std::max(stable_norm(u), stable_norm(v));
   const Vec3<Real> b = u / (size > 0 ? size : 1), c = v / (size > 0 ? size : 1);
   const Vec3<Real> normal = cross(b, c);
-  const Real area = normal.squaredNorm();
+  const Real area = squared_norm(normal);
   if (area > 0) {
     // The origin, from the first corner and in the plane, where it is no farther than it has to be.
     const Vec3<Real> up = normal / std::sqrt(area), to = -corners[0] / size;
-    const Vec3<Real> p = to - to.dot(up) * up;
-    const Real second = normal.dot(cross(p, c)) / area, third = normal.dot(cross(b, p)) / area;
+    const Vec3<Real> p = to - dot(to, up) * up;
+    const Real second = dot(normal, cross(p, c)) / area, third = dot(normal, cross(b, p)) / area;
     if (second >= 0 && third >= 0 && second + third <= 1) {
       return {1 - second - third, second, third};
     }
@@ -53,9 +53,9 @@ template <std::floating_point Real>
   Real least = unreachable<Real>;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3<Real>&from = corners[k], &to = corners[(k + 1) % 3];
-    const Real length = (to - from).squaredNorm();
-    const Real t = length > 0 ? std::clamp(from.dot(from - to) / length, Real(0), Real(1)) : 0;
-    const Real distance = (from + t * (to - from)).squaredNorm();
+    const Real length = squared_norm(to - from);
+    const Real t = length > 0 ? std::clamp(dot(from, from - to) / length, Real(0), Real(1)) : 0;
+    const Real distance = squared_norm(from + t * (to - from));
     if (!(distance < least)) continue;
     least = distance;
     best = {};
@@ -76,7 +76,7 @@ template <std::floating_point T>
   Index nearest = 0;
   Real least = unreachable<Real>;
   for (Index v = 0; v < surface.vertex_count(); ++v) {
-    const Real distance = detail::from_position<Real>(surface, v, position).squaredNorm();
+    const Real distance = squared_norm(detail::from_position<Real>(surface, v, position));
     if (distance < least) nearest = v;
     least = std::min(least, distance);
   }
@@ -97,7 +97,7 @@ template <std::floating_point T>
       corners[k] = detail::from_position<Real>(surface, surface.face(f)[k], position);
     }
     const std::array<Real, 3> w = detail::nearest_weights(corners);
-    const Real distance = (w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2]).squaredNorm();
+    const Real distance = squared_norm(w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2]);
     if (!(distance < least)) continue;
     least = distance;
     nearest = face_point<T>(f, {static_cast<T>(w[0]), static_cast<T>(w[1]), static_cast<T>(w[2])});

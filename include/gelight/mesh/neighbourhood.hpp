@@ -5,7 +5,6 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/bits.hpp"
@@ -16,34 +15,67 @@
 
 namespace gelight::detail {
 
-/// About what a vertex adds to the distance of the last, on a mesh of edges long and short too: the
-/// length that a tenth of the edges fall short of.
+/// The length that a tenth of the edges fall short of that have one: about what a vertex adds to
+/// the distance of the last, on a mesh of edges long and short too. All lengths are shown to it
+/// twice.
+template <std::floating_point T>
+class ShortLength {
+ public:
+  /// The first time.
+  void count(T length) {
+    if (!(length > 0)) return;
+    if (all_ == 0) first_class_ = class_of(length) - class_count / 2;
+    ++counts_[place_of(length)];
+    ++all_;
+  }
+
+  /// The second time, in any order.
+  void collect(T length) {
+    if (lengths_.capacity() == 0) choose();
+    if (length > 0 && place_of(length) == wanted_) lengths_.push_back(length);
+  }
+
+  /// What was sought, 0 where no edge has a length.
+  [[nodiscard]] T length() {
+    if (all_ == 0) return 0;
+    std::nth_element(lengths_.begin(), lengths_.begin() + rank_, lengths_.end());
+    return lengths_[rank_];
+  }
+
+ private:
+  // Lengths are counted by their exponent and four binary digits, those much longer or shorter than
+  // the first together with the next, and sorted within one such class.
+  static constexpr std::ptrdiff_t class_count = 1024;
+
+  static std::ptrdiff_t class_of(T length) {
+    return static_cast<std::ptrdiff_t>(bit_cast<std::uint64_t>(double{length}) >> 48);
+  }
+  [[nodiscard]] std::size_t place_of(T length) const {
+    return static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(class_of(length) - first_class_, 0, class_count - 1));
+  }
+  void choose() {
+    rank_ = all_ / 10;
+    if (all_ > 0) {
+      for (; rank_ >= counts_[wanted_]; ++wanted_) rank_ -= counts_[wanted_];
+    }
+    lengths_.reserve(static_cast<std::size_t>(counts_[wanted_]) + 1);
+  }
+
+  std::array<Index, class_count> counts_{};
+  std::ptrdiff_t first_class_ = 0;
+  Index all_ = 0, rank_ = 0;
+  std::size_t wanted_ = 0;
+  Array<T> lengths_;
+};
+
+/// The same of a surface.
 template <std::floating_point T>
 T short_edge_length(const Surface<T>& surface) {
-  // Lengths are counted by their exponent and four binary digits, and sorted within one such class.
-  const auto class_of = [](T length) {
-    return static_cast<std::ptrdiff_t>(bit_cast<std::uint64_t>(double{length}) >> 48);
-  };
-  Array<Index> counts(std::size_t{1} << 15, 0);
-  std::ptrdiff_t rank = 0;
-  for (Index h = 0; h < surface.halfedge_count(); ++h) {
-    const T length = surface.length(h);
-    if (!(length > 0)) continue;
-    ++counts[class_of(length)];
-    ++rank;
-  }
-  if (rank == 0) return 0;
-  rank /= 10;
-  std::ptrdiff_t wanted = 0;
-  for (; rank >= counts[wanted]; ++wanted) rank -= counts[wanted];
-  std::vector<T> lengths;
-  lengths.reserve(static_cast<std::size_t>(counts[wanted]));
-  for (Index h = 0; h < surface.halfedge_count(); ++h) {
-    const T length = surface.length(h);
-    if (length > 0 && class_of(length) == wanted) lengths.push_back(length);
-  }
-  std::nth_element(lengths.begin(), lengths.begin() + rank, lengths.end());
-  return lengths[static_cast<std::size_t>(rank)];
+  ShortLength<T> sought;
+  for (Index h = 0; h < surface.halfedge_count(); ++h) sought.count(surface.length(h));
+  for (Index h = 0; h < surface.halfedge_count(); ++h) sought.collect(surface.length(h));
+  return sought.length();
 }
 
 /// Calls `visit(face, shares)` for each face that holds the point, with the point's shares of its

@@ -64,7 +64,7 @@ template <std::floating_point T>
                                  {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
                                  {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
                                  {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
-  for (auto& p : points) p.normalize();
+  for (auto& p : points) p = normalized(p);
 
   struct Middle {
     Index end = -1, vertex = -1;
@@ -78,7 +78,7 @@ template <std::floating_point T>
       while (middles[at].end >= 0 && middles[at].end != high) ++at;
       if (middles[at].end < 0) {
         middles[at] = {high, static_cast<Index>(points.size())};
-        points.push_back((points[a] + points[b]).normalized());
+        points.push_back(normalized(points[a] + points[b]));
       }
       return middles[at].vertex;
     };

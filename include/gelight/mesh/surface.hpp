@@ -395,8 +395,8 @@ class Surface {
   }
 
   [[nodiscard]] static double measured(const Data& data, Index a, Index b) {
-    const double length = detail::stable_norm(data.positions[b].template cast<double>() -
-                                              data.positions[a].template cast<double>());
+    const double length =
+        detail::stable_norm(cast<double>(data.positions[b]) - cast<double>(data.positions[a]));
     if (!(length <= double{std::numeric_limits<T>::max()})) [[unlikely]] {
       detail::refuse({"the edge between vertices ", a, " and ", b, " is ", length,
                       " long, too long for the coordinates' type"});

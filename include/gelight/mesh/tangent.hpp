@@ -28,7 +28,7 @@ struct TangentBasis {
   [[nodiscard]] Vec3<Real> embed(std::complex<Real> z) const { return z.real() * x + z.imag() * y; }
   /// Coordinates of a vector's part in the plane, written as a complex number.
   [[nodiscard]] std::complex<Real> project(const Vec3<Real>& v) const {
-    return {v.dot(x), v.dot(y)};
+    return {dot(v, x), dot(v, y)};
   }
 };
 
@@ -166,23 +166,23 @@ class TangentFrames {
   }
 
   void choose_basis(Index v) {
-    Vec3<Real> normal = Vec3<Real>::Zero(), along = Vec3<Real>::Zero();
+    Vec3<Real> normal = Vec3<Real>(0, 0, 0), along = Vec3<Real>(0, 0, 0);
     const auto unit_way = [&](Index to) {
       return detail::stable_unit(surface_.position(to) - surface_.position(v));
     };
     for (const Index h : surface_.corners(v)) {
       const Vec3<Real> a = unit_way(surface_.tip(h)), b = unit_way(surface_.apex(h));
       const Vec3<Real> across = cross(a, b);
-      const Real sine = across.norm(), cosine = a.dot(b);
+      const Real sine = norm(across), cosine = dot(a, b);
       const Real counted = cosine < 0 ? std::max(sine, least_sine) : sine;
       if (counted > 0) normal += std::atan2(sine, cosine) / counted * across;
       if (along.isZero(0)) along = a.isZero(0) ? b : a;
     }
     if (along.isZero(0)) along = Vec3<Real>::UnitX();
-    if (!(normal.norm() > no_normal)) normal = detail::unit_orthogonal(along);
+    if (!(norm(normal) > no_normal)) normal = detail::unit_orthogonal(along);
     normal = detail::stable_unit(normal);
-    Vec3<Real> x = detail::stable_unit(along - normal.dot(along) * normal);
-    if (!(x.squaredNorm() > 0)) x = detail::unit_orthogonal(normal);
+    Vec3<Real> x = detail::stable_unit(along - dot(normal, along) * normal);
+    if (!(squared_norm(x) > 0)) x = detail::unit_orthogonal(normal);
     bases_[v] = {x, cross(normal, x)};
   }
 

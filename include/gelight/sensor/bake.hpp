@@ -37,7 +37,7 @@ template <std::floating_point T>
   for (const Index face : raster.face.pixels()) shown += face >= 0;
   detail::require(shown == field.size(), "the field has ", field.size(), " directions, the raster ",
                   shown, " pixels that show a face");
-  Image<Vec3<T>> baked(raster.face.width(), raster.face.height(), Vec3<T>::Zero());
+  Image<Vec3<T>> baked(raster.face.width(), raster.face.height(), Vec3<T>(0, 0, 0));
   std::size_t next = 0;
   for (std::size_t i = 0; i < baked.pixels().size(); ++i) {
     if (raster.face.pixels()[i] >= 0) baked.pixels()[i] = field[next++];

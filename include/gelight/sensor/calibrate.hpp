@@ -597,7 +597,7 @@ class Calibrator {
     for (Entry& e : entries_) {
       e.report.contact.x -= mean.x();
       e.report.contact.y -= mean.y();
-      squares += shift(e).squaredNorm() / (2 * count);
+      squares += squared_norm(shift(e)) / (2 * count);
     }
     mark_error_ = std::clamp(std::sqrt(squares), 0.2, 4.0);
   }

@@ -90,20 +90,20 @@ class CalibratedLights {
   }
   [[nodiscard]] static bool finite(const Image<Vec3<T>>& image) {
     return std::all_of(image.pixels().begin(), image.pixels().end(),
-                       [](const Vec3<T>& v) { return v.allFinite(); });
+                       [](const Vec3<T>& v) { return detail::is_finite(v); });
   }
 
   [[nodiscard]] Change change_at(Index x, Index y, const Vec3<double>& n, bool touched) const {
     const Data& all = *shared_;
-    const Vec3<double> rest = all.rest_normals(x, y).template cast<double>();
+    const Vec3<double> rest = cast<double>(all.rest_normals(x, y));
     if (n.isZero() || rest.isZero()) return {};
     const Vec3<double> to_eye =
-        -all.camera.ray(static_cast<T>(x), static_cast<T>(y)).template cast<double>().normalized();
+        -normalized(cast<double>(all.camera.ray(static_cast<T>(x), static_cast<T>(y))));
     Change sum{};
-    for (std::size_t c = 0; c < 3; ++c) sum[c] = all.model.ambient[c] * (1 - n.dot(rest));
+    for (std::size_t c = 0; c < 3; ++c) sum[c] = all.model.ambient[c] * (1 - dot(n, rest));
     for (std::size_t k = 0; k < all.directions.size(); ++k) {
-      const Vec3<double> way = -all.directions[k](x, y).template cast<double>();
-      const double strength = way.norm();
+      const Vec3<double> way = -cast<double>(all.directions[k](x, y));
+      const double strength = norm(way);
       if (strength == 0) continue;
       const auto terms = detail::terms_of(all.model, strength, way / strength, n, rest, to_eye);
       const NearLight& light = all.model.lights[k];

@@ -68,7 +68,7 @@ template <std::floating_point T>
     const Mesh<T>& membrane, std::type_identity_t<std::span<const T>> angles) {
   const Surface<T> surface(membrane);
   std::vector<Index> border;
-  Vec3<T> middle = Vec3<T>::Zero();
+  Vec3<T> middle = Vec3<T>(0, 0, 0);
   for (Index h = 0; h < 3 * surface.face_count(); ++h) {
     if (surface.twin(h) != h) continue;
     border.push_back(surface.face(h / 3)[static_cast<std::size_t>(h % 3)]);
@@ -101,7 +101,7 @@ template <std::floating_point T>
 [[nodiscard]] std::vector<SurfacePoint<T>> points_of_border(
     const Mesh<T>& membrane, std::type_identity_t<std::span<const T>> angles) {
   const Surface<T> surface(membrane);
-  Vec3<T> middle = Vec3<T>::Zero();
+  Vec3<T> middle = Vec3<T>(0, 0, 0);
   T length = 0;
   std::vector<Index> border;
   for (Index h = 0; h < surface.halfedge_count(); ++h) {
@@ -370,7 +370,7 @@ template <std::floating_point T>
         if (rest.face(x, y) < 0) continue;
         const Vec3<T> place =
             camera.unproject(static_cast<T>(x), static_cast<T>(y), rest.depth(x, y));
-        distances.push_back((place - led).norm());
+        distances.push_back(norm(place - led));
         pixels.push_back(&seen(x, y));
       }
     }
@@ -417,7 +417,7 @@ template <std::floating_point T>
   const auto from = vertex_point<T>(surface.origin(h));
   const Vec3<T> along = direction_of<T>(surface.difference(from, vertex_point<T>(surface.tip(h))));
   const Vec3<T> to_apex = surface.difference(from, vertex_point<T>(surface.apex(h)));
-  return direction_of<T>(to_apex - along.dot(to_apex) * along);
+  return direction_of<T>(to_apex - dot(along, to_apex) * along);
 }
 
 /// Where an LED of a membrane shines: along it, across its border; at a vertex of the border, where
@@ -426,7 +426,7 @@ template <std::floating_point T>
 [[nodiscard]] Vec3<T> inwards(const Surface<T>& surface, const SurfacePoint<T>& led) {
   using Kind = typename SurfacePoint<T>::Kind;
   const SurfacePoint<T> at = simplified(surface, led);
-  Vec3<T> sum = Vec3<T>::Zero();
+  Vec3<T> sum = Vec3<T>(0, 0, 0);
   const auto add = [&](Index h) {
     if (surface.is_border(h)) sum += into_face(surface, h);
   };
@@ -437,7 +437,7 @@ template <std::floating_point T>
       add(surface.previous(h));
     }
   }
-  if (!(sum.squaredNorm() > 0)) {
+  if (!(squared_norm(sum) > 0)) {
     const Vec3<T> from = surface.position(led);
     for (const Index f : faces_at(surface, led)) {
       const auto [a, b, c] = surface.face(f);
@@ -446,7 +446,7 @@ template <std::floating_point T>
     }
   }
   const Vec3<T> normal = direction_of<T>(mean_normal(surface, led));
-  return direction_of<T>(sum - sum.dot(normal) * normal);
+  return direction_of<T>(sum - dot(sum, normal) * normal);
 }
 
 /// The points that stand for an LED whose width is not set, for light that leaves it one way: 3 mm
@@ -488,7 +488,7 @@ template <std::floating_point T, LightModel<T> Model>
       part = vertex_point<T>(nearest_vertex(membrane, membrane.position(part)));
     parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
   }
-  LightField<T> sum(points.size(), Vec3<T>::Zero());
+  LightField<T> sum(points.size(), Vec3<T>(0, 0, 0));
   const auto count = static_cast<double>(parts.size());
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const auto done = static_cast<double>(k);
@@ -522,8 +522,8 @@ template <std::floating_point T>
       const Vec3<double> eye =
           -direction_of<double>(camera.template cast<double>().ray(double(x), double(y)));
       for (const Light<T>& light : lights) {
-        const Vec3<double> to_light = -light.direction(x, y).template cast<double>();
-        if (normals(x, y).dot(to_light) <= least_seen) continue;
+        const Vec3<double> to_light = -cast<double>(light.direction(x, y));
+        if (dot(normals(x, y), to_light) <= least_seen) continue;
         const double shares = phong<double>(normals(x, y), to_light, eye, light.diffuse,
                                             light.specular, light.shininess, options.specular);
         for (std::size_t c = 0; c < 3; ++c) {

@@ -117,7 +117,7 @@ class PrintedDots {
       const Vec2<double> inside(std::clamp(pixel.x(), 0.0, width_ - 1.0),
                                 std::clamp(pixel.y(), 0.0, height_ - 1.0));
       return detail::between_pixels<double>(width_, height_, inside, [&](Index x, Index y) {
-        return Vec2<double>(displacement(x, y).template cast<double>());
+        return cast<double>(displacement(x, y));
       });
     });
   }
@@ -161,12 +161,12 @@ class PrintedDots {
     Vec3<double> down = point(x, y + 1) - point(x, y - 1);
     if (width_ == 1) along = {1, 0, 0};
     if (height_ == 1) down = {0, 1, 0};
-    const Vec3<double> normal = cross(along, down).normalized();
-    along.normalize();
+    const Vec3<double> normal = normalized(cross(along, down));
+    along = normalized(along);
     down = cross(normal, along);
     // Where the pixel's ray meets the tangent plane.
     const Vec3<double> ray = eye.ray(centre.x(), centre.y());
-    const Vec3<double> middle = here.dot(normal) / ray.dot(normal) * ray;
+    const Vec3<double> middle = dot(here, normal) / dot(ray, normal) * ray;
     constexpr double turn = 2 * std::numbers::pi / corners;
     const double reach = radius * std::sqrt(turn / std::sin(turn));
     for (std::size_t i = 0; i < corners; ++i) {

@@ -137,11 +137,12 @@ struct LightTerms {
                                          const Vec3<double>& l, const Vec3<double>& n,
                                          const Vec3<double>& rest, const Vec3<double>& to_eye) {
   const auto shine = [&](const Vec3<double>& normal) {
-    const double mirrored = 2 * std::max(0.0, normal.dot(l)) * normal.dot(to_eye) - l.dot(to_eye);
+    const double mirrored =
+        2 * std::max(0.0, dot(normal, l)) * dot(normal, to_eye) - dot(l, to_eye);
     return std::pow(std::max(0.0, mirrored), model.shininess);
   };
-  const double lit = soft_positive(n.dot(l), model.softness);
-  return {strength * (lit - soft_positive(rest.dot(l), model.softness)),
+  const double lit = soft_positive(dot(n, l), model.softness);
+  return {strength * (lit - soft_positive(dot(rest, l), model.softness)),
           strength * (shine(n) - shine(rest))};
 }
 /// The same of a light at a place near flat gel that is seen from above.
@@ -149,7 +150,7 @@ struct LightTerms {
                                             const Vec3<double>& light, const Vec3<double>& n,
                                             double x, double y) {
   const Vec3<double> way(light.x() - x, light.y() - y * model.height, light.z());
-  const double distance = way.norm();
+  const double distance = norm(way);
   const Vec3<double> up(0, 0, 1);
   return terms_of(model, std::pow(distance, -model.falloff), way / distance, n, up, up);
 }
@@ -301,7 +302,7 @@ inline void require_reflectance(const FittedReflectance& model) {
       // Corners of the table have no normal: the steepest in their direction.
       Vec2<double> n(node % nodes, node / nodes);
       n = table.reach * (2.0 / (nodes - 1) * n - Vec2<double>(1, 1));
-      if (n.norm() > 0.999) n *= 0.999 / n.norm();
+      if (norm(n) > 0.999) n *= 0.999 / norm(n);
       const auto quadratic = detail::nearest_quadratic([&](double x, double y) {
         return change(model, {n.x(), n.y(), x, y, touched});
       });

@@ -35,8 +35,8 @@ struct Light {
 template <std::floating_point T>
 [[nodiscard]] T phong(const Vec3<T>& normal, const Vec3<T>& to_light, const Vec3<T>& to_eye,
                       T diffuse, T specular, T shininess, Specular form = Specular::gated) {
-  const T facing = std::max(T(0), normal.dot(to_light));
-  const T mirrored = 2 * facing * normal.dot(to_eye) - to_light.dot(to_eye);
+  const T facing = std::max(T(0), dot(normal, to_light));
+  const T mirrored = 2 * facing * dot(normal, to_eye) - dot(to_light, to_eye);
   if (form == Specular::unclamped) {
     return diffuse * facing + specular * std::pow(mirrored, shininess);
   }

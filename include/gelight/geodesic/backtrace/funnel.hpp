@@ -34,7 +34,7 @@ class Funnel {
     while (bends_.back().portal < std::ssize(left_) - 1) {
       const Vec2<Real> apex = at(bends_.back());
       bends_.push_back(next_bend(apex, bends_.back().portal));
-      sum += (at(bends_.back()) - apex).norm();
+      sum += norm(at(bends_.back()) - apex);
     }
     return sum;
   }

@@ -157,14 +157,14 @@ class UpperMarch {
     if (fa + raised < surface_.length(h) || fb + raised < surface_.length(back)) return;
     // Where the circles' centre lies, and by which edges lines towards it leave the face:
     // by those beyond which it is, or may be for rounding.
-    const double fall = (fa - raised) * (fa + raised) + at.squaredNorm() - 2 * t * at.x();
+    const double fall = (fa - raised) * (fa + raised) + squared_norm(at) - 2 * t * at.x();
     const Vec2<Real> centre(t, fall / (2 * at.y()));
-    const double error = 2 * above_zero * (fa + raised + length) * (length + at.norm()) / at.y();
+    const double error = 2 * above_zero * (fa + raised + length) * (length + norm(at)) / at.y();
     const double beyond_h = at.x() * centre.y() - at.y() * centre.x();
     const double beyond_back = at.y() * (centre.x() - length) - (at.x() - length) * centre.y();
     const bool by_base = centre.y() <= error;
-    const bool by_h = beyond_h >= -error * at.norm();
-    const bool by_back = beyond_back >= -error * (at.norm() + length);
+    const bool by_h = beyond_h >= -error * norm(at);
+    const bool by_back = beyond_back >= -error * (norm(at) + length);
     if (!by_base && !by_h && !by_back) return;
     if ((by_base && !proved_[base]) || (by_h && !proved_[h]) || (by_back && !proved_[back])) return;
     bound_[v] = raised;

@@ -32,7 +32,7 @@ template <std::floating_point T>
   const Vec3<T>& o = surface.position(surface.origin(h));
   const Vec3<T> x = stable_unit(surface.position(surface.tip(h)) - o);
   const Vec3<T> to_apex = surface.position(surface.apex(h)) - o;
-  const Vec3<T> y = stable_unit(to_apex - x.dot(to_apex) * x);
+  const Vec3<T> y = stable_unit(to_apex - dot(x, to_apex) * x);
   return stable_unit((to.x() - from.x()) * x + (to.y() - from.y()) * y);
 }
 
@@ -42,7 +42,7 @@ template <std::floating_point T>
   const Vec3<T>& o = surface.position(surface.origin(h));
   const Vec3<T> x = surface.position(surface.tip(h)) - o;
   const Vec3<T> up = cross<T>(cross<T>(x, surface.position(surface.apex(h)) - o), x);
-  return std::atan2(direction.dot(stable_unit(up)), direction.dot(stable_unit(x)));
+  return std::atan2(dot(direction, stable_unit(up)), dot(direction, stable_unit(x)));
 }
 
 }  // namespace gelight::detail

@@ -23,7 +23,7 @@ template <std::floating_point Real>
 struct HalfPlane {
   Vec2<Real> normal;
   Real offset;
-  [[nodiscard]] Real height(const Vec2<Real>& p) const { return normal.dot(p) - offset; }
+  [[nodiscard]] Real height(const Vec2<Real>& p) const { return dot(normal, p) - offset; }
 };
 
 /// What lies beside the line from one place by another.
@@ -31,7 +31,7 @@ struct HalfPlane {
 template <std::floating_point Real>
 [[nodiscard]] HalfPlane<Real> left_of(const Vec2<Real>& from, const Vec2<Real>& by) {
   const Vec2<Real> way = stable_unit(by - from), normal(-way.y(), way.x());
-  return {normal, normal.dot(by)};
+  return {normal, dot(normal, by)};
 }
 template <std::floating_point Real>
 [[nodiscard]] HalfPlane<Real> right_of(const Vec2<Real>& from, const Vec2<Real>& by) {
@@ -74,7 +74,7 @@ struct FlatFace {
     const Vec3<Real>& o = surface.position(surface.origin(h));
     const Vec3<Real> x = stable_unit(surface.position(surface.tip(h)) - o);
     const Vec3<Real> to_apex = surface.position(surface.apex(h)) - o;
-    const Vec3<Real> y = stable_unit(to_apex - x.dot(to_apex) * x);
+    const Vec3<Real> y = stable_unit(to_apex - dot(x, to_apex) * x);
     return o + p.x() * x + p.y() * y;
   }
 };

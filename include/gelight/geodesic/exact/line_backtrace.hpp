@@ -4,7 +4,6 @@
 #include <concepts>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
@@ -36,7 +35,7 @@ class PointTrail {
     return std::find(points_.begin(), points_.end(), vertex_point<Real>(vertex)) != points_.end();
   }
 
-  [[nodiscard]] std::vector<Point> points() && { return std::move(points_); }
+  [[nodiscard]] Array<Point> points() && { return std::move(points_); }
 
  private:
   void append(const Point& point) {
@@ -44,7 +43,7 @@ class PointTrail {
   }
 
   const Surface<Real>& surface_;
-  std::vector<Point> points_;
+  Array<Point> points_;
 };
 
 /// Follows shortest paths back to their sources, from what the vertices remember.
@@ -120,7 +119,7 @@ class LineBacktrace {
       line.bend = crossing(from, last.image, solution_.surface.length(line.halfedge));
     Index origin = last.origin, end = vertex_of(origin);
     const Real start = solution_.origins[origin].start;
-    const Real tie = rounding * (start + (from - last.image).norm());
+    const Real tie = rounding * (start + norm(from - last.image));
     // A shortest path crosses a face once; by rounding it may go round the tip of a needle.
     for (Index left = solution_.surface.face_count(); left > 0; --left) {
       const Index h = line.halfedge;
@@ -129,7 +128,7 @@ class LineBacktrace {
       const bool near_origin = 2 * x < length;
       const Index beside = near_origin ? solution_.surface.origin(h) : solution_.surface.tip(h);
       const Real gap = near_origin ? x : length - x, to_beside = solution_.distances[beside];
-      const Real rest = start + (Vec2<Real>(x, 0) - line.image).norm();
+      const Real rest = start + norm(Vec2<Real>(x, 0) - line.image);
       if (to_beside + gap <= rest + tie) {
         if (to_beside < distance || (to_beside == distance && !trail.has(beside))) return beside;
       }
@@ -222,7 +221,7 @@ class LineBacktrace {
   [[nodiscard]] Real way(const Line& line) const {
     if (solution_.surface.length(line.halfedge) == 0) return unreachable<Real>;
     const Vec2<Real> bend(line.bend, 0);
-    return (line.at - bend).norm() + (bend - line.image).norm();
+    return norm(line.at - bend) + norm(bend - line.image);
   }
 
   // The end of h by which a point x along it is reached, if it is not farther than `distance`.

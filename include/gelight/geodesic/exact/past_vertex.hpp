@@ -61,7 +61,7 @@ class PastVertex {
     if (turn.angle < std::numbers::pi) {
       if (is_thin(surface_, faces_, corner)) return {};
       const Real angle = angle_of(turn.from.at) + turn.sign * turn.angle;
-      end = to.at.norm() * Vec2<Real>(std::cos(angle), std::sin(angle));
+      end = norm(to.at) * Vec2<Real>(std::cos(angle), std::sin(angle));
     }
     return {unit_way(surface_, corner, turn.from.at, end), Mesh::face_of(corner)};
   }

@@ -4,8 +4,8 @@
 #include <concepts>
 #include <cstddef>
 #include <utility>
-#include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact/directions.hpp"
 #include "gelight/geodesic/exact/line_backtrace.hpp"
@@ -29,29 +29,29 @@ class PathBacktrace {
   /// The points from an end to its source; none where no path leads. Where faces are so thin that
   /// the straight line of a vertex's last piece loses its way to rounding, the path is not as long
   /// as the distance, and `again()` is to find another.
-  [[nodiscard]] std::vector<Point> back(const End& end, const auto& again) const {
+  [[nodiscard]] Array<Point> back(const End& end, const auto& again) const {
     if (!end.back.empty()) return end.back;
     if (!(end.distance < unreachable<Real>)) return {};
-    std::vector<Point> path = by_lines(end);
+    Array<Point> path = by_lines(end);
     if (!solution_.fronts.empty()) return path;
     const Real error = path_error(path, end.distance);
     if (error <= most_path_error * end.distance) return path;
-    std::vector<Point> other = again();
+    Array<Point> other = again();
     return path_error(other, end.distance) < error ? other : path;
   }
 
   /// The same where all windows were kept.
-  [[nodiscard]] std::vector<Point> back(const End& end) const {
+  [[nodiscard]] Array<Point> back(const End& end) const {
     return back(end, [&] { return by_windows(end); });
   }
   /// By either way alone.
   ///@{
-  [[nodiscard]] std::vector<Point> by_lines(const End& end) const {
+  [[nodiscard]] Array<Point> by_lines(const End& end) const {
     PointTrail<Real> trail(solution_.surface, end.point);
     LineBacktrace<Real>(solution_).back(end.at, end.last, trail);
     return std::move(trail).points();
   }
-  [[nodiscard]] std::vector<Point> by_windows(const End& end) const {
+  [[nodiscard]] Array<Point> by_windows(const End& end) const {
     return WindowBacktrace<Real>(solution_).back(end.point, end.distance);
   }
   ///@}
@@ -76,7 +76,7 @@ class PathBacktrace {
   static constexpr Real most_path_error = 1e-13;
 
   // By how much a path to a source is longer or shorter than a distance.
-  [[nodiscard]] Real path_error(const std::vector<Point>& path, Real distance) const {
+  [[nodiscard]] Real path_error(const Array<Point>& path, Real distance) const {
     if (path.empty()) return unreachable<Real>;
     Real sum = solution_.start_at(path.back());
     for (std::size_t i = 1; i < path.size(); ++i) {

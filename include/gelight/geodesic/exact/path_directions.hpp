@@ -5,7 +5,6 @@
 #include <concepts>
 #include <cstddef>
 #include <utility>
-#include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/tolerance.hpp"
@@ -39,13 +38,13 @@ class PathDirections {
   /// direction: there the path tells it.
   [[nodiscard]] Vec3<Real> direction_of(const End& end, const auto& trace) const {
     if (end.back.size() > 1) return -first_direction(end.back).direction;
-    if (end.last.entry == Arrival::none) return Vec3<Real>::Zero();
+    if (end.last.entry == Arrival::none) return Vec3<Real>(0, 0, 0);
     Vec3<Real> direction = last_direction(end);
     const bool is_past = end.last.entry == Arrival::from_vertex &&
                          !solution_.is_source(end.last.origin) &&
                          is_next_to(end.point, end.last.origin);
     if (!is_past && !direction.isZero(0)) return direction;
-    const std::vector<Point> back = trace(end);
+    const Array<Point> back = trace(end);
     return back.size() > 1 ? Vec3<Real>(-first_direction(back).direction) : direction;
   }
 
@@ -72,7 +71,7 @@ class PathDirections {
     Real angle = 0;      // from that half-edge
   };
   /// How a path leaves, given from its source.
-  [[nodiscard]] Departure departure(const std::vector<Point>& path) const {
+  [[nodiscard]] Departure departure(const Array<Point>& path) const {
     Departure out;
     const Way way = first_direction(path);
     out.direction = way.direction;
@@ -144,7 +143,7 @@ class PathDirections {
   // The direction in which a path begins. Its first points may lie so near that they do not tell:
   // then it is that of the straight line to the first that does, past the vertex or over the edge
   // that lies between. The face is told where that is so.
-  [[nodiscard]] Way first_direction(const std::vector<Point>& path) const {
+  [[nodiscard]] Way first_direction(const Array<Point>& path) const {
     const Point& p = path[0];
     const Real near = nearby(p);
     std::size_t k = 1;
@@ -207,8 +206,8 @@ class PathDirections {
   static Vec2<Real> line_start(const Arrival& last, const Vec2<Real>& at) {
     if (last.is_straight()) return last.image;
     const Vec2<Real> bend(last.bend, 0);
-    const Real length = (last.image - bend).norm() + (bend - at).norm();
-    const Real straight = (last.image - at).norm();
+    const Real length = norm(last.image - bend) + norm(bend - at);
+    const Real straight = norm(last.image - at);
     return length - straight > rounding * length ? bend : last.image;
   }
 
@@ -221,7 +220,7 @@ class PathDirections {
     return last;
   }
 
-  [[nodiscard]] Point first_bend(const std::vector<Point>& back) const {
+  [[nodiscard]] Point first_bend(const Array<Point>& back) const {
     const auto bends = [&](const Point& p) {
       return p.kind == Point::Kind::vertex && solution_.begins_lines(p.element[0]);
     };

@@ -91,8 +91,8 @@ class PlanarFaces {
       const Index next = Surface<Real>::next(h), previous = Surface<Real>::previous(h);
       // From the nearer end, so that the error is proportional to the distance from there.
       const Real x = surface.length(previous) < surface.length(next)
-                         ? -along.dot(vector(surface, previous))
-                         : length + along.dot(vector(surface, next));
+                         ? -dot(along, vector(surface, previous))
+                         : length + dot(along, vector(surface, next));
       apex_[h] = {x, doubled_area / length};
     }
   }

@@ -4,8 +4,8 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
-#include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact/directions.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
@@ -27,8 +27,8 @@ struct PathEnd {
   Real distance = unreachable<Real>;
   SurfacePoint<Real> point;
   Arrival<Real> last;
-  Vec2<Real> at{0, 0};                     // the point in last.entry's frame
-  std::vector<SurfacePoint<Real>> back{};  // from the point to the source
+  Vec2<Real> at{0, 0};               // the point in last.entry's frame
+  Array<SurfacePoint<Real>> back{};  // from the point to the source
 };
 
 /// What a solution knows of the shortest way to a point, without searching: by the windows that
@@ -82,8 +82,8 @@ class PointQuery {
 
   /// Straight ends within a limit: by windows through which the line to the point goes, and from
   /// vertices of the point's faces where paths begin or bend.
-  [[nodiscard]] std::vector<End> ends_at(const Point& p, Real limit) const {
-    std::vector<End> ends;
+  [[nodiscard]] Array<End> ends_at(const Point& p, Real limit) const {
+    Array<End> ends;
     if (p.kind == Point::Kind::vertex && solution_.distances[p.element[0]] <= limit) {
       ends.push_back(at_vertex(p.element[0]));
     }
@@ -161,8 +161,8 @@ class PointQuery {
       if (!share_face(solution_.surface, p, begin)) continue;
       const Vec3<Real> way = solution_.surface.difference(begin, end),
                        to = solution_.surface.difference(begin, p);
-      const Real square = way.squaredNorm();
-      const Real t = square > 0 ? std::clamp(way.dot(to) / square, Real(0), Real(1)) : 0;
+      const Real square = squared_norm(way);
+      const Real t = square > 0 ? std::clamp(dot(way, to) / square, Real(0), Real(1)) : 0;
       const Point foot = simplified(solution_.surface, face_point(front.face, front.at(t)));
       const Real distance = front.start + straight(solution_.surface, foot, p);
       if (!(distance < best.distance)) continue;

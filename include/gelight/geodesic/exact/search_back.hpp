@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <concepts>
 #include <utility>
-#include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact/path_backtrace.hpp"
 #include "gelight/geodesic/exact/point_query.hpp"
@@ -38,9 +38,9 @@ class SearchBack {
   }
 
   /// All ends at a point within a limit.
-  [[nodiscard]] std::vector<End> ends_at(const Point& p, Real limit) const {
+  [[nodiscard]] Array<End> ends_at(const Point& p, Real limit) const {
     const WindowSolution<Real> found = from(p, limit);
-    std::vector<End> ends;
+    Array<End> ends;
     for (const auto& source : solution_.sources) {
       for (const End& end :
            PointQuery<Real>(found).ends_at(source.point, limit - source.distance)) {
@@ -51,7 +51,7 @@ class SearchBack {
   }
 
   /// The way from an end back to its source.
-  [[nodiscard]] std::vector<Point> back(const End& end) const {
+  [[nodiscard]] Array<Point> back(const End& end) const {
     const Real limit = end.distance * (1 + needle_rounding) +
                        rounding * longest_side_at(solution_.surface, end.point);
     const WindowSolution<Real> found = from(end.point, limit);
@@ -64,7 +64,7 @@ class SearchBack {
       nearest = at_source;
     }
     if (!(least < unreachable<Real>)) return {};
-    std::vector<Point> path = PathBacktrace<Real>(found).by_windows(nearest);
+    Array<Point> path = PathBacktrace<Real>(found).by_windows(nearest);
     std::reverse(path.begin(), path.end());
     return path;
   }
@@ -96,7 +96,7 @@ class SearchBack {
   // The way to a source, as found from p, as the way from there to p.
   [[nodiscard]] static End turned(const WindowSolution<Real>& found, const End& end,
                                   const Source<Real>& source, const Point& p) {
-    std::vector<Point> path = PathBacktrace<Real>(found).back(end);
+    Array<Point> path = PathBacktrace<Real>(found).back(end);
     std::reverse(path.begin(), path.end());
     return {end.distance + source.distance, p, {}, {0, 0}, std::move(path)};
   }

@@ -5,7 +5,6 @@
 #include <concepts>
 #include <cstddef>
 #include <limits>
-#include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
@@ -36,10 +35,10 @@ class WindowBacktrace {
       : solution_(solution), visited_(static_cast<std::size_t>(solution.surface.face_count()), 0) {}
 
   /// The path from a point at a distance to its source; empty where none is found.
-  [[nodiscard]] std::vector<Point> back(const Point& from, Real distance) {
+  [[nodiscard]] Array<Point> back(const Point& from, Real distance) {
     distance_ = distance;
     for (rounding_ = least_rounding; rounding_ < most_rounding; rounding_ *= 16) {
-      std::vector<Point> path = attempt(from);
+      Array<Point> path = attempt(from);
       if (!path.empty()) return path;
     }
     return {};
@@ -51,8 +50,8 @@ class WindowBacktrace {
   static constexpr Real least_rounding = 16 * std::numeric_limits<Real>::epsilon();
   static constexpr Real most_rounding = 1e-9;
 
-  [[nodiscard]] std::vector<Point> attempt(const Point& from) {
-    std::vector<Point> path{from};
+  [[nodiscard]] Array<Point> attempt(const Point& from) {
+    Array<Point> path{from};
     is_crossed_.assign(static_cast<std::size_t>(solution_.surface.face_count()), 0);
     for (Index left = solution_.surface.face_count(); left > 0; --left) {
       const Step step = nearest_from(path.back());
@@ -95,13 +94,14 @@ class WindowBacktrace {
     return best;
   }
 
-  void append(std::vector<Point>& path, const Step& step) const {
-    const auto end = std::ssize(path);
+  void append(Array<Point>& path, const Step& step) const {
+    const std::size_t end = path.size();
     for (std::ptrdiff_t i = step.place; i >= 0; i = places_[i].previous) {
-      path.insert(path.begin() + end, places_[i].point);
+      path.push_back(places_[i].point);
     }
+    std::reverse(path.begin() + end, path.end());
     path.push_back(step.to);
-    path.erase(std::unique(path.begin(), path.end()), path.end());
+    path.keep_until(std::unique(path.begin(), path.end()));
   }
 
   // --- the faces round a point -------------------------------------------------------------------
@@ -121,8 +121,8 @@ class WindowBacktrace {
     for (const Index h : sides(first)) {
       const Vec2<Real> at = in_frame(i, h);
       const Real length = solution_.surface.length(h), x = std::clamp(at.x(), 0.0, length);
-      if (at.norm() <= near(h)) add_corners(solution_.surface.origin(h), i);
-      if (length == 0 || !((at - Vec2<Real>(x, 0)).norm() <= near(h))) continue;
+      if (norm(at) <= near(h)) add_corners(solution_.surface.origin(h), i);
+      if (length == 0 || !(norm(at - Vec2<Real>(x, 0)) <= near(h))) continue;
       const Index a = solution_.surface.origin(h);
       add_edge(h, a, edge_point<Real>(a, solution_.surface.tip(h), x / length), i);
     }
@@ -167,7 +167,7 @@ class WindowBacktrace {
         stable_unit(is_next ? Vec2<Real>(-from_tip.x(), from_tip.y()) : Vec2<Real>(-apex));
     Vec2<Real> from = place.at - origin;
     if (solution_.surface.length(h) == 0) return from;
-    return {along.dot(from), along.x() * from.y() - along.y() * from.x()};
+    return {dot(along, from), along.x() * from.y() - along.y() * from.x()};
   }
 
   // How far rounding reaches at a side.
@@ -190,7 +190,7 @@ class WindowBacktrace {
       if (source.point.kind == Point::Kind::vertex || !is_in(f, source.point)) continue;
       const Index h = 3 * f;
       const Vec2<Real> at = in_frame(i, h), to = in_frame(source.point, h);
-      consider(source.distance + (to - at).norm(), i, source.point, true, best);
+      consider(source.distance + norm(to - at), i, source.point, true, best);
     }
   }
 
@@ -221,7 +221,7 @@ class WindowBacktrace {
   void to_corners(std::ptrdiff_t i, Step& best) const {
     for (const Index h : sides(places_[i].halfedge)) {
       const Index v = solution_.surface.origin(h);
-      const Real gap = in_frame(i, h).norm();
+      const Real gap = norm(in_frame(i, h));
       const bool is_source = is_at_source(v);
       if (gap <= near(h) && !is_source) continue;
       consider(solution_.distances[v] + gap, i, vertex_point<Real>(v), is_source, best);
@@ -242,7 +242,7 @@ class WindowBacktrace {
         for (std::ptrdiff_t k = 0; k < count; ++k) {
           const Real straight = straight_crossing(w.x[k], w.y[k], at);
           const Real x = std::clamp(straight, w.begin[k], w.end[k]);
-          if ((at - Vec2<Real>(x, 0)).norm() <= near(h)) continue;
+          if (norm(at - Vec2<Real>(x, 0)) <= near(h)) continue;
           const Real distance = solution_.origins[w.origin[k]].start +
                                 distance_through(w.begin[k], w.end[k], w.x[k], w.y[k], at);
           if (!(distance < best.distance)) continue;

@@ -334,7 +334,7 @@ class WindowPropagation {
   // A point in the frame with origin a and x towards b.
   static Vec2<Real> into_frame(const Vec2<Real>& p, const Vec2<Real>& a, const Vec2<Real>& b) {
     const Vec2<Real> along = stable_unit(b - a), from = p - a;
-    return {along.dot(from), along.x() * from.y() - along.y() * from.x()};
+    return {dot(along, from), along.x() * from.y() - along.y() * from.x()};
   }
 
   // A window over part of half-edge h, seen from a point of its own face; that counts from h's tip
@@ -488,7 +488,7 @@ class WindowPropagation {
   [[nodiscard]] std::pair<Index, Vec2<Real>> edge_from(Index vertex, Index other) const {
     for (const Index out : surface_->corners(vertex)) {
       if (surface_->tip(out) == other) return {out, {1, 0}};
-      if (surface_->apex(out) == other) return {out, faces_->apex(out).normalized()};
+      if (surface_->apex(out) == other) return {out, normalized(faces_->apex(out))};
     }
     return {-1, {0, 0}};
   }

@@ -46,13 +46,13 @@ struct MeshStatistics {
     const Vec3<Real>&from = surface.position(surface.origin(h)),
           &to = surface.position(surface.tip(h));
     const Vec3<Real> way(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
-    return surface.length(h) > 0 ? Vec3<Real>(way / surface.length(h)) : Vec3<Real>::Zero();
+    return surface.length(h) > 0 ? Vec3<Real>(way / surface.length(h)) : Vec3<Real>(0, 0, 0);
   }
   static Vec3<Real> normal(const Surface<Real>& surface, Index f) {
     return cross(direction(surface, 3 * f), direction(surface, 3 * f + 1));
   }
   static double angle(const Vec3<Real>& a, const Vec3<Real>& b) {
-    return std::atan2(cross(a, b).norm(), a.dot(b));
+    return std::atan2(norm(cross(a, b)), dot(a, b));
   }
   // Both ways out of a half-edge's origin in its face.
   static std::array<Vec3<Real>, 2> ways_out(const Surface<Real>& surface, Index h) {
@@ -78,11 +78,11 @@ struct MeshStatistics {
       const Index longest = longest_side(surface, f);
       const auto [a, b] = ways_out(surface, longest);
       const double side = surface.length(longest);
-      const double height = surface.length(Surface<Real>::previous(longest)) * cross(a, b).norm();
+      const double height = surface.length(Surface<Real>::previous(longest)) * norm(cross(a, b));
       aspects += height > 0 ? std::min(largest_aspect, side / height) : largest_aspect;
       areas += side / unit * (height / unit) / 2;
       const auto [c, d] = ways_out(surface, Surface<Real>::previous(longest));
-      cosines += std::min(0.0, c.dot(d));
+      cosines += std::min(0.0, dot(c, d));
       // One side of each, in turn.
       const Index h = 3 * f + faces % 3, t = surface.twin(h);
       if (surface.is_border(h) || !surface.is_manifold(h)) continue;

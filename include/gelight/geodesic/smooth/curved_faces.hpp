@@ -72,9 +72,9 @@ class CurvedFaces {
   /// The normal of h's face at a point of h.
   [[nodiscard]] Vec3<Real> normal_on_edge(Index h, Real t, const Vec3<Real>& derivative) const {
     const Vec3<Real> mean = (1 - t) * normal(h) + t * normal(Mesh::next(h));
-    const Real square = derivative.squaredNorm();
+    const Real square = squared_norm(derivative);
     if (!(square > 0)) return stable_unit(mean);
-    return stable_unit(Vec3<Real>(mean - mean.dot(derivative) / square * derivative));
+    return stable_unit(Vec3<Real>(mean - dot(mean, derivative) / square * derivative));
   }
 
   /// A point over a face, as seen from `from`: the cubic triangle with these curves for sides.
@@ -134,9 +134,9 @@ class CurvedFaces {
     if (t != h && surface.twin(t) != h) return way;
     const Vec3<Real> ridge = cross(m, other);
     constexpr Real least_ridge = 0.05;
-    const bool is_ridge = fans_.is_sharp(h) && ridge.norm() > least_ridge;
-    const Vec3<Real> along = is_ridge ? Vec3<Real>(ridge * (ridge.dot(way) / ridge.squaredNorm()))
-                                      : Vec3<Real>(way - way.dot(m) * m);
+    const bool is_ridge = fans_.is_sharp(h) && norm(ridge) > least_ridge;
+    const Vec3<Real> along = is_ridge ? Vec3<Real>(ridge * (dot(ridge, way) / squared_norm(ridge)))
+                                      : Vec3<Real>(way - dot(way, m) * m);
     const Real length = stable_norm(way), projected = stable_norm(along);
     // A plane across the edge tells nothing of it.
     if (!(2 * projected > length)) return way;
@@ -154,10 +154,10 @@ class CurvedFaces {
       const Vec3<Real> b = surface.position(surface.apex(h)) - surface.position(surface.origin(h));
       const Vec3<Real> area = cross(a, b);
       const Vec3<Real> turn = cross<Real>(normal(h + 1) - normal(h), normal(h + 2) - normal(h));
-      const Real square = area.squaredNorm();
-      curvatures_.push_back(square > 0 ? area.dot(turn) / square : 0);
+      const Real square = squared_norm(area);
+      curvatures_.push_back(square > 0 ? dot(area, turn) / square : 0);
       for (Index g = h; g < h + 3; ++g) {
-        mean_turn_ += (normal(Mesh::next(g)) - normal(g)).squaredNorm() / surface.halfedge_count();
+        mean_turn_ += squared_norm(normal(Mesh::next(g)) - normal(g)) / surface.halfedge_count();
       }
     }
   }

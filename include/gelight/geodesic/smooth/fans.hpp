@@ -53,7 +53,7 @@ class Fans {
     Vec3<Real> sum(0, 0, 0);
     for (const Index h : corners(fan)) {
       const Vec3<Real> a = side(h), b = -side(Mesh::previous(h));
-      sum += std::atan2(stable_norm(cross(a, b)), a.dot(b)) * face_normals_[Mesh::face_of(h)];
+      sum += std::atan2(stable_norm(cross(a, b)), dot(a, b)) * face_normals_[Mesh::face_of(h)];
     }
     return stable_unit(sum);
   }
@@ -77,7 +77,7 @@ class Fans {
       const Index t = surface_.twin(h);
       const bool is_oriented =
           t != h && surface_.twin(t) == h && surface_.origin(t) != surface_.origin(h);
-      const Real cosine = face_normals_[Mesh::face_of(h)].dot(face_normals_[Mesh::face_of(t)]);
+      const Real cosine = dot(face_normals_[Mesh::face_of(h)], face_normals_[Mesh::face_of(t)]);
       is_sharp_[h] = !is_oriented || !(cosine >= least_cosine) || cosine == 0;
     }
     for (std::size_t i = 0; i < creases.size(); ++i) {

@@ -87,7 +87,7 @@ class FittedNormals {
     Row row = Row::Zero(), weighted;
     for (std::ptrdiff_t i = 1; i < count; ++i) {
       const Vec3<Real> p = offset(i, centre) / size;
-      const Real u = p.dot(x), v = p.dot(y);
+      const Real u = dot(p, x), v = dot(p, y);
       row[0] = u;
       row[1] = v;
       for (int k = 2, d = 2; d <= degree; ++d) {
@@ -95,8 +95,8 @@ class FittedNormals {
         row[k] = row[k - d] * u;
         for (const int end = k++ + d; k <= end; ++k) row[k] = row[k - d - 1] * v;
       }
-      row[terms] = p.dot(mean);
-      weighted = (1 / (Real(0.02) + p.squaredNorm())) * row;
+      row[terms] = dot(p, mean);
+      weighted = (1 / (Real(0.02) + squared_norm(p))) * row;
       for (int b = 0; b <= terms; ++b) {
         const int below = terms + 1 - b;
         sums.col(b).segment(b, below) += weighted.segment(b, below) * row[b];

@@ -76,7 +76,7 @@ class LiftedPath {
       Block block{moved(path[i], i), 1};
       while (blocks.size() > 1 && i + 1 < count_) {
         const Vec3<Real> way = place_.at(i) - place_.at(i - block.count);
-        if (!(way.dot(block.middle() - blocks.back().middle()) < 0)) break;
+        if (!(dot(way, block.middle() - blocks.back().middle()) < 0)) break;
         block.sum += blocks.back().sum;
         block.count += blocks.back().count;
         blocks.pop_back();
@@ -110,7 +110,9 @@ class LiftedPath {
   struct LaneVector {
     Lane x, y, z;
 
-    [[nodiscard]] Lane dot(const LaneVector& b) const { return x * b.x + y * b.y + z * b.z; }
+    friend Lane dot(const LaneVector& a, const LaneVector& b) {
+      return a.x * b.x + a.y * b.y + a.z * b.z;
+    }
     friend LaneVector operator+(const LaneVector& a, const LaneVector& b) {
       return {a.x + b.x, a.y + b.y, a.z + b.z};
     }
@@ -240,9 +242,9 @@ class LiftedPath {
         (Lane(6) * s * r) * way + (r * (r - Lane(2) * s)) * out + (s * (s - Lane(2) * r)) * in;
     derivative_.store(i, derivative);
     const LaneVector mean = r * normal0 + s * normal1;
-    const Lane square = max(derivative.dot(derivative), nothing);
-    const LaneVector across = mean - (mean.dot(derivative) / square) * derivative;
-    const LaneVector normal = (Lane(1) / sqrt(max(across.dot(across), nothing))) * across;
+    const Lane square = max(dot(derivative, derivative), nothing);
+    const LaneVector across = mean - (dot(mean, derivative) / square) * derivative;
+    const LaneVector normal = (Lane(1) / sqrt(max(dot(across, across), nothing))) * across;
     normal_in_.store(i, normal);
     normal_out_.store(i, normal);
   }
@@ -348,12 +350,12 @@ class LiftedPath {
   // Four pieces.
   void sum_four(std::ptrdiff_t i, Sums& sums) {
     const LaneVector flat = flat_.load(i + 1) - flat_.load(i);
-    sums.flat = sums.flat + sqrt(flat.dot(flat));
+    sums.flat = sums.flat + sqrt(dot(flat, flat));
     const LaneVector way = place_.load(i + 1) - place_.load(i);
-    const Lane chord = sqrt(way.dot(way));
+    const Lane chord = sqrt(dot(way, way));
     const LaneVector unit = (Lane(1) / max(chord, nothing)) * way;
     const LaneVector normal0 = normal_out_.load(i), normal1 = normal_in_.load(i + 1);
-    const Lane sine0 = unit.dot(normal0), sine1 = unit.dot(normal1);
+    const Lane sine0 = dot(unit, normal0), sine1 = dot(unit, normal1);
     const Lane rise = angle_of(sine0), fall = angle_of(sine1);
     // The cubic with these slopes; for a circle's arc, half, also the next order.
     const Lane sum = rise + fall, turn = fall - rise, square = turn * turn;
@@ -367,10 +369,10 @@ class LiftedPath {
     const Lane secant0 = Lane(1) / sqrt(max(Lane(1) - sine0 * sine0, least_cosine));
     const Lane secant1 = Lane(1) / sqrt(max(Lane(1) - sine1 * sine1, least_cosine));
     const LaneVector derivative0 = derivative_.load(i), derivative1 = derivative_.load(i + 1);
-    (Lane(0) - unit.dot(derivative0) * secant0).store(&gradient_out_[i]);
-    (unit.dot(derivative1) * secant1).store(&gradient_in_[i]);
-    const Lane across0 = cross(normal0, unit).dot(derivative0) * secant0;
-    const Lane across1 = cross(normal1, unit).dot(derivative1) * secant1;
+    (Lane(0) - dot(unit, derivative0) * secant0).store(&gradient_out_[i]);
+    (dot(unit, derivative1) * secant1).store(&gradient_in_[i]);
+    const Lane across0 = dot(cross(normal0, unit), derivative0) * secant0;
+    const Lane across1 = dot(cross(normal1, unit), derivative1) * secant1;
     // The second variation: the integral of x'^2 - K x^2 over the arc, for x linear.
     const Lane stretch = Lane(1) / max(arc, nothing);
     const Lane bend = Lane::load(&curvature_[i]) * arc * Lane(1.0 / 6);
@@ -407,7 +409,7 @@ class LiftedPath {
     if (!found.is_least) std::fill_n(steps_.begin(), count_, Real(0));
     // No path is shorter than the straight line through space.
     const Vec3<Real> straight = place_.at(count_ - 1) - place_.at(0);
-    found.gain = std::min(found.gain, found.length - straight.norm());
+    found.gain = std::min(found.gain, found.length - norm(straight));
   }
 
   // The tangent in which the last piece arrives. The step before it is known: the last takes none.
@@ -415,7 +417,7 @@ class LiftedPath {
     const std::ptrdiff_t last = count_ - 1;
     const Vec3<Real> from = place_.at(last - 1) + steps_[last - 1] * derivative_.at(last - 1);
     const Vec3<Real> way = place_.at(last) - from, normal = normal_in_.at(last);
-    return stable_unit(Vec3<Real>(way - way.dot(normal) * normal));
+    return stable_unit(Vec3<Real>(way - dot(way, normal) * normal));
   }
 
   // Of all nodes, from those that elimination left: the last one's is whole.

@@ -40,7 +40,7 @@ struct Boundary {
 /// A unit direction reflected by a plane of this unit normal.
 template <std::same_as<double> Real>
 [[nodiscard]] Vec3<Real> reflect(const Vec3<Real>& way, const Vec3<Real>& normal) {
-  return way - 2 * way.dot(normal) * normal;
+  return way - 2 * dot(way, normal) * normal;
 }
 
 /// A unit direction refracted; the normal is that on whose side the ray arrives.

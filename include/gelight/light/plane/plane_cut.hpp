@@ -36,7 +36,7 @@ class PlaneCut {
 
   /// How light arrives at a point by an arc, which enters one of the point's faces at `entry`.
   struct Arrival {
-    Vec3<T> direction = Vec3<T>::Zero();  // in the LED's coordinates
+    Vec3<T> direction = Vec3<T>(0, 0, 0);  // in the LED's coordinates
     T length = unreachable<T>;
     Index entry = -1;
     const Arc* arc = nullptr;
@@ -166,11 +166,11 @@ class PlaneCut {
     arc.crossed.clear();
     arc.places.clear();
     arc.lengths.clear();
-    Vec3<T> last = Vec3<T>::Zero();
+    Vec3<T> last = Vec3<T>(0, 0, 0);
     T length = 0;
     while (true) {
       const Vec3<T> place = crossing(h);
-      length += (place - last).norm();
+      length += norm(place - last);
       last = place;
       arc.crossed.push_back(h);
       arc.places.push_back(place);
@@ -223,7 +223,7 @@ class PlaneCut {
     const Vec3<T> normal = direction_of<T>(cross<T>(side, next));
     const Vec3<T> along = direction_of<T>(cross<T>(normal, {-trace_[1], trace_[0], 0}));
     if (along.isZero(0)) return direction_of<T>(lever);
-    return along.dot(cross<T>(normal, side)) < 0 ? Vec3<T>(-along) : along;
+    return dot(along, cross<T>(normal, side)) < 0 ? Vec3<T>(-along) : along;
   }
 
   [[nodiscard]] const Vec3<T>& place_of_origin(Index h) const {

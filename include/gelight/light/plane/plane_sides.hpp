@@ -85,7 +85,7 @@ class PlaneSides {
   }
 
   void mark_by_plane(T turn) {
-    cut_.cut(turn, (turn < 1 ? Vec2<T>(1 - turn, turn) : Vec2<T>(1 - turn, 2 - turn)).normalized());
+    cut_.cut(turn, normalized(turn < 1 ? Vec2<T>(1 - turn, turn) : Vec2<T>(1 - turn, 2 - turn)));
     // Of each face: by which arc it is entered where, for two arcs.
     entered_.resize(sides_.size(), {-1, -1});
     const auto& arcs = cut_.arcs();
@@ -104,7 +104,7 @@ class PlaneSides {
         }
         const Vec3<T> middle = (arcs[a].places[k] + arcs[a].places[k + 1]) / 2;
         const Vec3<T> travel = arcs[a].places[k + 1] - arcs[a].places[k];
-        const T sign = along_at(f, middle).dot(travel);
+        const T sign = dot(along_at(f, middle), travel);
         mark(f, sign > 0 ? Side::along : sign < 0 ? Side::against : Side::mixed);
       });
     }

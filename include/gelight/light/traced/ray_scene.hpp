@@ -42,10 +42,11 @@ class RayScene {
   };
 
   explicit RayScene(std::span<const Surface<double>> surfaces) {
-    Vec3<double> low = Vec3<double>::Constant(unreachable<double>), high = -low;
+    constexpr double far = unreachable<double>;
+    Vec3<double> low(far, far, far), high = -low;
     for (const auto& surface : surfaces) {
       for (Index v = 0; v < surface.vertex_count(); ++v) {
-        low = low.cwiseMin(surface.position(v)), high = high.cwiseMax(surface.position(v));
+        low = least_of(low, surface.position(v)), high = greatest_of(high, surface.position(v));
       }
     }
     centre_ = low / 2 + high / 2;
@@ -81,7 +82,7 @@ class RayScene {
   [[nodiscard]] Vec3<double> smooth_normal(const Hit& hit) const {
     const auto* n = parts_[hit.surface].corner_normals.data() + 3 * std::ptrdiff_t{hit.face};
     const Vec3<double> mean = (1 - hit.u - hit.v) * n[0] + hit.u * n[1] + hit.v * n[2];
-    return mean / std::sqrt(mean.squaredNorm());
+    return mean / std::sqrt(squared_norm(mean));
   }
 
   /// What a ray hits first; false where it hits nothing.
@@ -119,7 +120,7 @@ class RayScene {
   [[nodiscard]] Vec3<double> start(const Hit& hit, const Vec3<double>& way) const {
     constexpr double clearance = 2e-6;
     const Vec3<double>& n = normal(hit.surface, hit.face);
-    return hit.place + (way.dot(n) > 0 ? clearance : -clearance) * n;
+    return hit.place + (dot(way, n) > 0 ? clearance : -clearance) * n;
   }
 
  private:
@@ -154,7 +155,7 @@ class RayScene {
       for (const Index other : surface.corners(surface.origin(h))) {
         const Index f = Surface<double>::face_of(other);
         if (f == Surface<double>::face_of(h)) continue;
-        if (part.normals[f].dot(own) > crease_cosine) sum += areas[f];
+        if (dot(part.normals[f], own) > crease_cosine) sum += areas[f];
       }
       const Vec3<double> unit = direction_of(sum);
       part.corner_normals.push_back(unit.isZero(0) ? Vec3<double>(0, 0, 1) : unit);

@@ -50,7 +50,7 @@ struct VertexSums {
     for (std::size_t i = 0, k = 0; i < 4; ++i) {
       for (std::size_t j = i; j < 4; ++j) product[k++] += x[i] * x[j];
     }
-    vector_squares += batch.vector.squaredNorm();
+    vector_squares += squared_norm(batch.vector);
   }
 
   /// Covariance of the sums of (power, way) over `batches` batches.
@@ -68,7 +68,7 @@ struct VertexSums {
 
   /// Standard error of the vector's sum: the root of the summed variances of its three numbers.
   [[nodiscard]] double vector_error(double batches) const {
-    const double central = vector_squares - sum.vector.squaredNorm() / batches;
+    const double central = vector_squares - squared_norm(sum.vector) / batches;
     return std::sqrt(std::max(0.0, central * batches / (batches - 1)));
   }
 };

@@ -52,10 +52,10 @@ struct RigidObject {
 struct LayerState {
   Box box;
   Array<double> pressure;
-  Array<double> traction;                    ///< all along x, then all along y; empty: none
-  double travel = 0;                         ///< of the object towards the layer
-  Vec2<double> tilt = Vec2<double>::Zero();  ///< how much more for every pixel along x and y
-  double residual = 0;                       ///< see LayerContact
+  Array<double> traction;                  ///< all along x, then all along y; empty: none
+  double travel = 0;                       ///< of the object towards the layer
+  Vec2<double> tilt = Vec2<double>(0, 0);  ///< how much more for every pixel along x and y
+  double residual = 0;                     ///< see LayerContact
   Array<double> down;  ///< by them, of the whole image's pixels; empty: not found yet
 };
 
@@ -155,20 +155,20 @@ class PressedLayer {
     const auto at = [&](const Vec3<double>& place, const LayerState& from) {
       const Vec2<double> turned = Vec2<double>(place.y(), place.z()) * (press / size);
       const Vec2<double> tilt = begin->tilt + turned;
-      const double travel = begin->travel + place.x() * press - turned.dot(centre);
+      const double travel = begin->travel + place.x() * press - dot(turned, centre);
       Balance there{place, {}, settle(object.tilted(tilt, grid_), travel, from, effort)};
       there.state.tilt = tilt;
       there.left = unbalanced(there.state, object, force, centre, size);
       return there;
     };
-    Balance here = at(Vec3<double>::Zero(), *begin);
+    Balance here = at(Vec3<double>(0, 0, 0), *begin);
     Eigen::Matrix3d yielding = first_yielding(here, at);
     for (int i = 0; i < most_steps && here.left.lpNorm<Eigen::Infinity>() > tolerance; ++i) {
       Vec3<double> step = -(yielding * here.left);
-      if (!step.allFinite()) break;
+      if (!is_finite(step)) break;
       step *= std::min(1.0, 1 / step.lpNorm<Eigen::Infinity>());
       Balance next = at(here.place + step, here.state);
-      if (!(next.left.norm() < 0.9 * here.left.norm())) next = descend(here, next, at);
+      if (!(norm(next.left) < 0.9 * norm(here.left))) next = descend(here, next, at);
       yield_as(yielding, next.place - here.place, next.left - here.left);
       here = std::move(next);
     }
@@ -244,7 +244,7 @@ class PressedLayer {
       if (state) state->tilt = tilt;
       return state;
     };
-    std::optional<LayerState> state = at(Vec2<double>::Zero(), start);
+    std::optional<LayerState> state = at(Vec2<double>(0, 0), start);
     const double width = std::max(grid_.width, grid_.height);
     double stiffness = 2 / std::min(grid_.thickness, width);
     for (int round = 0; round < rounds; ++round) {
@@ -309,7 +309,7 @@ class PressedLayer {
   [[nodiscard]] Vec3<double> unbalanced(const LayerState& state, const RigidObject& object,
                                         double force, const Vec2<double>& centre,
                                         double size) const {
-    Vec3<double> sum = Vec3<double>::Zero();
+    Vec3<double> sum = Vec3<double>(0, 0, 0);
     for_each(state, [&](Index column, Index row, double pressure) {
       sum += pressure * Vec3<double>(1, (column - object.axis.x() - centre.x()) / size,
                                      (grid_.aspect * (row - object.axis.y()) - centre.y()) / size);
@@ -343,8 +343,8 @@ class PressedLayer {
   static void yield_as(Eigen::Matrix3d& yielding, const Vec3<double>& step,
                        const Vec3<double>& change) {
     constexpr double least_share = 1e-10;
-    const double along = step.dot(change);
-    if (!(along > least_share * step.norm() * change.norm())) return;
+    const double along = dot(step, change);
+    if (!(along > least_share * norm(step) * norm(change))) return;
     const Eigen::Matrix3d rest = Eigen::Matrix3d::Identity() - change * step.transpose() / along;
     yielding = (rest.transpose() * yielding * rest + step * step.transpose() / along).eval();
   }
@@ -355,11 +355,11 @@ class PressedLayer {
   [[nodiscard]] static Balance descend(const Balance& start, Balance next, const At& at) {
     constexpr int most_tries = 20;
     const Vec3<double> step = next.place - start.place;
-    const double first = start.left.dot(step);
+    const double first = dot(start.left, step);
     double low = 0, high = std::numeric_limits<double>::infinity(), share = 1;
     double slope_low = first, slope_high = 0;
     for (int i = 0; i < most_tries; ++i) {
-      const double slope = next.left.dot(step);
+      const double slope = dot(next.left, step);
       if (slope <= 0 && slope >= 0.5 * first) return next;
       (slope > 0 ? high : low) = share;
       (slope > 0 ? slope_high : slope_low) = slope;
@@ -530,8 +530,7 @@ class PressedLayer {
 
   // Pressure, and traction where friction holds the object, in the state's box.
   void find_loads(LayerState& state, const RigidObject& object, Effort& effort) const {
-    const bool is_held =
-        friction_ > 0 && (object.twist != 0 || object.shift != Vec2<double>::Zero());
+    const bool is_held = friction_ > 0 && (object.twist != 0 || object.shift != Vec2<double>(0, 0));
     Task task{kernels(state.box, state.box, true, is_held), Array<double>(state.box.area()),
               object.deepest + state.travel, effort};
     for (Index y = 0; y < state.box.height; ++y) {
@@ -638,8 +637,8 @@ class PressedLayer {
     Array<double> result(2 * pixels);
     for (std::size_t i = 0; i < pixels; ++i) {
       const Vec2<double> way(dragged.data()[i], dragged.data()[pixels + i]);
-      if (!(pressure.data()[i] > 0) || way == Vec2<double>::Zero()) continue;
-      const Vec2<double> q = friction_ * pressure.data()[i] * way.normalized();
+      if (!(pressure.data()[i] > 0) || way == Vec2<double>(0, 0)) continue;
+      const Vec2<double> q = friction_ * pressure.data()[i] * normalized(way);
       result.data()[i] = q.x();
       result.data()[pixels + i] = q.y();
     }

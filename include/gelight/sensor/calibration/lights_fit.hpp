@@ -83,7 +83,7 @@ class LightsFit {
     for (int k = 0; k < count(); ++k) {
       Vec3<double>& place = model_.lights[static_cast<std::size_t>(k)].place;
       Vec3<double> by(step(3 * k), step(3 * k + 1), step(3 * k + 2));
-      if (by.norm() > 0.5) by *= 0.5 / by.norm();
+      if (norm(by) > 0.5) by *= 0.5 / norm(by);
       place += by;
       place.x() = std::clamp(place.x(), -6.0, 6.0);
       place.y() = std::clamp(place.y(), -6.0, 6.0);
@@ -194,9 +194,9 @@ class LightsFit {
   [[nodiscard]] Slopes slopes_of(const Vec3<double>& place, const Vec3<double>& n,
                                  const GelPoint& p) const {
     const Vec3<double> way(place.x() - p.x, place.y() - p.y * model_.height, place.z());
-    const double distance = way.norm(), share = std::pow(distance, -model_.falloff);
+    const double distance = norm(way), share = std::pow(distance, -model_.falloff);
     const Vec3<double> l = way / distance;
-    const double cosine = n.dot(l), level = l.z();
+    const double cosine = dot(n, l), level = l.z();
     const Vec3<double> by_cosine = (n - cosine * l) / distance;
     const Vec3<double> by_level = (Vec3<double>(0, 0, 1) - level * l) / distance;
     const Vec3<double> by_distance = -model_.falloff / distance * l;

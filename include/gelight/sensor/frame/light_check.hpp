@@ -35,9 +35,9 @@ void require_light(const Light<T>& light, const Camera<T>& camera, Specular form
   for (Index y = 0; y < light.direction.height(); ++y) {
     for (Index x = 0; x < light.direction.width(); ++x) {
       const Vec3<T>& d = light.direction(x, y);
-      require(d.allFinite(), name, " has direction (", d.x(), ", ", d.y(), ", ", d.z(),
+      require(is_finite(d), name, " has direction (", d.x(), ", ", d.y(), ", ", d.z(),
               ") at pixel (", x, ", ", y, "), which is not finite");
-      require(any_length || d.squaredNorm() <= most * most, name, " has direction (", d.x(), ", ",
+      require(any_length || squared_norm(d) <= most * most, name, " has direction (", d.x(), ", ",
               d.y(), ", ", d.z(), ") at pixel (", x, ", ", y, "), which is longer than 1");
     }
   }

@@ -157,7 +157,7 @@ class ContactDraw {
     const auto [x, y] = seen_[std::min(at, seen_.size() - 1)];
     const Vec3<double> ray = camera_.ray(x, y);
     Vec3<double> out = stable_unit(face_normal(membrane_, rest_.face(x, y)));
-    if (out.dot(ray) < 0) out = -out;
+    if (dot(out, ray) < 0) out = -out;
     return {frame_of(out, uniform(0, 2 * std::numbers::pi)),
             rest_.depth(x, y) * ray - depth_ * out};
   }

@@ -251,7 +251,7 @@ template <std::floating_point T, MembraneModel<T> Membrane>
                    static_cast<T>(sensor.shininess)};
     for (std::size_t c = 0; c < 3; ++c) light.rgb[c] = static_cast<T>(sensor.colours[k][c]);
     for (std::size_t i = 0; i < fields[k].pixels().size(); ++i) {
-      light.direction.pixels()[i] = fields[k].pixels()[i].template cast<T>();
+      light.direction.pixels()[i] = cast<T>(fields[k].pixels()[i]);
     }
     lights.push_back(std::move(light));
   }

@@ -1,9 +1,8 @@
 #pragma once
 
 #include <cstddef>
-#include <new>
-#include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 
 // Memory that begins with a line of the cache: vectors read from elsewhere lie half of the time on
@@ -22,26 +21,7 @@ template <class T>
   return std::ptrdiff_t{(count + line_size<T> - 1) / line_size<T>} * line_size<T>;
 }
 
-/// Gives memory that begins with a line.
 template <class T>
-struct LineAllocator {
-  using value_type = T;
-
-  LineAllocator() = default;
-  template <class U>
-  LineAllocator(const LineAllocator<U>&) {}
-
-  [[nodiscard]] T* allocate(std::size_t count) {
-    return static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{line_bytes}));
-  }
-  void deallocate(T* memory, std::size_t) {
-    ::operator delete (memory, std::align_val_t{line_bytes});
-  }
-
-  friend bool operator==(const LineAllocator&, const LineAllocator&) { return true; }
-};
-
-template <class T>
-using Lines = std::vector<T, LineAllocator<T>>;
+using Lines = Array<T, line_bytes>;
 
 }  // namespace gelight::detail

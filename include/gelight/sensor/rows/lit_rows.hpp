@@ -65,7 +65,7 @@ class LitRows {
     }
     for (Index y = 0; y < camera.height; ++y) {
       for (Index x = 0; x < camera.width; ++x) {
-        plane(y, 0)[x] = 1 / camera.ray(static_cast<T>(x), static_cast<T>(y)).norm();
+        plane(y, 0)[x] = 1 / norm(camera.ray(static_cast<T>(x), static_cast<T>(y)));
       }
     }
     for (std::size_t k = 0; k < lights.size(); ++k) keep(lights[k], k);

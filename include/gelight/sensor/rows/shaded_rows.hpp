@@ -73,7 +73,7 @@ template <std::floating_point T>
   T longest = 0;
   for (const Index y : {Index{0}, camera.height - 1}) {
     for (const Index x : {Index{0}, camera.width - 1}) {
-      longest = std::max(longest, camera.ray(static_cast<T>(x), static_cast<T>(y)).norm());
+      longest = std::max(longest, norm(camera.ray(static_cast<T>(x), static_cast<T>(y))));
     }
   }
   return (roundings + of_slopes) * std::numeric_limits<T>::epsilon() * longest;
@@ -225,7 +225,7 @@ class ShadedRows {
     for (Index y = 0; y < camera_.height; ++y) {
       for (Index x = 0; x < camera_.width; ++x) {
         fixed(x, y, inverse_ray_plane) =
-            1 / camera_.ray(static_cast<T>(x), static_cast<T>(y)).norm();
+            1 / norm(camera_.ray(static_cast<T>(x), static_cast<T>(y)));
       }
     }
   }
@@ -251,19 +251,19 @@ class ShadedRows {
       for (Index begin = 0; begin < camera_.width; begin += tile_width) {
         const Index count = std::min(tile_width, camera_.width - begin);
         for (Index i = 0; i < count; ++i) {
-          Vec3<double> l = -travel(begin + i, y).template cast<double>();
+          Vec3<double> l = -cast<double>(travel(begin + i, y));
           if (rectified_to != nullptr) {
             const Vec3<double>& normal = (*rectified_to)(begin + i, y);
-            const double strength = keep_strength ? l.norm() : 1;
+            const double strength = keep_strength ? norm(l) : 1;
             // Twice: what is left of a direction along the normal is rounded by as much as that.
-            for (int pass = 0; pass < 2; ++pass) l = stable_unit(l - l.dot(normal) * normal);
+            for (int pass = 0; pass < 2; ++pass) l = stable_unit(l - dot(l, normal) * normal);
             l *= strength;
           }
           const Vec3<double> ray = camera.ray(begin + i, y);
           const auto at = static_cast<std::size_t>(i);
           planes[0][at] = l.x() - ray.x() * l.z();
           planes[1][at] = l.y() - ray.y() * l.z();
-          planes[2][at] = l.dot(ray) / ray.norm();
+          planes[2][at] = dot(l, ray) / norm(ray);
         }
         T step = 0;
         for (std::size_t c = 0; c < 3; ++c) {
