@@ -71,14 +71,18 @@ TEST_CASE("fans go round vertices in the order of the one-ring, and see faces th
     if (!refusal.empty() && !any_twice) continue;
     const detail::FaceList<double> faces(mesh);
     const auto corners = faces.all_corners();
+    const auto rims = faces.all_rims();
     detail::FanWalk fans(faces.vertex_count());
     std::vector<Ring> rings;
     bool is_sound = true;
     for (Index v = 0; v < faces.vertex_count(); ++v) {
       Ring ring;
-      is_sound &= fans.visit(faces, v, corners.at(v),
-                             [&](Index end, Index corner) { ring.emplace_back(end, corner); });
-      is_sound &= !(fans.are_crowded() && faces.has_twins(corners.at(v)));
+      is_sound &= fans.visit(v, rims.at(v), [&](Index end, Index corner) {
+        ring.emplace_back(end, corner < 0 ? corner : corners.at(v)[corner]);
+      });
+      const bool has_twins = faces.has_twins(rims.at(v));
+      CHECK(has_twins == faces.has_twins(corners.at(v)));
+      is_sound &= !(fans.are_crowded() && has_twins);
       rings.push_back(ring);
     }
     CHECK(is_sound == !any_twice);

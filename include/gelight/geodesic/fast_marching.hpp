@@ -62,7 +62,7 @@ struct FastMarchingOptions {
 /// of a short edge's ends turns the wave through it, the more the farther it has come: on flat
 /// sheets distances were below the straight line by up to 2e-13 of it, on those stretched 100 times
 /// by 4e-11, 10,000 times by 2e-7. A query from one source takes about linear time, two to four
-/// times that where triangles are thin. Less than 410 bytes a vertex are taken from the mesh to the
+/// times that where triangles are thin. Less than 380 bytes a vertex are taken from the mesh to the
 /// first answer (distance_into_memory_test), the first source on an edge takes 28 more.
 template <std::floating_point T>
 class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>, T> {
@@ -264,77 +264,44 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     }
   }
 
-  // Goes round all vertices: tells of each half-edge where the spoke is behind the corner that it
-  // starts. False where two faces have the same three vertices.
-  [[nodiscard]] bool add_spokes(const Faces& mesh, detail::Slice<Index> places) {
-    const auto corners = mesh.all_corners();
+  // Goes round all vertices and measures what is round them. False where two faces have the same
+  // three vertices, or edges have a length, but none that counts as one.
+  [[nodiscard]] bool add_spokes(const Faces& mesh) {
+    const detail::GroupedRims all = mesh.all_rims();
     detail::FanWalk fans(mesh.vertex_count());
     detail::PeriodicCheck progress(cancelled_, mesh.vertex_count(), "the set-up of fast marching");
+    detail::ShortLength short_length;
+    double sum = 0;
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
       progress.step();
+      const detail::Slice<const detail::Rim> rims = all.at(v);
       begin_.push_back(static_cast<Index>(spokes_.size()));
-      const bool is_sound = fans.visit(mesh, v, corners.at(v), [&](Index end, Index corner) {
-        if (corner >= 0) places[corner] = static_cast<Index>(spokes_.size());
-        spokes_.push_back({end, false, 0, {no_face, 0}});
+      const Vec3<Real> from = mesh.position(v);
+      Vec3<Real> way_before(0, 0, 0);
+      const bool is_sound = fans.visit(v, rims, [&](Index end, Index corner) {
+        const Vec3<Real> way = mesh.position(end) - from;
+        Spoke spoke{end, false, Faces::root(detail::sum_of_squares(way)), {no_face, 0}};
+        if (corner >= 0) {
+          Spoke& before = spokes_.back();
+          spoke.between = {dot(way_before, way), norm(cross(way_before, way))};
+          before.is_obtuse |= is_obtuse_at_end(before, spoke.between);
+          spoke.is_obtuse = is_obtuse_at_end(spoke, spoke.between);
+          sum += spoke.length;
+          if (end > v) short_length.count(spoke.length);
+        }
+        spokes_.push_back(spoke);
+        way_before = way;
       });
-      if (!is_sound) return false;
-      if (fans.are_crowded() && mesh.has_twins(corners.at(v))) return false;
+      if (!is_sound || (fans.are_crowded() && mesh.has_twins(rims))) return false;
     }
     begin_.push_back(static_cast<Index>(spokes_.size()));
-    return true;
-  }
-
-  // Measures all faces. False where edges have a length, but none that counts as one.
-  [[nodiscard]] bool measure(const Faces& mesh, detail::Slice<const Index> places) {
-    detail::ShortLength<Real> short_length;
-    Real sum = 0, longest = 0;
-    const auto count = static_cast<Index>(places.size());
-    for (Index h = 0; h < count; h += 3) {
-      for (Index k = 0; k < 3; ++k) {
-        const Index ahead = std::min(h + k + halfedges_ahead, count - 1);
-        detail::prefetch(&spokes_[places[ahead] - 1], 2 * sizeof(Spoke));
-      }
-      const std::array<Real, 3> lengths = mesh.lengths(h / 3);
-      const PlanarFace face = detail::laid_out(detail::mollified(lengths, 1));
-      for (Index k = 0; k < 3; ++k) {
-        const Real length = lengths[static_cast<std::size_t>(k)];
-        sum += length;
-        longest = std::max(longest, length);
-        short_length.count(length);
-        tell(&spokes_[places[h + k] - 1], mesh.tip(h + k), length,
-             lengths[static_cast<std::size_t>((k + 2) % 3)], corner_of(face, k));
-      }
-    }
-    if (longest == 0 && mesh.any_edge_is_long()) return false;
-    most_delay_ = most_delay_in_edges * sum / count;
-    for (Index v = 0; v < mesh.vertex_count(); ++v) {
-      for (Index s = begin_[v]; s < begin_[v + 1]; ++s) {
-        if (spokes_[s].between.dot == no_face) continue;
-        for (const Index side : {s - 1, s}) {
-          if (spokes_[side].end > v) short_length.collect(spokes_[side].length);
-        }
-      }
-    }
+    most_delay_ = most_delay_in_edges * sum / (3.0 * mesh.face_count());
     step_ = short_length.length();
-    return true;
+    return sum > 0 || !mesh.any_edge_is_long();
   }
 
-  // What a face tells the spokes on both sides of one of its corners.
-  static void tell(Spoke* sides, Index tip, double to_tip, double to_apex, const Corner& corner) {
-    const bool tip_first = sides[0].end == tip;
-    sides[0].length = tip_first ? to_tip : to_apex;
-    sides[1].length = tip_first ? to_apex : to_tip;
-    sides[1].between = corner;
-    for (int i = 0; i < 2; ++i) {
-      if (right_angle * sides[i].length * sides[i].length < corner.dot) sides[i].is_obtuse = true;
-    }
-  }
-
-  /// The corner of a face at its k-th vertex.
-  static Corner corner_of(const PlanarFace& face, Index k) {
-    const auto& [x1, x2, y2] = face;
-    const double dot = k == 0 ? x1 * x2 : k == 1 ? x1 * (x1 - x2) : x2 * (x2 - x1) + y2 * y2;
-    return {dot, x1 * y2};
+  static bool is_obtuse_at_end(const Spoke& side, const Corner& corner) {
+    return right_angle * side.length * side.length < corner.dot;
   }
 
   // Distance of the third vertex of a face from an edge at whose ends it is `a` and `b`, the first
@@ -379,8 +346,7 @@ bool FastMarchingSolver<T>::set_up() {
   const auto vertices = static_cast<std::size_t>(vertex_count());
   begin_.reserve_for_all(vertices + 1);
   spokes_.reserve_for_all(halfedges + vertices);
-  detail::Array<Index> places(halfedges);
-  return add_spokes(*faces_, places) && measure(*faces_, places);
+  return add_spokes(*faces_);
 }
 
 template <std::floating_point T>

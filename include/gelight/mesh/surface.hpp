@@ -44,13 +44,19 @@ namespace detail {
   return parent;
 }
 
+/// Where each vertex' half-edges end, grouped by their origins, given those of all; and one more.
+[[nodiscard]] inline Array<Index> corner_ends(Index vertex_count, const Array<Index>& origins) {
+  Array<Index> ends(static_cast<std::size_t>(vertex_count) + 1, 0);
+  for (const Index v : origins) ++ends[v];
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
+  return ends;
+}
+
 /// Groups half-edges by their origins, given those of all, into `corners`, which has room for them.
 /// Returns where each vertex' half-edges begin, and one more.
 [[nodiscard]] inline Array<Index> group_corners(Index vertex_count, const Array<Index>& origins,
                                                 Index* corners) {
-  Array<Index> begin(static_cast<std::size_t>(vertex_count) + 1, 0);
-  for (const Index v : origins) ++begin[v];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  Array<Index> begin = corner_ends(vertex_count, origins);
   // From each vertex' end down, so that what began as its end is left as its beginning.
   for (Index h = static_cast<Index>(origins.size()) - 1; h >= 0; --h) {
     corners[--begin[origins[h]]] = h;

@@ -15,6 +15,7 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/marching/fan_walk.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -26,6 +27,17 @@ struct GroupedCorners {
 
   [[nodiscard]] Slice<const Index> at(Index vertex) const {
     return {halfedges.data() + begin[vertex],
+            static_cast<std::size_t>(begin[vertex + 1] - begin[vertex])};
+  }
+};
+
+/// What each face is to its vertices, grouped by these, in the order of the faces.
+struct GroupedRims {
+  Array<Rim> rims;
+  Array<Index> begin;
+
+  [[nodiscard]] Slice<const Rim> at(Index vertex) const {
+    return {rims.data() + begin[vertex],
             static_cast<std::size_t>(begin[vertex + 1] - begin[vertex])};
   }
 };
@@ -75,6 +87,19 @@ class FaceList {
   [[nodiscard]] GroupedCorners all_corners() const {
     GroupedCorners made{Array<Index>(vertices_.size()), {}};
     made.begin = group_corners(vertex_count(), vertices_, made.halfedges.data());
+    return made;
+  }
+
+  /// The edges across from each vertex, in the order of their faces' numbers.
+  [[nodiscard]] GroupedRims all_rims() const {
+    GroupedRims made{Array<Rim>(vertices_.size()), corner_ends(vertex_count(), vertices_)};
+    // From each vertex' end down, so that what began as its end is left as its beginning.
+    for (Index f = face_count() - 1; f >= 0; --f) {
+      const auto [a, b, c] = face(f);
+      made.rims[--made.begin[a]] = {b, c};
+      made.rims[--made.begin[b]] = {c, a};
+      made.rims[--made.begin[c]] = {a, b};
+    }
     return made;
   }
 
@@ -135,16 +160,20 @@ class FaceList {
     return false;
   }
 
-  /// Whether two of a vertex' faces, given by their half-edges from it, have the same vertices.
+  /// Whether two of a vertex' faces, given by their half-edges from it or by the edges across, have
+  /// the same vertices.
+  ///@{
   [[nodiscard, gnu::cold, gnu::noinline]] bool has_twins(Slice<const Index> corners) const {
     Array<std::pair<Index, Index>> others;
-    for (const Index h : corners) {
-      others.push_back(
-          std::minmax(vertices_[Surface<Real>::next(h)], vertices_[Surface<Real>::previous(h)]));
-    }
-    std::sort(others.begin(), others.end());
-    return std::adjacent_find(others.begin(), others.end()) != others.end();
+    for (const Index h : corners) others.push_back(std::minmax(tip(h), apex(h)));
+    return has_any_twice(others);
   }
+  [[nodiscard, gnu::cold, gnu::noinline]] static bool has_twins(Slice<const Rim> rims) {
+    Array<std::pair<Index, Index>> others;
+    for (const Rim& rim : rims) others.push_back(std::minmax(rim.tip, rim.apex));
+    return has_any_twice(others);
+  }
+  ///@}
 
  protected:
   Array<Vec3<Real>> positions_;
@@ -152,6 +181,11 @@ class FaceList {
 
  private:
   using Mesh = Surface<Real>;
+
+  [[nodiscard]] static bool has_any_twice(Array<std::pair<Index, Index>>& pairs) {
+    std::sort(pairs.begin(), pairs.end());
+    return std::adjacent_find(pairs.begin(), pairs.end()) != pairs.end();
+  }
 
   // Sources are on edges less often than at vertices, so that corners are kept from then on only.
   [[nodiscard]] bool are_joined(Index a, Index b) const {

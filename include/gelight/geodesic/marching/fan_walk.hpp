@@ -2,11 +2,18 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 
 namespace gelight::detail {
+
+/// What a face is to one of its vertices: the edge across, from the tip of the half-edge that
+/// starts at the vertex to the face's third vertex.
+struct Rim {
+  Index tip, apex;
+};
 
 /// Goes round the vertices of a mesh, fan by fan, as OneRing does, in the same order, but finds by
 /// itself which faces share an edge: in 8 bytes a vertex.
@@ -15,15 +22,68 @@ class FanWalk {
   explicit FanWalk(Index vertex_count) : latest_(static_cast<std::size_t>(vertex_count)) {}
 
   /// Calls `visit(end, corner)` for each edge at a vertex, in order: `end` is the vertex at its
-  /// other end, `corner` the half-edge that starts at the vertex in the face between this edge and
-  /// the one before, -1 at the first of a fan. A fan that closes ends with its first edge once
-  /// more. The half-edges from the vertex are given. False where two faces have the same three
-  /// vertices, but for edges of three faces and more: those `are_crowded` then.
-  template <class Mesh>
-  [[nodiscard]] bool visit(const Mesh& mesh, Index vertex, Slice<const Index> halfedges,
-                           auto&& visit) {
-    link(mesh, vertex, halfedges);
-    const auto count = static_cast<Index>(halfedges.size());
+  /// other end, `corner` the number of the face between this edge and the one before among those of
+  /// the vertex, whose rims are given; -1 at the first edge of a fan. A fan that closes ends with
+  /// its first edge once more. False where two faces have the same three vertices, but for edges of
+  /// three faces and more: those `are_crowded` then.
+  [[nodiscard, gnu::always_inline]] bool visit(Index vertex, Slice<const Rim> rims, auto&& visit) {
+    if (!follow(vertex, rims)) return visit_fans(vertex, rims, visit);
+    are_crowded_ = false;
+    visit(rims[0].tip, Index{-1});
+    for (const Index corner : order_of(rims)) visit(rims[corner].apex, corner);
+    return true;
+  }
+
+  /// Whether an edge of the vertex visited last is in three faces or more.
+  [[nodiscard]] bool are_crowded() const { return are_crowded_; }
+
+ private:
+  // The corner or the side of a vertex that was found last to begin or end at another.
+  struct Latest {
+    Index stamp = std::numeric_limits<Index>::min(), at = -1;
+  };
+  // An edge at the vertex: its other end, and the first two of its corners, of `count`.
+  struct Side {
+    Index end;
+    std::array<Index, 2> corners;
+    Index count;
+    [[nodiscard]] bool goes_on() const { return count == 2; }
+    [[nodiscard]] Index across(Index corner) const { return corners[0] ^ corners[1] ^ corner; }
+  };
+  // A face at the vertex: towards the tip of its half-edge, and towards the vertex before.
+  struct Corner {
+    std::array<Index, 2> sides;
+    bool is_visited;
+    [[nodiscard]] Index across(Index side) const { return sides[0] ^ sides[1] ^ side; }
+  };
+
+  [[nodiscard]] Slice<const Index> order_of(Slice<const Rim> rims) const {
+    return {order_.data(), rims.size()};
+  }
+
+  // Whether each face ends where the next begins, in one fan that closes, as at most vertices: what
+  // comes in which order is known then.
+  [[nodiscard, gnu::always_inline]] bool follow(Index vertex, Slice<const Rim> rims) {
+    const auto count = static_cast<Index>(rims.size());
+    if (count < 3) return false;
+    if (order_.size() < rims.size()) order_.resize(2 * rims.size());
+    Latest* const latest_at = latest_.data();
+    Index* const order = order_.data();
+    for (Index c = 0; c < count; ++c) latest_at[rims[c].tip] = {vertex, c};
+    Index corner = 0, followed = 0;
+    do {
+      order[followed++] = corner;
+      const Latest& next = latest_at[rims[corner].apex];
+      if (next.stamp != vertex) return false;
+      corner = next.at;
+    } while (corner != 0 && followed < count);
+    return corner == 0 && followed == count;
+  }
+
+  // The same for fans of any kind.
+  [[nodiscard, gnu::noinline]] bool visit_fans(Index vertex, Slice<const Rim> rims, auto& visit) {
+    link(vertex, rims);
+    const auto count = static_cast<Index>(rims.size());
     const Side* const sides = sides_.data();
     Corner* const corners = corners_.data();
     const auto walk = [&](Index corner, Index side) {
@@ -32,7 +92,7 @@ class FanWalk {
         corners[corner].is_visited = true;
         const Index before = side;
         side = corners[corner].across(side);
-        visit(sides[side].end, halfedges[corner]);
+        visit(sides[side].end, corner);
         if (!sides[side].goes_on()) return true;
         corner = sides[side].across(corner);
         if (corners[corner].across(side) == before) return false;
@@ -50,62 +110,40 @@ class FanWalk {
     return true;
   }
 
-  /// Whether an edge of the vertex visited last is in three faces or more.
-  [[nodiscard]] bool are_crowded() const { return are_crowded_; }
-
- private:
-  // The side of a vertex that was found last to end at another.
-  struct Latest {
-    Index vertex = -1, side = -1;
-  };
-  // An edge at the vertex: its other end, and the first two of its corners, of `count`.
-  struct Side {
-    Index end;
-    std::array<Index, 2> corners;
-    Index count;
-    [[nodiscard]] bool goes_on() const { return count == 2; }
-    [[nodiscard]] Index across(Index corner) const { return corners[0] ^ corners[1] ^ corner; }
-  };
-  // A face at the vertex: towards the tip of its half-edge, and towards the vertex before.
-  struct Corner {
-    std::array<Index, 2> sides;
-    bool is_visited;
-    [[nodiscard]] Index across(Index side) const { return sides[0] ^ sides[1] ^ side; }
-  };
-
-  template <class Mesh>
-  void link(const Mesh& mesh, Index vertex, Slice<const Index> halfedges) {
-    const auto count = static_cast<Index>(halfedges.size());
-    if (corners_.size() < halfedges.size()) {
-      corners_.resize(2 * halfedges.size());
+  void link(Index vertex, Slice<const Rim> rims) {
+    const auto count = static_cast<Index>(rims.size());
+    if (corners_.size() < rims.size()) {
+      corners_.resize(2 * rims.size());
       sides_.resize(2 * corners_.size());
     }
     Latest* const latest_at = latest_.data();
     Side* const sides = sides_.data();
+    const Index stamp = ~vertex;  // another than that of `follow`
     Index side_count = 0, inner = 0, crowded = 0;
     const auto join = [&](Index end, Index corner) {
       Latest& latest = latest_at[end];
-      if (latest.vertex != vertex) {
-        latest = {vertex, side_count};
+      if (latest.stamp != stamp) {
+        latest = {stamp, side_count};
         sides[side_count] = {end, {corner, -1}, 1};
         return side_count++;
       }
-      Side& side = sides[latest.side];
+      Side& side = sides[latest.at];
       side.corners[1] = corner;
       ++side.count;
       inner += side.count == 2;
       crowded += side.count > 2;
-      return latest.side;
+      return latest.at;
     };
     for (Index c = 0; c < count; ++c) {
-      const Index h = halfedges[c], to_tip = join(mesh.tip(h), c);
-      corners_[c] = {{to_tip, join(mesh.apex(h), c)}, false};
+      const Index to_tip = join(rims[c].tip, c);
+      corners_[c] = {{to_tip, join(rims[c].apex, c)}, false};
     }
     are_crowded_ = crowded > 0;
     ends_fans_ = are_crowded_ || inner < side_count;
   }
 
   Array<Latest> latest_;    // of each vertex
+  Array<Index> order_;      // in which the faces of the vertex in turn follow each other
   Array<Corner> corners_;   // of the vertex in turn: as many as it has faces
   Array<Side> sides_;       // and its edges
   bool ends_fans_ = false;  // whether fans begin and end at an edge of it
