@@ -42,9 +42,7 @@ Real mean_edge_length(const Surface<Real>& surface) {
   Real sum = 0;
   Index count = 0;
   for (Index h = 0; h < surface.halfedge_count(); ++h) {
-    bool is_first = true;
-    for (Index t = surface.twin(h); t != h; t = surface.twin(t)) is_first = is_first && h < t;
-    if (!is_first) continue;
+    if (surface.twin(h) > h) continue;  // another half-edge of the edge is its last
     sum += surface.length(h);
     ++count;
   }

@@ -218,8 +218,9 @@ class SparseFactor : public LinearFactor<Scalar> {
     const auto& nodes = dissection_->nodes();
     Array<Value>&x = work.x, &front = work.front;
     front.resize(static_cast<std::size_t>(dissection_->largest_height()) + overhang);
-    for (const auto* node = nodes.end(); node-- != nodes.begin();) {
-      const auto number = nodes.end() - node - 1;
+    for (std::size_t i = nodes.size(); i-- > 0;) {
+      const auto* const node = nodes.data() + i;
+      const auto number = static_cast<std::ptrdiff_t>(nodes.size() - i) - 1;
       if (number % nodes_between<Value> == 0) ask(cancelled, number);
       const Index own = node->own(), height = node->height();
       std::copy(x.data() + node->begin, x.data() + node->end, front.data());

@@ -5,28 +5,77 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <numbers>
-#include <utility>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/prefetch.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight::detail {
+
+/// The sum of angles from 0 to pi, each that of a vector with the x axis: as a number of half turns
+/// and a vector at the angle that is left, by products of complex numbers alone.
+template <std::floating_point Real>
+class AngleSum {
+ public:
+  /// The vector's y is not negative, and its numbers are those of lengths.
+  void add(const Vec2<Real>& side) {
+    const bool are_obtuse = (x_ < 0) & (side.x() < 0);
+    const Real x = x_ * side.x() - y_ * side.y(), y = x_ * side.y() + y_ * side.x();
+    // What two obtuse angles make is beyond pi, though it may be 2 pi but for rounding. (Bits are
+    // joined by `&` and `|`, for which way it goes cannot be foreseen.)
+    set(x, y, are_obtuse | is_beyond_half_turn(x, y));
+    if (is_beyond_half_turn(x_, y_)) [[unlikely]]
+      set(x_, y_, true);
+    const Real size = std::fabs(x_) + y_;
+    if (!(size > smallest && size < 1 / smallest)) [[unlikely]] {
+      const Real scale = size < 1 ? 1 / smallest : smallest;
+      set(scale * x_, scale * y_, false);
+    }
+  }
+
+  /// Whether the angles sum to more than so many half turns and an angle less than a right one, of
+  /// which the tangent is given.
+  [[nodiscard]] bool exceeds(int half_turns, Real tangent) const {
+    if (half_turns_ != half_turns) return half_turns_ > half_turns;
+    return x_ <= 0 || y_ > tangent * x_;
+  }
+
+ private:
+  static constexpr Real smallest = 0x1p-300;
+
+  static bool is_beyond_half_turn(Real x, Real y) { return (y < 0) | ((y == 0) & (x < 0)); }
+  void set(Real x, Real y, bool is_turned) {
+    const Real sign = 1 - 2 * is_turned;
+    half_turns_ += is_turned;
+    x_ = sign * x;
+    y_ = sign * y;
+  }
+
+  Real x_ = 1, y_ = 0;
+  int half_turns_ = 0;
+};
 
 /// Every face laid flat, once per half-edge: the half-edge's origin at (0, 0), its tip at
 /// (length, 0) and the apex at `apex(h)`, whose y is not negative.
 template <std::floating_point Real>
 class PlanarFaces {
  public:
-  explicit PlanarFaces(const Surface<Real>& surface) {
-    const Index faces = surface.face_count();
-    apex_.resize(static_cast<std::size_t>(surface.halfedge_count()));
-    for (Index f = 0; f < faces; ++f) lay_flat(surface, 3 * f);
-    for (Index h = 0; h < surface.halfedge_count(); ++h) {
-      longest_edge_ = std::max(longest_edge_, surface.length(h));
+  explicit PlanarFaces(const Surface<Real>& surface)
+      : apex_(static_cast<std::size_t>(surface.halfedge_count())) {
+    Array<Neighbourhood> around(static_cast<std::size_t>(surface.vertex_count()));
+    for (Index f = 0; f < surface.face_count(); ++f) {
+      for (const Index v : surface.face(std::min(f + faces_ahead, surface.face_count() - 1))) {
+        prefetch(&around[v], sizeof(Neighbourhood));
+        prefetch(&surface.position(v), sizeof(Vec3<Real>));
+      }
+      lay_flat(surface, 3 * f);
+      for (Index h = 3 * f; h < 3 * f + 3; ++h) count(surface, h, around);
     }
-    classify_vertices(surface);
+    bends_.reserve_for_all(around.size());
+    for (Index v = 0; v < surface.vertex_count(); ++v) {
+      bends_.push_back(classified(surface, v, around[v]));
+    }
   }
 
   [[nodiscard]] const Vec2<Real>& apex(Index h) const { return apex_[h]; }
@@ -64,67 +113,71 @@ class PlanarFaces {
   [[nodiscard]] bool bends_at(Index vertex) const { return bends_[vertex] >= Bend::saddle; }
 
  private:
+  // About so many faces pass while memory answers.
+  static constexpr Index faces_ahead = 8;
+
   // Paths round a saddle of less excess angle than this are found without windows of its own: they
   // are longer than those of the neighbouring windows by half its square at most, relative.
   static constexpr Real smallest_excess = 1e-11;
-  // A tip's angles sum to less than this, in radians; much less than pi.
-  static constexpr Real sharpest = 1;
+  // A tip's angles sum to less than that of this tangent, 1 radian: much less than pi.
+  static constexpr Real sharpest = 1.557;
 
   void lay_flat(const Surface<Real>& surface, Index first) {
+    const auto [a, b, c] = surface.face(Surface<Real>::face_of(first));
+    const Vec3<Real>&p = surface.position(a), &q = surface.position(b), &r = surface.position(c);
+    const std::array<Vec3<Real>, 3> ways{q - p, r - q, p - r};
+    const std::array<Real, 3> lengths{surface.length(first), surface.length(first + 1),
+                                      surface.length(first + 2)};
     // The area from the two shorter edges: its rounding error is proportional to their product.
-    std::array<Index, 3> by_length{first, first + 1, first + 2};
-    const auto order = [&](Index& a, Index& b) {
-      if (surface.length(b) < surface.length(a)) std::swap(a, b);
-    };
-    order(by_length[0], by_length[1]);
-    order(by_length[1], by_length[2]);
-    order(by_length[0], by_length[1]);
-    const Real doubled_area =
-        stable_norm(cross(vector(surface, by_length[0]), vector(surface, by_length[1])));
-    for (Index h = first; h < first + 3; ++h) {
-      const Real length = surface.length(h);
+    const auto longest = static_cast<std::size_t>(std::max_element(lengths.begin(), lengths.end()) -
+                                                  lengths.begin());
+    const Real doubled_area = stable_norm(cross(ways[(longest + 1) % 3], ways[(longest + 2) % 3]));
+    longest_edge_ = std::max(longest_edge_, lengths[longest]);
+    const std::array<Real, 3> dots{dot(ways[0], ways[1]), dot(ways[1], ways[2]),
+                                   dot(ways[2], ways[0])};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t next = (k + 1) % 3, previous = (k + 2) % 3;
+      Vec2<Real>& apex = apex_[first + static_cast<Index>(k)];
+      const Real length = lengths[k];
       if (length == 0) {
-        apex_[h] = {surface.length(Surface<Real>::previous(h)), 0};
+        apex = {lengths[previous], 0};
         continue;
       }
-      const Vec3<Real> along = vector(surface, h) / length;
-      const Index next = Surface<Real>::next(h), previous = Surface<Real>::previous(h);
-      // From the nearer end, so that the error is proportional to the distance from there.
-      const Real x = surface.length(previous) < surface.length(next)
-                         ? -dot(along, vector(surface, previous))
-                         : length + dot(along, vector(surface, next));
-      apex_[h] = {x, doubled_area / length};
+      // From the nearer end, so that the error is proportional to the distance from there. (Both
+      // ways are gone, for which is the nearer cannot be foreseen.)
+      const Real from_tip = length + dots[k] / length, from_origin = -dots[previous] / length;
+      const Real x = lengths[previous] < lengths[next] ? from_origin : from_tip;
+      apex = {x, doubled_area / length};
     }
   }
 
-  static Vec3<Real> vector(const Surface<Real>& surface, Index h) {
-    const Vec3<Real>& origin = surface.position(surface.origin(h));
-    const Vec3<Real>& tip = surface.position(surface.tip(h));
-    return tip - origin;
-  }
-
-  void classify_vertices(const Surface<Real>& surface) {
-    const Index count = surface.vertex_count();
-    bends_.resize(static_cast<std::size_t>(count));
-    for (Index v = 0; v < count; ++v) bends_[v] = classify(surface, v);
-  }
-
-  [[nodiscard]] Bend classify(const Surface<Real>& surface, Index vertex) const {
-    const auto corners = surface.corners(vertex);
-    if (corners.empty()) return Bend::none;
-    Real sum = 0;
+  // What is round a vertex.
+  struct Neighbourhood {
+    AngleSum<Real> angles;
     Index border_edges = 0;
-    for (const Index out : corners) {
-      for (const Index h : {out, Surface<Real>::previous(out)}) {
-        if (surface.length(h) == 0 || !surface.is_manifold(h)) return Bend::any;
-        border_edges += surface.is_border(h);
-      }
-      sum += angle(out);
+    bool has_odd_edge = false;  // one without length or of three faces or more
+  };
+
+  void count(const Surface<Real>& surface, Index h, Array<Neighbourhood>& around) const {
+    Neighbourhood &origin = around[surface.origin(h)], &tip = around[surface.tip(h)];
+    origin.angles.add(apex_[h]);
+    if (surface.is_border(h)) {
+      ++origin.border_edges;
+      ++tip.border_edges;
     }
-    if (border_edges > 2 || fan_size(surface, vertex) < std::ssize(corners)) return Bend::any;
-    const Real flat = border_edges > 0 ? std::numbers::pi : 2 * std::numbers::pi;
-    if (border_edges == 0 && sum < sharpest) return Bend::tip;
-    return sum > flat + smallest_excess ? Bend::saddle : Bend::none;
+    if (surface.length(h) == 0 || !surface.is_manifold(h)) {
+      origin.has_odd_edge = tip.has_odd_edge = true;
+    }
+  }
+
+  static Bend classified(const Surface<Real>& surface, Index vertex, const Neighbourhood& around) {
+    const auto corners = std::ssize(surface.corners(vertex));
+    if (corners == 0) return Bend::none;
+    const bool is_plain = !around.has_odd_edge && around.border_edges <= 2;
+    if (!is_plain || fan_size(surface, vertex) < corners) return Bend::any;
+    const bool is_inner = around.border_edges == 0;
+    if (is_inner && !around.angles.exceeds(0, sharpest)) return Bend::tip;
+    return around.angles.exceeds(is_inner ? 2 : 1, smallest_excess) ? Bend::saddle : Bend::none;
   }
 
   // Faces reached from a vertex's first corner by turning round the vertex both ways.
