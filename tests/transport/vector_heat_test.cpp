@@ -194,6 +194,54 @@ TEST_CASE("extend: a constant stays, values stay in range and near their vertice
   }
 }
 
+TEST_CASE("extend and transport keep in range where corners of the border are obtuse") {
+  Mesh<double> triangle;
+  triangle.positions = {{0, 0, 0}, {2, 0, 0}, {1, 0.5, 0}};
+  triangle.faces = {{0, 1, 2}};
+  const std::vector<Index> vertices{0, 2};
+  const std::vector<double> values{0, 1};
+  for (const double time : {1.0, 0.1, 0.03, 0.01}) {
+    CAPTURE(time);
+    const VectorHeatSolver solver(triangle, {.time_factor = time});
+    for (const double x : solver.extend(vertices, values)) {
+      CHECK(x >= 0);
+      CHECK(x <= 1);
+    }
+    const std::vector<VectorSource<double>> sources{{vertex_point<double>(0), {1, 0, 0}},
+                                                    {vertex_point<double>(2), {2, 0, 0}}};
+    for (const auto& v : solver.transport(sources)) {
+      CHECK(v.norm() >= 1 - 1e-14);
+      CHECK(v.norm() <= 2 + 1e-14);
+    }
+  }
+}
+
+TEST_CASE("vectors and values of any size are carried alike") {
+  const auto sphere = icosphere<double>(2);
+  const VectorHeatSolver solver(sphere);
+  const std::vector<Index> vertices{0, 5};
+  const auto extended = solver.extend(vertices, std::vector<double>{1, 2});
+  const auto carried = solver.transport(0, Vec(0.3, 0.5, 0.7));
+  for (const double scale : {1e-300, 1e-30, 1e36, 1e38, 1e200, 1e307}) {
+    CAPTURE(scale);
+    const auto values = solver.extend(vertices, std::vector<double>{scale, 2 * scale});
+    const auto vectors = solver.transport(0, scale * Vec(0.3, 0.5, 0.7));
+    for (std::size_t v = 0; v < values.size(); ++v) {
+      CHECK(values[v] / scale == doctest::Approx(extended[v]).epsilon(1e-12));
+      // (Opposite the source, ways from all sides cancel.)
+      if ((at(sphere, v) + at(sphere, 0)).norm() < 1e-12) continue;
+      CHECK((vectors[v] / scale - carried[v]).norm() < 1e-12);
+    }
+  }
+  CHECK_THROWS_AS((void)solver.extend(std::vector<Index>{3, 3}, std::vector<double>{1e308, 1e308}),
+                  InvalidInput);
+  const VectorHeatSolver<float> single(sphere);
+  for (const float x : single.extend(vertices, std::vector<float>{1e38f, 2e38f})) {
+    CHECK(x >= 1e38f);
+    CHECK(x <= 2e38f);
+  }
+}
+
 TEST_CASE("parts out of reach are zero, infinite or not a number, as documented") {
   const std::vector<Mesh<double>> parts{icosphere<double>(1), grid<double>(2, 2)};
   auto mesh = joined<double>(parts);

@@ -210,6 +210,8 @@ class VectorHeatSolver {
                       ", which is not finite");
       value_load[vertices[k]] += Real{values[k]};
       share_load[vertices[k]] += 1;
+      detail::require(std::isfinite(value_load[vertices[k]]), "the values of vertex ", vertices[k],
+                      " sum to ", value_load[vertices[k]]);
     }
     const auto extended = ratio(value_load, share_load, asked_in_query());
     std::vector<T> result(extended.size());
@@ -466,6 +468,8 @@ class VectorHeatSolver {
   }
 
   // Quotient of two heat flows: a mean of value / share, weighted by nearness. NaN where no heat.
+  // Never outside the range of what it is a mean of, where obtuse corners of the border, whose
+  // weights are negative, would take it.
   [[nodiscard]] detail::Array<Real> ratio(const detail::Array<Real>& values,
                                           const detail::Array<Real>& shares,
                                           const CancelHook& cancelled) const {
@@ -476,11 +480,18 @@ class VectorHeatSolver {
         detail::heat_flow(system.heat, factor, values, reached, cancelled.part(0.5, 0.75));
     const auto below =
         detail::heat_flow(system.heat, factor, shares, reached, cancelled.part(0.75, 1));
+    Real least = unreachable<Real>, most = -unreachable<Real>;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (shares[v] == 0) continue;
+      least = std::min(least, values[v] / shares[v]);
+      most = std::max(most, values[v] / shares[v]);
+    }
     detail::Array<Real> result(values.size(), std::numeric_limits<Real>::quiet_NaN());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (below.value[v] == 0) continue;
-      result[v] =
+      const Real mean =
           std::ldexp(above.value[v] / below.value[v], above.exponent[v] - below.exponent[v]);
+      result[v] = std::clamp(mean, least, most);
     }
     return result;
   }

@@ -59,6 +59,9 @@ class HeatFlow {
 
  private:
   static constexpr Index top = 900;  // start from 2^top, to decay the further
+  // A load up to 2^most_load needs no scaling of its own: so far from the largest number the sums
+  // of a solve stay.
+  static constexpr Index most_load = 100;
 
   [[nodiscard]] bool start_anew();
 
@@ -66,7 +69,7 @@ class HeatFlow {
   Array<Scalar> u_, everywhere_;
   ScaledField<Scalar> result_;
   Array<char> open_, inside_;
-  Index exponent_ = -top;
+  Index exponent_ = 0;
   double done_ = 0;
 };
 
@@ -75,16 +78,19 @@ void HeatFlow<Scalar>::begin(const SymmetricMatrix<Scalar>& matrix, const Array<
                              const Array<char>& reached) {
   matrix_ = &matrix;
   u_ = load;
+  double largest = 1;
+  for (const Scalar& x : load) largest = std::max(largest, magnitude(x));
+  const Index lift = top - std::max(0, std::ilogb(largest) - most_load);
   for (Scalar& x : u_) {
-    if (x != Scalar(0)) x = scaled(x, top);
+    if (x != Scalar(0)) x = scaled(x, lift);
   }
   result_.value.assign(load.size(), Scalar(0));
-  result_.exponent.assign(load.size(), -top);
+  result_.exponent.assign(load.size(), -lift);
   result_.unknown = 0;
   result_.has_one_exponent = true;
   open_ = reached;
   inside_.clear();
-  exponent_ = -top;
+  exponent_ = -lift;
   done_ = 0;
 }
 
