@@ -1,5 +1,11 @@
 #include "gelight/geodesic/fast_marching.hpp"
 
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <random>
+#include <utility>
+
 #include "support/marching_cases.hpp"
 
 using namespace gelight;
@@ -112,4 +118,47 @@ TEST_CASE("below the straight line by rounding alone, which grows with the lengt
     MESSAGE("stretched " << stretch << ": " << below << " below");
     CHECK(below < most);
   }
+}
+
+// Corners of a face that lies on a line say nothing of where a wave crosses it.
+TEST_CASE("caps without area, on both sides of a flat sheet's edges, take no distance away") {
+  std::mt19937 random(5);
+  int caps = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const double height = trial % 3 == 0 ? 0 : std::pow(10.0, -1.0 - trial % 14);
+    auto mesh = grid<double>(7, 7, 1.0, 1.0);
+    const auto faces = std::exchange(mesh.faces, {});
+    for (const auto& face : faces) {
+      if (random() % 3 != 0) {
+        mesh.faces.push_back(face);
+        continue;
+      }
+      // A vertex on the first edge, or but a little inside the face.
+      const double t = 0.25 * (1 + static_cast<double>(random() % 3));
+      const auto middle = static_cast<Index>(mesh.positions.size());
+      std::array<double, 3> p{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto at = [&](std::size_t c) {
+          return mesh.positions[static_cast<std::size_t>(face[c])][k];
+        };
+        p[k] = (1 - height) * ((1 - t) * at(0) + t * at(1)) + height * at(2);
+      }
+      mesh.positions.push_back(p);
+      mesh.faces.push_back({face[0], middle, face[2]});
+      mesh.faces.push_back({middle, face[1], face[2]});
+      mesh.faces.push_back({face[0], face[1], middle});
+      ++caps;
+    }
+    CAPTURE(trial);
+    const auto source = static_cast<Index>(random() % mesh.positions.size());
+    const auto& s = mesh.positions[static_cast<std::size_t>(source)];
+    const auto found = FastMarchingSolver(mesh).distance(source);
+    for (std::size_t v = 0; v < found.size(); ++v) {
+      const auto& p = mesh.positions[v];
+      const double straight = std::hypot(p[0] - s[0], p[1] - s[1]);
+      CHECK(found[v] >= straight * (1 - 1e-6));
+      CHECK(found[v] <= straight * 1.1 + 1e-12);
+    }
+  }
+  CHECK(caps > 1000);
 }

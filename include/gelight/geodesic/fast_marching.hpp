@@ -144,8 +144,8 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // edge in front of the place where waves meet has ends behind it by up to two of their edges.
   static constexpr double most_delay_in_edges = 2;
 
-  // About so many half-edges pass while memory answers.
-  static constexpr Index halfedges_ahead = 24;
+  // Faces of less than this share of the longer edge's square may have no area, more may not.
+  static constexpr double thin = 1e-3;
 
   // By how much, as a share of the edge's square, rounding may put a place on the edge before it.
   static constexpr double on_edge = 1e-14;
@@ -283,7 +283,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
         Spoke spoke{end, false, Faces::root(detail::sum_of_squares(way)), {no_face, 0}};
         if (corner >= 0) {
           Spoke& before = spokes_.back();
-          spoke.between = {dot(way_before, way), norm(cross(way_before, way))};
+          spoke.between = corner_between(way_before, before.length, way, spoke.length);
           before.is_obtuse |= is_obtuse_at_end(before, spoke.between);
           spoke.is_obtuse = is_obtuse_at_end(spoke, spoke.between);
           sum += spoke.length;
@@ -298,6 +298,19 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     most_delay_ = most_delay_in_edges * sum / (3.0 * mesh.face_count());
     step_ = short_length.length();
     return sum > 0 || !mesh.any_edge_is_long();
+  }
+
+  // The corner between two edges that go such ways. What a face without area tells is rounding's:
+  // it is given some.
+  static Corner corner_between(const Vec3<Real>& one, double one_length, const Vec3<Real>& other,
+                               double other_length) {
+    const double double_area = norm(cross(one, other));
+    const double longer = std::max(one_length, other_length);
+    if (double_area > thin * longer * longer) return {dot(one, other), double_area};
+    const double third = Faces::root(detail::sum_of_squares(other - one));
+    const auto [x1, x2, y2] =
+        detail::laid_out(detail::mollified({one_length, third, other_length}, 1));
+    return {x1 * x2, x1 * y2};
   }
 
   static bool is_obtuse_at_end(const Spoke& side, const Corner& corner) {

@@ -59,9 +59,6 @@ class HeatFlow {
 
  private:
   static constexpr Index top = 900;  // start from 2^top, to decay the further
-  // A load up to 2^most_load needs no scaling of its own: so far from the largest number the sums
-  // of a solve stay.
-  static constexpr Index most_load = 100;
 
   [[nodiscard]] bool start_anew();
 
@@ -80,7 +77,7 @@ void HeatFlow<Scalar>::begin(const SymmetricMatrix<Scalar>& matrix, const Array<
   u_ = load;
   double largest = 1;
   for (const Scalar& x : load) largest = std::max(largest, magnitude(x));
-  const Index lift = top - std::max(0, std::ilogb(largest) - most_load);
+  const Index lift = top - std::ilogb(largest);
   for (Scalar& x : u_) {
     if (x != Scalar(0)) x = scaled(x, lift);
   }

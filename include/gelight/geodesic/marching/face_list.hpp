@@ -155,7 +155,7 @@ class FaceList {
   /// Whether the ends of an edge are not at one place, however near they are.
   [[nodiscard, gnu::cold, gnu::noinline]] bool any_edge_is_long() const {
     for (Index h = 0; h < static_cast<Index>(vertices_.size()); ++h) {
-      if (positions_[origin(h)] != positions_[tip(h)]) return true;
+      if (largest_part(positions_[tip(h)] - positions_[origin(h)]) != 0) return true;
     }
     return false;
   }

@@ -23,9 +23,9 @@ class MinimumDegree {
   /// Which unknowns it eliminates; those kept for later count as neighbours, those left out do not.
   enum class Role : char { eliminated, later, left_out };
 
-  MinimumDegree(const Neighbours& neighbours, Array<Role> roles, const CancelHook& cancelled)
-      : roles_(std::move(roles)) {
-    set_up(neighbours);
+  MinimumDegree(const Neighbours& neighbours, const Array<Role>& roles, const CancelHook& cancelled)
+      : unknowns_(roles.size()) {
+    set_up(neighbours, roles);
     const Index whole = to_eliminate_;
     for (Index step = 0; to_eliminate_ > 0; ++step) {
       if (step % steps_between_polls == 0) {
@@ -48,35 +48,41 @@ class MinimumDegree {
     Index elements = 0;  // how many of an unknown's list are elements
   };
 
-  void set_up(const Neighbours& neighbours) {
+  // An unknown, or the element that it became. (All in one place: they are asked for in no order.)
+  struct Unknown {
+    List list;
+    Index weight = 1;  // how many go together as one, 0 of the others of these
+    Index degree = 0;  // at most how many depend on it; of an element, its members' weight
+    Index before = -1, after = -1;  // among those of its degree
+    Role role{};
+    std::ptrdiff_t outside = 0;  // of an element
+  };
+
+  void set_up(const Neighbours& neighbours, const Array<Role>& roles) {
     const auto count = static_cast<std::size_t>(neighbours.size());
-    lists_.resize(count);
-    weight_.assign(count, 1);
-    degree_.assign(count, 0);
-    outside_.assign(count, 0);
     marks_.assign(count, 0);
     first_of_degree_.assign(count + 1, -1);
-    before_.assign(count, -1);
-    after_.assign(count, -1);
     next_in_group_.assign(count, -1);
     last_in_group_.resize(count);
     left_ = 0;
     for (Index v = 0; v < neighbours.size(); ++v) {
+      Unknown& unknown = unknowns_[v];
       last_in_group_[v] = v;
-      lists_[v].begin = static_cast<Index>(entries_.size());
-      if (roles_[v] == Role::left_out) {
-        weight_[v] = 0;
+      unknown.role = roles[v];
+      unknown.list.begin = static_cast<Index>(entries_.size());
+      if (roles[v] == Role::left_out) {
+        unknown.weight = 0;
         continue;
       }
       ++left_;
       for (const auto& n : neighbours.of(v)) {
-        const Role other = roles_[n.unknown];
+        const Role other = roles[n.unknown];
         // Between two that are kept for later nobody looks.
-        if (other == Role::left_out || (other == Role::later && roles_[v] == Role::later)) continue;
+        if (other == Role::left_out || (other == Role::later && roles[v] == Role::later)) continue;
         entries_.push_back(n.unknown);
       }
-      lists_[v].size = degree_[v] = static_cast<Index>(entries_.size()) - lists_[v].begin;
-      if (roles_[v] != Role::eliminated) continue;
+      unknown.list.size = unknown.degree = static_cast<Index>(entries_.size()) - unknown.list.begin;
+      if (roles[v] != Role::eliminated) continue;
       ++to_eliminate_;
       put_by_degree(v);
     }
@@ -85,20 +91,20 @@ class MinimumDegree {
   // Unknowns of a degree are in a doubly linked list.
   ///@{
   void put_by_degree(Index v) {
-    Index& first = first_of_degree_[degree_[v]];
-    before_[v] = -1;
-    after_[v] = first;
-    if (first >= 0) before_[first] = v;
+    Index& first = first_of_degree_[unknowns_[v].degree];
+    unknowns_[v].before = -1;
+    unknowns_[v].after = first;
+    if (first >= 0) unknowns_[first].before = v;
     first = v;
-    least_ = std::min(least_, degree_[v]);
+    least_ = std::min(least_, unknowns_[v].degree);
   }
   void take_from_degree(Index v) {
-    if (before_[v] >= 0) {
-      after_[before_[v]] = after_[v];
+    if (unknowns_[v].before >= 0) {
+      unknowns_[unknowns_[v].before].after = unknowns_[v].after;
     } else {
-      first_of_degree_[degree_[v]] = after_[v];
+      first_of_degree_[unknowns_[v].degree] = unknowns_[v].after;
     }
-    if (after_[v] >= 0) before_[after_[v]] = before_[v];
+    if (unknowns_[v].after >= 0) unknowns_[unknowns_[v].after].before = unknowns_[v].before;
   }
   Index take_least() {
     while (first_of_degree_[least_] < 0) ++least_;
@@ -108,10 +114,10 @@ class MinimumDegree {
   }
   ///@}
 
-  [[nodiscard]] bool is_later(Index v) const { return roles_[v] == Role::later; }
+  [[nodiscard]] bool is_later(Index v) const { return unknowns_[v].role == Role::later; }
   [[nodiscard]] std::span<Index> members(Index element) {
-    return {entries_.data() + lists_[element].begin,
-            static_cast<std::size_t>(lists_[element].size)};
+    return {entries_.data() + unknowns_[element].list.begin,
+            static_cast<std::size_t>(unknowns_[element].list.size)};
   }
 
   void eliminate(Index pivot) {
@@ -119,7 +125,7 @@ class MinimumDegree {
     measure_outside(pivot);
     candidates_.clear();
     for (const Index v : members(pivot)) shorten_list(v, pivot);
-    largest_ = std::max(largest_, degree_[pivot]);
+    largest_ = std::max(largest_, unknowns_[pivot].degree);
     stamp_ += largest_;
     merge_alike();
     groups_.push_back(pivot);
@@ -128,16 +134,16 @@ class MinimumDegree {
 
   // Joins the elements of a pivot and its neighbours; weights are negative while they are members.
   void make_element(Index pivot) {
-    const List from = lists_[pivot];
-    to_eliminate_ -= weight_[pivot];
-    left_ -= weight_[pivot];
-    weight_[pivot] = 0;
+    const List from = unknowns_[pivot].list;
+    to_eliminate_ -= unknowns_[pivot].weight;
+    left_ -= unknowns_[pivot].weight;
+    unknowns_[pivot].weight = 0;
     const auto begin = static_cast<Index>(entries_.size());
     Index total = 0;
     const auto add = [&](Index v) {
-      if (weight_[v] <= 0) return;
-      total += weight_[v];
-      weight_[v] = -weight_[v];
+      if (unknowns_[v].weight <= 0) return;
+      total += unknowns_[v].weight;
+      unknowns_[v].weight = -unknowns_[v].weight;
       entries_.push_back(v);
       if (!is_later(v)) take_from_degree(v);
     };
@@ -147,25 +153,25 @@ class MinimumDegree {
         add(other);
         continue;
       }
-      if (outside_[other] < 0) continue;
-      const List joined = lists_[other];
+      if (unknowns_[other].outside < 0) continue;
+      const List joined = unknowns_[other].list;
       for (Index m = 0; m < joined.size; ++m) add(entries_[joined.begin + m]);
-      outside_[other] = gone;
+      unknowns_[other].outside = gone;
     }
-    lists_[pivot] = {begin, static_cast<Index>(entries_.size()) - begin, 0};
-    degree_[pivot] = total;
-    outside_[pivot] = 0;
+    unknowns_[pivot].list = {begin, static_cast<Index>(entries_.size()) - begin, 0};
+    unknowns_[pivot].degree = total;
+    unknowns_[pivot].outside = 0;
   }
 
   // For each element that shares members with the new one: stamp_ and the weight of its others.
   void measure_outside(Index pivot) {
     for (const Index v : members(pivot)) {
-      const Index* const list = entries_.data() + lists_[v].begin;
-      for (Index k = 0; k < lists_[v].elements; ++k) {
-        std::ptrdiff_t& outside = outside_[list[k]];
+      const Index* const list = entries_.data() + unknowns_[v].list.begin;
+      for (Index k = 0; k < unknowns_[v].list.elements; ++k) {
+        std::ptrdiff_t& outside = unknowns_[list[k]].outside;
         if (outside == gone) continue;
-        if (outside < stamp_) outside = stamp_ + degree_[list[k]];
-        outside += weight_[v];
+        if (outside < stamp_) outside = stamp_ + unknowns_[list[k]].degree;
+        outside += unknowns_[v].weight;
       }
     }
   }
@@ -173,16 +179,17 @@ class MinimumDegree {
   // Puts the new element in a member's list in place of what it makes superfluous there. What
   // depends on nothing else is eliminated at once.
   void shorten_list(Index v, Index pivot) {
-    List& list = lists_[v];
+    Unknown& member = unknowns_[v];
+    List& list = member.list;
     Index* const entries = entries_.data() + list.begin;
     Index degree = 0, kept = 0;
     std::size_t hash = 0;
     for (Index k = 0; k < list.elements; ++k) {
       const Index element = entries[k];
-      if (outside_[element] == gone) continue;
-      const auto outside = static_cast<Index>(outside_[element] - stamp_);
+      if (unknowns_[element].outside == gone) continue;
+      const auto outside = static_cast<Index>(unknowns_[element].outside - stamp_);
       if (outside == 0) {
-        outside_[element] = gone;  // the new one has all its members
+        unknowns_[element].outside = gone;  // the new one has all its members
         continue;
       }
       degree += outside;
@@ -192,15 +199,15 @@ class MinimumDegree {
     const Index elements = kept;
     for (Index k = list.elements; k < list.size; ++k) {
       const Index other = entries[k];
-      if (weight_[other] <= 0) continue;
-      degree += weight_[other];
+      if (unknowns_[other].weight <= 0) continue;
+      degree += unknowns_[other].weight;
       hash += static_cast<std::size_t>(other);
       entries[kept++] = other;
     }
     if (kept == 0 && !is_later(v)) {
-      degree_[pivot] += weight_[v];
-      left_ += weight_[v];
-      to_eliminate_ += weight_[v];
+      unknowns_[pivot].degree += unknowns_[v].weight;
+      left_ += unknowns_[v].weight;
+      to_eliminate_ += unknowns_[v].weight;
       join_group(pivot, v);
       return;
     }
@@ -211,12 +218,12 @@ class MinimumDegree {
     list.elements = elements + 1;
     list.size = kept + 1;
     if (is_later(v)) return;
-    degree_[v] = std::min(degree_[v], degree);
+    member.degree = std::min(member.degree, degree);
     candidates_.push_back({hash, v});
   }
 
   void join_group(Index group, Index v) {
-    weight_[v] = 0;
+    unknowns_[v].weight = 0;
     next_in_group_[last_in_group_[group]] = v;
     last_in_group_[group] = last_in_group_[v];
   }
@@ -231,20 +238,20 @@ class MinimumDegree {
       bool is_marked = false;
       for (auto other = first + 1; other != candidates_.end() && other->hash == first->hash;
            ++other) {
-        if (weight_[v] == 0) break;
-        if (weight_[other->unknown] == 0) continue;
+        if (unknowns_[v].weight == 0) break;
+        if (unknowns_[other->unknown].weight == 0) continue;
         if (!is_marked) mark_list(v);
         is_marked = true;
-        if (!is_like_marked(lists_[other->unknown], lists_[v])) continue;
-        weight_[v] += weight_[other->unknown];
+        if (!is_like_marked(unknowns_[other->unknown].list, unknowns_[v].list)) continue;
+        unknowns_[v].weight += unknowns_[other->unknown].weight;
         join_group(v, other->unknown);
       }
     }
   }
   void mark_list(Index v) {
-    const Index* const entries = entries_.data() + lists_[v].begin;
+    const Index* const entries = entries_.data() + unknowns_[v].list.begin;
     ++mark_;
-    for (Index k = 1; k < lists_[v].size; ++k) marks_[entries[k]] = mark_;
+    for (Index k = 1; k < unknowns_[v].list.size; ++k) marks_[entries[k]] = mark_;
   }
   [[nodiscard]] bool is_like_marked(const List& list, const List& marked) const {
     if (list.size != marked.size || list.elements != marked.elements) return false;
@@ -258,15 +265,15 @@ class MinimumDegree {
     Index kept = 0;
     const auto all = members(pivot);
     for (const Index v : all) {
-      if (weight_[v] == 0) continue;
-      weight_[v] = -weight_[v];
+      if (unknowns_[v].weight == 0) continue;
+      unknowns_[v].weight = -unknowns_[v].weight;
       all[static_cast<std::size_t>(kept++)] = v;
       if (is_later(v)) continue;
-      const Index others = degree_[v] + degree_[pivot] - weight_[v];
-      degree_[v] = std::min(others, left_ - weight_[v]);
+      const Index others = unknowns_[v].degree + unknowns_[pivot].degree - unknowns_[v].weight;
+      unknowns_[v].degree = std::min(others, left_ - unknowns_[v].weight);
       put_by_degree(v);
     }
-    lists_[pivot].size = kept;
+    unknowns_[pivot].list.size = kept;
     entries_.keep_until(all.data() + kept);
   }
 
@@ -277,17 +284,13 @@ class MinimumDegree {
     Index unknown;
   };
 
-  Array<Role> roles_;
+  Array<Unknown> unknowns_;
   Array<Index> entries_;  // of all lists
-  Array<List> lists_;     // of each unknown, or of the element that it became
-  Array<Index> weight_;   // how many unknowns go together as one, 0 of the others
-  Array<Index> degree_;   // at most how many depend on it; of an element, its members' weight
-  Array<std::ptrdiff_t> outside_;  // of each element
   std::ptrdiff_t stamp_ = 1;
   Array<std::ptrdiff_t> marks_;  // of what is in the list that is compared with others
   std::ptrdiff_t mark_ = 0;
   Array<Candidate> candidates_;
-  Array<Index> first_of_degree_, before_, after_;
+  Array<Index> first_of_degree_;
   Array<Index> next_in_group_, last_in_group_;
   Array<Index> groups_;
   Index least_ = 0, largest_ = 0;
