@@ -1,5 +1,6 @@
 #include "gelight/geodesic/fast_marching.hpp"
 
+#include <Eigen/Core>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -161,4 +162,39 @@ TEST_CASE("caps without area, on both sides of a flat sheet's edges, take no dis
     }
   }
   CHECK(caps > 1000);
+}
+
+TEST_CASE("a cap without area at the border: ways go round it by its edges") {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int trial = 0; trial < 300; ++trial) {
+    // Turned and moved, so that rounding makes the area what it likes; of whole numbers, too.
+    Eigen::Matrix3d axes;
+    Eigen::Vector3d origin;
+    for (int i = 0; i < 3; ++i) {
+      origin[i] = trial % 2 == 0 ? static_cast<double>(random() % 5) : uniform(random);
+      for (int k = 0; k < 3; ++k) {
+        axes(i, k) = trial % 2 == 0 ? static_cast<double>(random() % 5) - 2 : uniform(random);
+      }
+    }
+    const double middle = 0.25 * (1 + static_cast<double>(random() % 3));
+    const auto at = [&](double x, double y) -> std::array<double, 3> {
+      const Eigen::Vector3d p = origin + axes * Eigen::Vector3d(x, y, 0);
+      return {p[0], p[1], p[2]};
+    };
+    Mesh<double> mesh;
+    mesh.positions = {at(0, 0), at(1, 0), at(0.5 * middle, 1), at(middle, 0)};
+    mesh.faces = {{0, 1, 3}, {0, 3, 2}};
+    const auto length = [&](std::size_t a, std::size_t b) {
+      const auto &p = mesh.positions[a], &q = mesh.positions[b];
+      return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+    };
+    if (length(0, 1) == 0 || length(0, 2) == 0 || length(2, 3) == 0) continue;
+    CAPTURE(trial);
+    const auto found = FastMarchingSolver(mesh).distance(2);
+    // (Where all is on one line ways are along it.)
+    CHECK(found[0] == doctest::Approx(length(2, 0)).epsilon(1e-6));
+    CHECK(found[3] == doctest::Approx(length(2, 3)).epsilon(1e-6));
+    CHECK(found[1] == doctest::Approx(length(2, 3) + length(3, 1)).epsilon(1e-6));
+  }
 }
