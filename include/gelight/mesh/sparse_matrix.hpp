@@ -27,18 +27,27 @@ class SymmetricPattern {
     };
     begin_.assign(static_cast<std::size_t>(mesh.vertex_count) + 1, 1);
     begin_[0] = 0;
-    for (Index h = 0; h < halfedges; ++h) ++begin_[ends(h).first + 1];
+    // An edge of two faces is looked at once; others may come up repeatedly.
+    const auto is_second = [&](Index h) { return mesh.twins[h] >= 0 && mesh.twins[h] < h; };
+    for (Index h = 0; h < halfedges; ++h) {
+      if (!is_second(h)) ++begin_[ends(h).first + 1];
+    }
     std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
     rows_.resize(static_cast<std::size_t>(begin_.back()));
     detail::Array<Index> fill(begin_.begin(), begin_.end() - 1);
     for (Index v = 0; v < mesh.vertex_count; ++v) rows_[fill[v]++] = v;
     for (Index h = 0; h < halfedges; ++h) {
+      if (is_second(h)) continue;
       const auto [low, high] = ends(h);
       rows_[fill[low]++] = high;
     }
     merge_repeated_rows();
     slots_.resize(mesh.origins.size());
     for (Index h = 0; h < halfedges; ++h) {
+      if (is_second(h)) {
+        slots_[h] = slots_[mesh.twins[h]];
+        continue;
+      }
       const auto [low, high] = ends(h);
       const auto row =
           std::lower_bound(rows_.begin() + begin_[low], rows_.begin() + begin_[low + 1], high);
