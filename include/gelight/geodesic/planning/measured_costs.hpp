@@ -7,13 +7,13 @@
 namespace gelight::detail {
 
 inline constexpr PlanCosts measured_costs{
-    .dijkstra = {82, 81, 0.14, 150},
-    .virtual_source = {1200, 560, 0.13, 1100},
-    .fast_marching = {240, 210, 0.02, 310},
-    .exact = {400, 3800, 0.28, 300},
-    .certificate = {0, 1400, 0.16, 140},
-    .paths = {0, 83, -0.56, 10},
-    .sample_share = 0.005,
+    .dijkstra = {84, 73, 0.07, 92},
+    .virtual_source = {730, 370, 0.17, 1100},
+    .fast_marching = {140, 140, 0.13, 340},
+    .exact = {190, 2300, 0.32, 290},
+    .certificate = {0, 1100, 0.14, 140},
+    .paths = {0, 59, -0.15, 10},
+    .sample_share = 0.0085,
 };
 
 }  // namespace gelight::detail
