@@ -77,9 +77,10 @@ TEST_CASE("fans go round vertices in the order of the one-ring, and see faces th
     bool is_sound = true;
     for (Index v = 0; v < faces.vertex_count(); ++v) {
       Ring ring;
-      is_sound &= fans.visit(v, rims.at(v), [&](Index end, Index corner) {
+      is_sound &= fans.visit(v, rims.at(v));
+      for (const auto& [end, corner] : fans.steps()) {
         ring.emplace_back(end, corner < 0 ? corner : corners.at(v)[corner]);
-      });
+      }
       const bool has_twins = faces.has_twins(rims.at(v));
       CHECK(has_twins == faces.has_twins(corners.at(v)));
       is_sound &= !(fans.are_crowded() && has_twins);

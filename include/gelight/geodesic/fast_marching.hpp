@@ -278,7 +278,9 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
       begin_.push_back(static_cast<Index>(spokes_.size()));
       const Vec3<Real> from = mesh.position(v);
       Vec3<Real> way_before(0, 0, 0);
-      const bool is_sound = fans.visit(v, rims, [&](Index end, Index corner) {
+      const bool is_sound = fans.visit(v, rims);
+      if (!is_sound || (fans.are_crowded() && mesh.has_twins(rims))) return false;
+      for (const auto& [end, corner] : fans.steps()) {
         const Vec3<Real> way = mesh.position(end) - from;
         Spoke spoke{end, false, Faces::root(detail::sum_of_squares(way)), {no_face, 0}};
         if (corner >= 0) {
@@ -291,8 +293,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
         }
         spokes_.push_back(spoke);
         way_before = way;
-      });
-      if (!is_sound || (fans.are_crowded() && mesh.has_twins(rims))) return false;
+      }
     }
     begin_.push_back(static_cast<Index>(spokes_.size()));
     most_delay_ = most_delay_in_edges * sum / (3.0 * mesh.face_count());

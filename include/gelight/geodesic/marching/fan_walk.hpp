@@ -21,20 +21,27 @@ class FanWalk {
  public:
   explicit FanWalk(Index vertex_count) : latest_(static_cast<std::size_t>(vertex_count)) {}
 
-  /// Calls `visit(end, corner)` for each edge at a vertex, in order: `end` is the vertex at its
-  /// other end, `corner` the number of the face between this edge and the one before among those of
-  /// the vertex, whose rims are given; -1 at the first edge of a fan. A fan that closes ends with
-  /// its first edge once more. False where two faces have the same three vertices, but for edges of
-  /// three faces and more: those `are_crowded` then.
-  [[nodiscard, gnu::always_inline]] bool visit(Index vertex, Slice<const Rim> rims, auto&& visit) {
-    if (!follow(vertex, rims)) return visit_fans(vertex, rims, visit);
+  /// An edge of a vertex: the vertex at its other end, and the number of the face between this edge
+  /// and the one before among those of the vertex; -1 at the first edge of a fan.
+  struct Step {
+    Index end, corner;
+  };
+
+  /// Goes round a vertex, whose rims are given. False where two faces have the same three vertices,
+  /// but for edges of three faces and more: those `are_crowded` then.
+  [[nodiscard, gnu::always_inline]] bool visit(Index vertex, Slice<const Rim> rims) {
+    step_count_ = 0;
+    if (steps_.size() < 2 * rims.size()) steps_.resize(4 * rims.size());
+    if (!follow(vertex, rims)) return walk_fans(vertex, rims);
     are_crowded_ = false;
-    visit(rims[0].tip, Index{-1});
-    for (const Index corner : order_of(rims)) visit(rims[corner].apex, corner);
     return true;
   }
 
-  /// Whether an edge of the vertex visited last is in three faces or more.
+  /// The edges of the vertex visited last, in order. A fan that closes ends with its first edge
+  /// once more.
+  [[nodiscard]] Slice<const Step> steps() const { return {steps_.data(), step_count_}; }
+
+  /// Whether an edge of that vertex is in three faces or more.
   [[nodiscard]] bool are_crowded() const { return are_crowded_; }
 
  private:
@@ -57,42 +64,40 @@ class FanWalk {
     [[nodiscard]] Index across(Index side) const { return sides[0] ^ sides[1] ^ side; }
   };
 
-  [[nodiscard]] Slice<const Index> order_of(Slice<const Rim> rims) const {
-    return {order_.data(), rims.size()};
-  }
-
-  // Whether each face ends where the next begins, in one fan that closes, as at most vertices: what
-  // comes in which order is known then.
+  // Where each face ends where the next begins, in one fan that closes, as at most vertices.
   [[nodiscard, gnu::always_inline]] bool follow(Index vertex, Slice<const Rim> rims) {
     const auto count = static_cast<Index>(rims.size());
     if (count < 3) return false;
-    if (order_.size() < rims.size()) order_.resize(2 * rims.size());
     Latest* const latest_at = latest_.data();
-    Index* const order = order_.data();
+    Step* const steps = steps_.data();
     for (Index c = 0; c < count; ++c) latest_at[rims[c].tip] = {vertex, c};
+    steps[0] = {rims[0].tip, -1};
     Index corner = 0, followed = 0;
     do {
-      order[followed++] = corner;
-      const Latest& next = latest_at[rims[corner].apex];
+      const Index end = rims[corner].apex;
+      steps[++followed] = {end, corner};
+      const Latest& next = latest_at[end];
       if (next.stamp != vertex) return false;
       corner = next.at;
     } while (corner != 0 && followed < count);
+    step_count_ = static_cast<std::size_t>(count) + 1;
     return corner == 0 && followed == count;
   }
 
   // The same for fans of any kind.
-  [[nodiscard, gnu::noinline]] bool visit_fans(Index vertex, Slice<const Rim> rims, auto& visit) {
+  [[nodiscard, gnu::noinline]] bool walk_fans(Index vertex, Slice<const Rim> rims) {
     link(vertex, rims);
+    step_count_ = 0;
     const auto count = static_cast<Index>(rims.size());
     const Side* const sides = sides_.data();
     Corner* const corners = corners_.data();
     const auto walk = [&](Index corner, Index side) {
-      visit(sides[side].end, Index{-1});
+      steps_[step_count_++] = {sides[side].end, -1};
       while (!corners[corner].is_visited) {
         corners[corner].is_visited = true;
         const Index before = side;
         side = corners[corner].across(side);
-        visit(sides[side].end, corner);
+        steps_[step_count_++] = {sides[side].end, corner};
         if (!sides[side].goes_on()) return true;
         corner = sides[side].across(corner);
         if (corners[corner].across(side) == before) return false;
@@ -142,8 +147,9 @@ class FanWalk {
     ends_fans_ = are_crowded_ || inner < side_count;
   }
 
-  Array<Latest> latest_;    // of each vertex
-  Array<Index> order_;      // in which the faces of the vertex in turn follow each other
+  Array<Latest> latest_;  // of each vertex
+  Array<Step> steps_;     // round the vertex in turn, the first so many
+  std::size_t step_count_ = 0;
   Array<Corner> corners_;   // of the vertex in turn: as many as it has faces
   Array<Side> sides_;       // and its edges
   bool ends_fans_ = false;  // whether fans begin and end at an edge of it
