@@ -270,7 +270,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     const detail::GroupedRims all = mesh.all_rims();
     detail::FanWalk fans(mesh.vertex_count());
     detail::PeriodicCheck progress(cancelled_, mesh.vertex_count(), "the set-up of fast marching");
-    detail::ShortLength short_length;
+    detail::ShortLength<double> short_length;
     double sum = 0;
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
       progress.step();
@@ -289,6 +289,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
           before.is_obtuse |= is_obtuse_at_end(before, spoke.between);
           spoke.is_obtuse = is_obtuse_at_end(spoke, spoke.between);
           sum += spoke.length;
+          if (before.end > v) short_length.count(before.length);
           if (end > v) short_length.count(spoke.length);
         }
         spokes_.push_back(spoke);
@@ -297,8 +298,22 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     }
     begin_.push_back(static_cast<Index>(spokes_.size()));
     most_delay_ = most_delay_in_edges * sum / (3.0 * mesh.face_count());
+    if (sum == 0 && mesh.any_edge_is_long()) return false;
+    collect(short_length);
     step_ = short_length.length();
-    return sum > 0 || !mesh.any_edge_is_long();
+    return true;
+  }
+
+  // The edges that each face knows, of the vertex of lower number.
+  void collect(detail::ShortLength<double>& short_length) const {
+    for (Index v = 0; v + 1 < std::ssize(begin_); ++v) {
+      for (Index s = begin_[v]; s < begin_[v + 1]; ++s) {
+        if (spokes_[s].between.dot == no_face) continue;
+        for (const Index side : {s - 1, s}) {
+          if (spokes_[side].end > v) short_length.collect(spokes_[side].length);
+        }
+      }
+    }
   }
 
   // The corner between two edges that go such ways. What a face without area tells is rounding's:

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/bits.hpp"
-#include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -15,48 +15,66 @@
 
 namespace gelight::detail {
 
-/// About the length that a tenth of the edges fall short of that have one, and no more than it:
-/// what a vertex adds to the distance of the last, on a mesh of edges long and short too.
+/// The length that a tenth of the edges fall short of that have one: about what a vertex adds to
+/// the distance of the last, on a mesh of edges long and short too. All lengths are shown to it
+/// twice.
+template <std::floating_point T>
 class ShortLength {
  public:
-  /// All are to be counted, in any order.
-  void count(double length) {
+  /// The first time.
+  void count(T length) {
     if (!(length > 0)) return;
-    ++counts_[static_cast<std::size_t>(class_of(length) - first_class)];
+    if (all_ == 0) first_class_ = class_of(length) - class_count / 2;
+    ++counts_[place_of(length)];
     ++all_;
   }
 
-  /// What was sought, to four binary digits; 0 where no edge has a length.
-  [[nodiscard]] double length() const {
+  /// The second time, in any order.
+  void collect(T length) {
+    if (lengths_.capacity() == 0) choose();
+    if (length > 0 && place_of(length) == wanted_) lengths_.push_back(length);
+  }
+
+  /// What was sought, 0 where no edge has a length.
+  [[nodiscard]] T length() {
     if (all_ == 0) return 0;
-    std::uint64_t found = first_class;
-    Index rank = all_ / 10;
-    for (const Index count : counts_) {
-      if (rank < count) break;
-      rank -= count;
-      ++found;
-    }
-    return bit_cast<double>(found << class_shift);
+    std::nth_element(lengths_.begin(), lengths_.begin() + rank_, lengths_.end());
+    return lengths_[rank_];
   }
 
  private:
-  // Lengths are told apart by their exponent and four binary digits.
-  static constexpr int class_shift = 48;
-  static constexpr auto class_of = [](double length) {
-    return bit_cast<std::uint64_t>(length) >> class_shift;
-  };
-  static constexpr std::uint64_t first_class = class_of(shortest_length),
-                                 last_class = class_of(4 * largest_coordinate);
+  // Lengths are counted by their exponent and four binary digits, those much longer or shorter than
+  // the first together with the next, and sorted within one such class.
+  static constexpr std::ptrdiff_t class_count = 1024;
 
-  std::array<Index, last_class - first_class + 1> counts_{};
-  Index all_ = 0;
+  static std::ptrdiff_t class_of(T length) {
+    return static_cast<std::ptrdiff_t>(bit_cast<std::uint64_t>(double{length}) >> 48);
+  }
+  [[nodiscard]] std::size_t place_of(T length) const {
+    return static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(class_of(length) - first_class_, 0, class_count - 1));
+  }
+  void choose() {
+    rank_ = all_ / 10;
+    if (all_ > 0) {
+      for (; rank_ >= counts_[wanted_]; ++wanted_) rank_ -= counts_[wanted_];
+    }
+    lengths_.reserve(static_cast<std::size_t>(counts_[wanted_]) + 1);
+  }
+
+  std::array<Index, class_count> counts_{};
+  std::ptrdiff_t first_class_ = 0;
+  Index all_ = 0, rank_ = 0;
+  std::size_t wanted_ = 0;
+  Array<T> lengths_;
 };
 
 /// The same of a surface.
 template <std::floating_point T>
-double short_edge_length(const Surface<T>& surface) {
-  ShortLength sought;
+T short_edge_length(const Surface<T>& surface) {
+  ShortLength<T> sought;
   for (Index h = 0; h < surface.halfedge_count(); ++h) sought.count(surface.length(h));
+  for (Index h = 0; h < surface.halfedge_count(); ++h) sought.collect(surface.length(h));
   return sought.length();
 }
 

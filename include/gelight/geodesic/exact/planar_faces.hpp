@@ -133,8 +133,6 @@ class PlanarFaces {
                                                   lengths.begin());
     const Real doubled_area = stable_norm(cross(ways[(longest + 1) % 3], ways[(longest + 2) % 3]));
     longest_edge_ = std::max(longest_edge_, lengths[longest]);
-    const std::array<Real, 3> dots{dot(ways[0], ways[1]), dot(ways[1], ways[2]),
-                                   dot(ways[2], ways[0])};
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t next = (k + 1) % 3, previous = (k + 2) % 3;
       Vec2<Real>& apex = apex_[first + static_cast<Index>(k)];
@@ -143,10 +141,10 @@ class PlanarFaces {
         apex = {lengths[previous], 0};
         continue;
       }
-      // From the nearer end, so that the error is proportional to the distance from there. (Both
-      // ways are gone, for which is the nearer cannot be foreseen.)
-      const Real from_tip = length + dots[k] / length, from_origin = -dots[previous] / length;
-      const Real x = lengths[previous] < lengths[next] ? from_origin : from_tip;
+      const Vec3<Real> along = ways[k] / length;
+      // From the nearer end, so that the error is proportional to the distance from there.
+      const Real x = lengths[previous] < lengths[next] ? -dot(along, ways[previous])
+                                                       : length + dot(along, ways[next]);
       apex = {x, doubled_area / length};
     }
   }

@@ -139,7 +139,7 @@ class Dissection {
       for (const Index v : separators[s]) roles[v] = Role::later;
     }
     for (const Index v : separators.hubs()) roles[v] = Role::left_out;
-    const MinimumDegree first(neighbours, std::move(roles), cancelled.part(0.3, 1));
+    const MinimumDegree first(neighbours, roles, cancelled.part(0.3, 1));
     Groups groups;
     groups.unknowns.reserve(count);
     groups.group_of.resize(count);

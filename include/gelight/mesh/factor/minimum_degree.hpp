@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <span>
-#include <utility>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/progress.hpp"
