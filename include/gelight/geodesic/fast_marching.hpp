@@ -304,13 +304,15 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     return true;
   }
 
-  // The edges that each face knows, of the vertex of lower number.
+  // Each edge for each of its faces, of the vertex of lower number.
   void collect(detail::ShortLength<double>& short_length) const {
     for (Index v = 0; v + 1 < std::ssize(begin_); ++v) {
       for (Index s = begin_[v]; s < begin_[v + 1]; ++s) {
-        if (spokes_[s].between.dot == no_face) continue;
-        for (const Index side : {s - 1, s}) {
-          if (spokes_[side].end > v) short_length.collect(spokes_[side].length);
+        if (spokes_[s].end < v || !short_length.seeks(spokes_[s].length)) continue;
+        if (spokes_[s].between.dot != no_face) short_length.collect(spokes_[s].length);
+        const bool is_last = s + 1 == begin_[v + 1];
+        if (!is_last && spokes_[s + 1].between.dot != no_face) {
+          short_length.collect(spokes_[s].length);
         }
       }
     }

@@ -29,11 +29,16 @@ class ShortLength {
     ++all_;
   }
 
-  /// The second time, in any order.
-  void collect(T length) {
+  /// The second time, in any order, but for those that are not sought.
+  ///@{
+  [[nodiscard]] bool seeks(T length) {
     if (lengths_.capacity() == 0) choose();
-    if (length > 0 && place_of(length) == wanted_) lengths_.push_back(length);
+    return length > 0 && place_of(length) == wanted_;
   }
+  void collect(T length) {
+    if (seeks(length)) lengths_.push_back(length);
+  }
+  ///@}
 
   /// What was sought, 0 where no edge has a length.
   [[nodiscard]] T length() {
