@@ -143,6 +143,6 @@ TEST_CASE(
   CHECK(bytes_a_vertex<DijkstraSolver<double>>() < 105);
 }
 
-TEST_CASE("fast marching takes less than 380 bytes a vertex from the mesh to its first answer") {
-  CHECK(bytes_a_vertex<FastMarchingSolver<double>>() < 380);
+TEST_CASE("fast marching takes less than 400 bytes a vertex from the mesh to its first answer") {
+  CHECK(bytes_a_vertex<FastMarchingSolver<double>>() < 400);
 }
