@@ -13,7 +13,6 @@
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/periodic_check.hpp"
 #include "gelight/core/pool.hpp"
-#include "gelight/core/prefetch.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
@@ -267,7 +266,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // Goes round all vertices and measures what is round them. False where two faces have the same
   // three vertices, or edges have a length, but none that counts as one.
   [[nodiscard]] bool add_spokes(const Faces& mesh) {
-    const detail::GroupedRims all = mesh.all_rims();
+    const auto all = mesh.all_rims();
     detail::FanWalk fans(mesh.vertex_count());
     detail::PeriodicCheck progress(cancelled_, mesh.vertex_count(), "the set-up of fast marching");
     detail::ShortLength<double> short_length;

@@ -197,7 +197,8 @@ class VectorHeatSolver {
 
   /// Continues values given at some vertices to all others: about that of the nearest one, smoothly
   /// in between, never outside their range. NaN where no path leads. Throws InvalidInput for no
-  /// vertices, another number of values, a value that is not finite, a vertex out of range.
+  /// vertices, another number of values, a value that is not finite, values of one vertex whose sum
+  /// is not, a vertex out of range.
   [[nodiscard]] std::vector<T> extend(std::span<const Index> vertices,
                                       std::span<const T> values) const {
     detail::require(!vertices.empty(), "there is no vertex to extend from");

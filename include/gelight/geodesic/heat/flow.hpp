@@ -75,6 +75,7 @@ void HeatFlow<Scalar>::begin(const SymmetricMatrix<Scalar>& matrix, const Array<
                              const Array<char>& reached) {
   matrix_ = &matrix;
   u_ = load;
+  // From a larger load no higher, so that the sums of a solve have room.
   double largest = 1;
   for (const Scalar& x : load) largest = std::max(largest, magnitude(x));
   const Index lift = top - std::ilogb(largest);

@@ -21,23 +21,14 @@
 
 namespace gelight::detail {
 
-/// Half-edges, numbered as Surface's are, grouped by their origins.
-struct GroupedCorners {
-  Array<Index> halfedges, begin;
-
-  [[nodiscard]] Slice<const Index> at(Index vertex) const {
-    return {halfedges.data() + begin[vertex],
-            static_cast<std::size_t>(begin[vertex + 1] - begin[vertex])};
-  }
-};
-
-/// What each face is to its vertices, grouped by these, in the order of the faces.
-struct GroupedRims {
-  Array<Rim> rims;
+/// What there is for each corner of the faces, grouped by the corners' vertices.
+template <class T>
+struct GroupedByVertex {
+  Array<T> values;
   Array<Index> begin;
 
-  [[nodiscard]] Slice<const Rim> at(Index vertex) const {
-    return {rims.data() + begin[vertex],
+  [[nodiscard]] Slice<const T> at(Index vertex) const {
+    return {values.data() + begin[vertex],
             static_cast<std::size_t>(begin[vertex + 1] - begin[vertex])};
   }
 };
@@ -83,22 +74,22 @@ class FaceList {
   [[nodiscard]] Index apex(Index h) const { return vertices_[Surface<Real>::previous(h)]; }
   ///@}
 
-  /// The half-edges that start at each vertex, in the order of their numbers.
-  [[nodiscard]] GroupedCorners all_corners() const {
-    GroupedCorners made{Array<Index>(vertices_.size()), {}};
-    made.begin = group_corners(vertex_count(), vertices_, made.halfedges.data());
+  /// The half-edges that start at each vertex, numbered as Surface's are, in that order.
+  [[nodiscard]] GroupedByVertex<Index> all_corners() const {
+    GroupedByVertex<Index> made{Array<Index>(vertices_.size()), {}};
+    made.begin = group_corners(vertex_count(), vertices_, made.values.data());
     return made;
   }
 
   /// The edges across from each vertex, in the order of their faces' numbers.
-  [[nodiscard]] GroupedRims all_rims() const {
-    GroupedRims made{Array<Rim>(vertices_.size()), corner_ends(vertex_count(), vertices_)};
+  [[nodiscard]] GroupedByVertex<Rim> all_rims() const {
+    GroupedByVertex<Rim> made{Array<Rim>(vertices_.size()), corner_ends(vertex_count(), vertices_)};
     // From each vertex' end down, so that what began as its end is left as its beginning.
     for (Index f = face_count() - 1; f >= 0; --f) {
       const auto [a, b, c] = face(f);
-      made.rims[--made.begin[a]] = {b, c};
-      made.rims[--made.begin[b]] = {c, a};
-      made.rims[--made.begin[c]] = {a, b};
+      made.values[--made.begin[a]] = {b, c};
+      made.values[--made.begin[b]] = {c, a};
+      made.values[--made.begin[c]] = {a, b};
     }
     return made;
   }
@@ -115,12 +106,6 @@ class FaceList {
                      [&](Index a, Index b) { return are_joined(a, b); });
   }
   ///@}
-
-  /// Lengths of a face's edges.
-  [[nodiscard]] std::array<Real, 3> lengths(Index f) const {
-    const auto [a, b, c] = face(f);
-    return {length(a, b), length(b, c), length(c, a)};
-  }
 
   /// Length of the edge between two vertices, and its square.
   ///@{
@@ -254,7 +239,7 @@ class FaceList {
   }
 
   Lazy<Array<Index>> components_;
-  Lazy<GroupedCorners> corners_;  // for points on edges
+  Lazy<GroupedByVertex<Index>> corners_;  // for points on edges
 };
 
 /// As of a Surface.
