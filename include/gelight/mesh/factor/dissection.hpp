@@ -131,21 +131,17 @@ class Dissection {
 
   static Groups grouped(const Neighbours& neighbours, std::span<const Vec3<Real>> points,
                         const CancelHook& cancelled) {
-    using Role = MinimumDegree::Role;
     const auto count = static_cast<std::size_t>(neighbours.size());
     const Separators<Real> separators(neighbours, points, cancelled.part(0, 0.3));
-    Array<Role> roles(count, Role::eliminated);
-    for (Index s = 0; s < separators.count(); ++s) {
-      for (const Index v : separators[s]) roles[v] = Role::later;
-    }
-    for (const Index v : separators.hubs()) roles[v] = Role::left_out;
-    const MinimumDegree first(neighbours, roles, cancelled.part(0.3, 1));
+    const Array<Index>& order = separators.order();
+    const MinimumDegree first(neighbours, order, separators.parts(), separators.hubs_begin(),
+                              cancelled.part(0.3, 1));
     Groups groups;
     groups.unknowns.reserve(count);
     groups.group_of.resize(count);
     for (const Index group : first.groups()) {
       const auto begin = static_cast<Index>(groups.unknowns.size());
-      for (Index v = group; v >= 0; v = first.next(v)) groups.unknowns.push_back(v);
+      for (Index v = group; v >= 0; v = first.next(v)) groups.unknowns.push_back(order[v]);
       groups.add(begin);
     }
     for (Index s = 0; s < separators.count(); ++s) groups.add(separators[s]);

@@ -17,20 +17,30 @@ namespace gelight::detail {
 ///
 /// What is eliminated becomes an element: the list of unknowns that it joins. An unknown's own list
 /// has first the elements that it is in, then its neighbours that no element joins it to.
+///
+/// An unknown is known by its position in a given order. Parts of it are eliminated one after the
+/// other, so that memory stays near; what is in no part comes later and counts as a neighbour, but
+/// from `hubs_begin` on it does not.
 class MinimumDegree {
  public:
-  /// Which unknowns it eliminates; those kept for later count as neighbours, those left out do not.
-  enum class Role : char { eliminated, later, left_out };
-
-  MinimumDegree(const Neighbours& neighbours, const Array<Role>& roles, const CancelHook& cancelled)
-      : unknowns_(roles.size()) {
-    set_up(neighbours, roles);
-    const Index whole = to_eliminate_;
-    for (Index step = 0; to_eliminate_ > 0; ++step) {
-      if (step % steps_between_polls == 0) {
-        cancelled.check(1 - static_cast<double>(to_eliminate_) / whole, "ordering a matrix");
+  MinimumDegree(const Neighbours& neighbours, const Array<Index>& order, const Array<Range>& parts,
+                Index hubs_begin, const CancelHook& cancelled)
+      : unknowns_(order.size()), left_(hubs_begin) {
+    for (const Range& part : parts) {
+      for (Index v = part.begin; v < part.end; ++v) unknowns_[v].is_later = false;
+    }
+    set_up(neighbours, order, hubs_begin);
+    Index step = 0;
+    for (const Range& part : parts) {
+      for (Index v = part.begin; v < part.end; ++v) put_by_degree(v);
+      to_eliminate_ = part.end - part.begin;
+      while (to_eliminate_ > 0) {
+        if (step++ % steps_between_polls == 0) {
+          cancelled.check(1 - static_cast<double>(left_) / hubs_begin, "ordering a matrix");
+        }
+        eliminate(take_least());
       }
-      eliminate(take_least());
+      least_ = 0;
     }
   }
 
@@ -53,37 +63,28 @@ class MinimumDegree {
     Index weight = 1;  // how many go together as one, 0 of the others of these
     Index degree = 0;  // at most how many depend on it; of an element, its members' weight
     Index before = -1, after = -1;  // among those of its degree
-    Role role{};
+    bool is_later = true;
     std::ptrdiff_t outside = 0;  // of an element
   };
 
-  void set_up(const Neighbours& neighbours, const Array<Role>& roles) {
-    const auto count = static_cast<std::size_t>(neighbours.size());
+  void set_up(const Neighbours& neighbours, const Array<Index>& order, Index hubs_begin) {
+    const std::size_t count = order.size();
     marks_.assign(count, 0);
     first_of_degree_.assign(count + 1, -1);
     next_in_group_.assign(count, -1);
     last_in_group_.resize(count);
-    left_ = 0;
-    for (Index v = 0; v < neighbours.size(); ++v) {
+    Array<Index> position(count);
+    for (Index v = 0; v < std::ssize(order); ++v) position[order[v]] = last_in_group_[v] = v;
+    for (Index v = 0; v < hubs_begin; ++v) {
       Unknown& unknown = unknowns_[v];
-      last_in_group_[v] = v;
-      unknown.role = roles[v];
       unknown.list.begin = static_cast<Index>(entries_.size());
-      if (roles[v] == Role::left_out) {
-        unknown.weight = 0;
-        continue;
-      }
-      ++left_;
-      for (const auto& n : neighbours.of(v)) {
-        const Role other = roles[n.unknown];
+      for (const auto& n : neighbours.of(order[v])) {
+        const Index other = position[n.unknown];
         // Between two that are kept for later nobody looks.
-        if (other == Role::left_out || (other == Role::later && roles[v] == Role::later)) continue;
-        entries_.push_back(n.unknown);
+        if (other >= hubs_begin || (unknown.is_later && unknowns_[other].is_later)) continue;
+        entries_.push_back(other);
       }
       unknown.list.size = unknown.degree = static_cast<Index>(entries_.size()) - unknown.list.begin;
-      if (roles[v] != Role::eliminated) continue;
-      ++to_eliminate_;
-      put_by_degree(v);
     }
   }
 
@@ -113,7 +114,7 @@ class MinimumDegree {
   }
   ///@}
 
-  [[nodiscard]] bool is_later(Index v) const { return unknowns_[v].role == Role::later; }
+  [[nodiscard]] bool is_later(Index v) const { return unknowns_[v].is_later; }
   [[nodiscard]] std::span<Index> members(Index element) {
     return {entries_.data() + unknowns_[element].list.begin,
             static_cast<std::size_t>(unknowns_[element].list.size)};
@@ -293,7 +294,8 @@ class MinimumDegree {
   Array<Index> next_in_group_, last_in_group_;
   Array<Index> groups_;
   Index least_ = 0, largest_ = 0;
-  Index left_ = 0, to_eliminate_ = 0;  // unknowns, with those kept for later and without
+  Index left_;              // unknowns, with those kept for later
+  Index to_eliminate_ = 0;  // of a part
 };
 
 }  // namespace gelight::detail

@@ -11,6 +11,11 @@
 
 namespace gelight::detail {
 
+/// Positions [begin, end) of an order.
+struct Range {
+  Index begin, end;
+};
+
 /// For each unknown of a symmetric matrix, those that an entry joins to it, and the entry.
 class Neighbours {
  public:

@@ -37,6 +37,10 @@ class Separators {
     split(0, hubs_begin_);
   }
 
+  /// All unknowns: those of parts and sets, in an order of elimination, and then the hubs.
+  [[nodiscard]] const Array<Index>& order() const { return order_; }
+  /// Where in the order what the sets part from each other is.
+  [[nodiscard]] const Array<Range>& parts() const { return parts_; }
   /// A set's unknowns part others of earlier sets, or of none.
   ///@{
   [[nodiscard]] Index count() const { return static_cast<Index>(sets_.size()); }
@@ -48,16 +52,13 @@ class Separators {
   [[nodiscard]] std::span<const Index> hubs() const {
     return {order_.data() + hubs_begin_, order_.data() + order_.size()};
   }
+  [[nodiscard]] Index hubs_begin() const { return hubs_begin_; }
 
  private:
   static constexpr Index largest_part = 12800;
   static constexpr Index most_steps = 300;  // from a part's first unknown
   static constexpr Index slices = 512;      // across an axis
   static constexpr Index by_steps = 3;      // a way to rank unknowns, beside the axes
-
-  struct Range {
-    Index begin, end;
-  };
 
   /// Between unknowns of ranks less than one, and others: of those that have a neighbour on the
   /// other side, the low ones or the high ones.
@@ -69,7 +70,10 @@ class Separators {
   };
 
   void split(Index begin, Index end) {
-    if (end - begin <= largest_part && !is_long(begin, end)) return;
+    if (end - begin <= largest_part && !is_long(begin, end)) {
+      parts_.push_back({begin, end});
+      return;
+    }
     cancelled_.check(static_cast<double>(begin) / static_cast<double>(order_.size()),
                      "ordering a matrix");
     Cut cut;
@@ -224,7 +228,7 @@ class Separators {
   Array<Index> rank_;                // of those that are being parted, -1 of others
   Array<Index> met_;                 // by steps
   Array<Index> below_, low_, high_;  // changes from the cut before each rank to that at it
-  Array<Range> sets_;
+  Array<Range> parts_, sets_;
   Index hubs_begin_ = 0;
 };
 
