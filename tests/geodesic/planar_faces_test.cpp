@@ -8,8 +8,12 @@
 #include <vector>
 
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact/faces_near.hpp"
+#include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
+#include "support/hard_meshes.hpp"
 
 using namespace gelight;
 
@@ -137,5 +141,64 @@ TEST_CASE("two fans at a vertex bend paths, however many faces they have") {
     CHECK(Faces(Surface<double>(mesh)).bend(0) == Bend::any);
     mesh.faces.resize(static_cast<std::size_t>(faces));
     CHECK(Faces(Surface<double>(mesh)).bend(0) != Bend::any);
+  }
+}
+
+TEST_CASE("near a point nothing differs from where all faces are laid flat") {
+  test::Random random(11);
+  int compared = 0, left_out = 0;
+  for (int seed = 0; seed < 400; ++seed) {
+    CAPTURE(seed);
+    auto mesh = test::small_random_mesh(seed % 10, random);
+    if (seed % 3 == 0) {
+      for (auto& p : mesh.positions) {
+        for (double& x : p) x = std::round(4 * x) / 4;
+      }
+    }
+    if (seed % 4 == 0) {
+      for (auto& p : mesh.positions) p[2] *= 300;
+    }
+    const Surface<double> surface(mesh);
+    const Faces all(surface);
+    Faces some;
+    detail::WindowPropagation<double> by_all, by_some;
+    // One after the other, for what is laid flat stays so.
+    for (int query = 0; query < 6; ++query) {
+      detail::PropagationLimits<double> limits;
+      limits.distance = all.longest_edge() * std::pow(10, test::uniform(random, -2, 0.5));
+      detail::Array<Source<double>> sources;
+      for (int k = 0; k <= query % 2; ++k) {
+        const auto point = detail::simplified(surface, test::random_point(mesh, random));
+        sources.push_back({point, 0});
+        some.lay_flat_near(surface, point, limits.distance);
+      }
+      by_all.run(surface, all, sources, limits);
+      by_some.run(surface, some, sources, limits);
+      for (Index v = 0; v < surface.vertex_count(); ++v) {
+        if (!(by_all.distances[v] <= limits.distance)) {
+          CHECK(!(by_some.distances[v] <= limits.distance));
+          ++left_out;
+          continue;
+        }
+        CHECK(by_some.distances[v] == by_all.distances[v]);
+        ++compared;
+      }
+    }
+  }
+  CHECK(compared > 10000);
+  CHECK(left_out > 10000);
+}
+
+TEST_CASE("faces near a point are few") {
+  const auto mesh = icosphere(6, 1.0);
+  const Surface<double> surface(mesh);
+  detail::FacesNear<double> near;
+  const double edge = surface.length(0);
+  for (const Index v : {0, 77, 40000}) {
+    near.find(surface, vertex_point<double>(v), 3 * edge);
+    // A disc of equilateral faces, as wide again by one on either side.
+    const double disc = std::numbers::pi * 16 * edge * edge;
+    CHECK(static_cast<double>(near.faces().size()) < 1.5 * disc / (std::sqrt(3) / 4 * edge * edge));
+    CHECK(static_cast<double>(near.faces().size()) > std::numbers::pi * 9 / (std::sqrt(3) / 4));
   }
 }

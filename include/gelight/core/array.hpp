@@ -98,6 +98,14 @@ class Array {
       cut(count);
     }
   }
+  /// The same, but for values that are trivial: those that are new are whatever was there, and
+  /// their memory is not touched.
+  void resize_unwritten(std::size_t count) {
+    static_assert(std::is_trivially_destructible_v<T>);
+    make_room(count);
+    for (T* made = data_ + size_; made < data_ + count; ++made) new (made) T;
+    size_ = count;
+  }
   [[gnu::noinline]] void resize(std::size_t count, const T& value) {
     // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): it may be one of these
     const T kept = value;

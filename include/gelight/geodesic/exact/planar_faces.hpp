@@ -5,11 +5,14 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <utility>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/prefetch.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact/faces_near.hpp"
 #include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
 
 namespace gelight::detail {
 
@@ -61,6 +64,9 @@ class AngleSum {
 template <std::floating_point Real>
 class PlanarFaces {
  public:
+  /// Lays none flat yet: `lay_flat_near` does those that are needed.
+  PlanarFaces() = default;
+  /// Lays all flat.
   explicit PlanarFaces(const Surface<Real>& surface)
       : apex_(static_cast<std::size_t>(surface.halfedge_count())) {
     Array<Neighbourhood> around(static_cast<std::size_t>(surface.vertex_count()));
@@ -75,6 +81,22 @@ class PlanarFaces {
     bends_.reserve_for_all(around.size());
     for (Index v = 0; v < surface.vertex_count(); ++v) {
       bends_.push_back(classified(surface, v, around[v]));
+    }
+  }
+
+  /// Lays all faces flat that paths from a point come to within a distance, and those round them;
+  /// of a surface that has to be the same each time. Takes as long as there are such faces, and
+  /// touches no memory of others but for two bytes of each.
+  void lay_flat_near(const Surface<Real>& surface, const SurfacePoint<Real>& point, Real distance) {
+    apex_.resize_unwritten(static_cast<std::size_t>(surface.halfedge_count()));
+    bends_.resize_unwritten(static_cast<std::size_t>(surface.vertex_count()));
+    is_flat_.resize(static_cast<std::size_t>(surface.face_count()));
+    is_classified_.resize(static_cast<std::size_t>(surface.vertex_count()));
+    patch_.find(surface, point, distance);
+    for (const Index f : patch_.faces()) {
+      for (const Index v : surface.face(f)) {
+        if (!std::exchange(is_classified_[v], true)) classify(surface, v);
+      }
     }
   }
 
@@ -101,7 +123,7 @@ class PlanarFaces {
   /// The angle of h's face at h's origin, in radians.
   [[nodiscard]] Real angle(Index h) const { return std::atan2(apex_[h].y(), apex_[h].x()); }
 
-  /// Length of the longest edge of all.
+  /// Length of the longest edge of all that are laid flat.
   [[nodiscard]] Real longest_edge() const { return longest_edge_; }
 
   /// How shortest paths can pass a vertex: not at all (or straight on, where it is flat), nor near
@@ -156,6 +178,24 @@ class PlanarFaces {
     bool has_odd_edge = false;  // one without length or of three faces or more
   };
 
+  void classify(const Surface<Real>& surface, Index vertex) {
+    Neighbourhood around;
+    for (const Index h : surface.corners(vertex)) {
+      const Index f = Surface<Real>::face_of(h);
+      if (!std::exchange(is_flat_[f], true)) lay_flat(surface, 3 * f);
+      around.angles.add(apex_[h]);
+      for (const Index side : {h, Surface<Real>::previous(h)}) {
+        around.border_edges += surface.is_border(side) ? 1 : 0;
+        around.has_odd_edge |= is_odd(surface, side);
+      }
+    }
+    bends_[vertex] = classified(surface, vertex, around);
+  }
+
+  static bool is_odd(const Surface<Real>& surface, Index h) {
+    return surface.length(h) == 0 || !surface.is_manifold(h);
+  }
+
   void count(const Surface<Real>& surface, Index h, Array<Neighbourhood>& around) const {
     Neighbourhood &origin = around[surface.origin(h)], &tip = around[surface.tip(h)];
     origin.angles.add(apex_[h]);
@@ -163,9 +203,7 @@ class PlanarFaces {
       ++origin.border_edges;
       ++tip.border_edges;
     }
-    if (surface.length(h) == 0 || !surface.is_manifold(h)) {
-      origin.has_odd_edge = tip.has_odd_edge = true;
-    }
+    if (is_odd(surface, h)) origin.has_odd_edge = tip.has_odd_edge = true;
   }
 
   static Bend classified(const Surface<Real>& surface, Index vertex, const Neighbourhood& around) {
@@ -198,6 +236,9 @@ class PlanarFaces {
   Array<Vec2<Real>> apex_;
   Array<Bend> bends_;
   Real longest_edge_ = 0;
+  // Where not all were laid flat at once: which are, and which vertices' bends are known.
+  Array<char> is_flat_, is_classified_;
+  FacesNear<Real> patch_;
 };
 
 /// Whether the face of h is so thin that the plane it lies in is rounding.
