@@ -4,10 +4,13 @@
 
 #include <cmath>
 #include <memory>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/hard_meshes.hpp"
 
 using namespace gelight;
 
@@ -101,4 +104,39 @@ TEST_CASE("components are named by their first vertex") {
   mesh.positions.push_back({7, 7, 7});
   const auto component = component_of_vertices(intrinsic_triangulation(Surface(mesh)));
   for (Index v = 0; v < 13; ++v) CHECK(component[v] == (v < 4 ? 0 : v < 12 ? 4 : 12));
+}
+
+TEST_CASE("a pattern has each edge once, in ascending rows, and each half-edge its entry") {
+  test::Random random(3);
+  for (int kind = 0; kind < 40; ++kind) {
+    CAPTURE(kind);
+    auto mesh = test::small_random_mesh(kind % 10, random);
+    // Edges of many faces, also the same ones again.
+    for (int k = 0; k < kind % 4; ++k)
+      mesh.faces.push_back(mesh.faces[static_cast<std::size_t>(k)]);
+    const Surface<double> surface(mesh);
+    const auto triangulation = intrinsic_triangulation(surface, 1.0);
+    const SymmetricPattern<double> pattern(triangulation);
+    std::set<std::pair<Index, Index>> edges;  // column, row
+    for (Index v = 0; v < surface.vertex_count(); ++v) edges.emplace(v, v);
+    for (Index h = 0; h < surface.halfedge_count(); ++h) {
+      edges.insert(std::minmax(surface.origin(h), surface.tip(h)));
+    }
+    REQUIRE(pattern.size() == surface.vertex_count());
+    CHECK(pattern.entry_count() == std::ssize(edges));
+    auto expected = edges.begin();
+    for (Index column = 0; column < pattern.size(); ++column) {
+      CHECK(pattern.diagonal(column) == pattern.begin(column));
+      for (Index e = pattern.begin(column); e < pattern.begin(column + 1); ++e, ++expected) {
+        CHECK(std::pair(column, pattern.row(e)) == *expected);
+      }
+    }
+    for (Index h = 0; h < surface.halfedge_count(); ++h) {
+      const auto [low, high] = std::minmax(surface.origin(h), surface.tip(h));
+      const Index e = pattern.entry(h);
+      CHECK(pattern.row(e) == high);
+      CHECK(pattern.begin(low) <= e);
+      CHECK(e < pattern.begin(low + 1));
+    }
+  }
 }

@@ -25,33 +25,42 @@ class SymmetricPattern {
     const auto ends = [&](Index h) -> std::pair<Index, Index> {
       return std::minmax(mesh.origins[h], mesh.origins[h % 3 == 2 ? h - 2 : h + 1]);
     };
-    begin_.assign(static_cast<std::size_t>(mesh.vertex_count) + 1, 1);
+    const auto count = static_cast<std::size_t>(mesh.vertex_count);
+    begin_.assign(count + 1, 1);
     begin_[0] = 0;
+    detail::Array<Index> with_high(count + 1, 0);  // where edges begin by their higher vertex
     // An edge of two faces is looked at once; others may come up repeatedly.
     const auto is_second = [&](Index h) { return mesh.twins[h] >= 0 && mesh.twins[h] < h; };
     for (Index h = 0; h < halfedges; ++h) {
-      if (!is_second(h)) ++begin_[ends(h).first + 1];
-    }
-    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-    rows_.resize(static_cast<std::size_t>(begin_.back()));
-    detail::Array<Index> fill(begin_.begin(), begin_.end() - 1);
-    for (Index v = 0; v < mesh.vertex_count; ++v) rows_[fill[v]++] = v;
-    for (Index h = 0; h < halfedges; ++h) {
       if (is_second(h)) continue;
       const auto [low, high] = ends(h);
-      rows_[fill[low]++] = high;
+      ++begin_[low + 1];
+      ++with_high[high + 1];
     }
-    merge_repeated_rows();
-    slots_.resize(mesh.origins.size());
-    for (Index h = 0; h < halfedges; ++h) {
-      if (is_second(h)) {
-        slots_[h] = slots_[mesh.twins[h]];
-        continue;
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    std::partial_sum(with_high.begin(), with_high.end(), with_high.begin());
+    detail::Array<Index> edges(static_cast<std::size_t>(with_high.back()));
+    {
+      detail::Array<Index> next(with_high.begin(), with_high.end() - 1);
+      for (Index h = 0; h < halfedges; ++h) {
+        if (!is_second(h)) edges[next[ends(h).second]++] = h;
       }
-      const auto [low, high] = ends(h);
-      const auto row =
-          std::lower_bound(rows_.begin() + begin_[low], rows_.begin() + begin_[low + 1], high);
-      slots_[h] = static_cast<Index>(row - rows_.begin());
+    }
+    rows_.resize(static_cast<std::size_t>(begin_.back()));
+    detail::Array<Index> end(begin_.begin(), begin_.end() - 1);  // of each column, so far
+    for (Index v = 0; v < mesh.vertex_count; ++v) rows_[end[v]++] = v;
+    // In the order of their rows, no column has to be sorted, and what comes up again is last.
+    slots_.resize(mesh.origins.size());
+    for (Index high = 0; high < mesh.vertex_count; ++high) {
+      for (Index e = with_high[high]; e < with_high[high + 1]; ++e) {
+        Index& place = end[ends(edges[e]).first];
+        if (rows_[place - 1] != high) rows_[place++] = high;
+        slots_[edges[e]] = place - 1;
+      }
+    }
+    close_gaps(end, [&](Index h) { return is_second(h) ? -1 : ends(h).first; });
+    for (Index h = 0; h < halfedges; ++h) {
+      if (is_second(h)) slots_[h] = slots_[mesh.twins[h]];
     }
   }
 
@@ -73,19 +82,24 @@ class SymmetricPattern {
   [[nodiscard]] const Index* rows() const { return rows_.data(); }
 
  private:
-  void merge_repeated_rows() {
+  // Behind the columns that end before the next one begins, as where edges came up again.
+  // `column_of` tells that of a half-edge's slot, or -1 where it has none yet.
+  void close_gaps(const detail::Array<Index>& end, const auto& column_of) {
+    if (std::equal(end.begin(), end.end(), begin_.begin() + 1)) return;
+    detail::Array<Index> shift(end.size());
     Index kept = 0;
     for (Index v = 0; v < size(); ++v) {
-      const auto first = rows_.begin() + begin_[v];
-      const auto last = rows_.begin() + begin_[v + 1];
-      std::sort(first, last);
-      const auto end = std::unique(first, last);
-      std::copy(first, end, rows_.begin() + kept);
-      begin_[v] = kept;
-      kept += static_cast<Index>(end - first);
+      const Index begin = std::exchange(begin_[v], kept);
+      shift[v] = begin - kept;
+      kept = static_cast<Index>(
+          std::copy(rows_.begin() + begin, rows_.begin() + end[v], rows_.begin() + kept) -
+          rows_.begin());
     }
     begin_.back() = kept;
     rows_.resize(static_cast<std::size_t>(kept));
+    for (Index h = 0; h < std::ssize(slots_); ++h) {
+      if (const Index column = column_of(h); column >= 0) slots_[h] -= shift[column];
+    }
   }
 
   detail::Array<Index> begin_;

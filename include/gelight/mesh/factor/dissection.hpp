@@ -139,6 +139,7 @@ class Dissection {
     Groups groups;
     groups.unknowns.reserve(count);
     groups.group_of.resize(count);
+    groups.all.reserve_for_all(first.groups().size() + separators.parts().size());
     for (const Index group : first.groups()) {
       const auto begin = static_cast<Index>(groups.unknowns.size());
       for (Index v = group; v >= 0; v = first.next(v)) groups.unknowns.push_back(order[v]);
@@ -149,9 +150,13 @@ class Dissection {
     return groups;
   }
 
+  // About what matrices of surfaces take: 5.9 to 7.
+  static constexpr std::size_t rows_each = 7;
+
   // A group's rows: the later neighbours of its own unknowns, and its children's rows but its own.
   static void find_rows(Groups& groups, const Neighbours& neighbours) {
     const auto count = groups.all.size();
+    groups.rows.reserve_for_all(rows_each * groups.unknowns.size());
     Array<Index> seen(groups.unknowns.size(), -1), child(count, -1), sibling(count, -1);
     for (Index g = 0; g < static_cast<Index>(count); ++g) {
       Group& group = groups.all[g];

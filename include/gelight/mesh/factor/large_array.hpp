@@ -10,6 +10,8 @@
 #endif
 // clang-format on
 
+#include "gelight/core/pages.hpp"
+
 namespace gelight::detail {
 
 struct FreeMemory {
@@ -34,8 +36,11 @@ template <class T>
     if (memory != nullptr) madvise(memory, bytes / page * page, MADV_HUGEPAGE);
   }
 #endif
-  if (memory == nullptr) memory = std::malloc(bytes);
-  if (memory == nullptr) throw std::bad_alloc();
+  if (memory == nullptr) {
+    memory = std::malloc(bytes);
+    if (memory == nullptr) throw std::bad_alloc();
+    expect_writes(memory, bytes);
+  }
   return LargeArray<T>(static_cast<T*>(memory));
 }
 
