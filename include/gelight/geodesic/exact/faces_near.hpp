@@ -4,7 +4,6 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
-#include <utility>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
@@ -43,8 +42,11 @@ class FacesNear {
   // Ways are found to be shorter or longer by less than this share of them and of the faces' sides.
   static constexpr Real rounding = 1e-9;
 
+  // Marks come last, or where memory ends they would stay and leave faces out the next time.
   void add(Index face) {
-    if (!std::exchange(is_found_[face], 1)) faces_.push_back(face);
+    if (is_found_[face]) return;
+    faces_.push_back(face);
+    is_found_[face] = 1;
   }
 
   void spread(const Surface<Real>& surface, const Point& from, Index face, Real limit) {
@@ -62,8 +64,9 @@ class FacesNear {
   }
 
   void pass(const Surface<Real>& surface, Index vertex) {
-    if (std::exchange(is_passed_[vertex], 1)) return;
+    if (is_passed_[vertex]) return;
     vertices_.push_back(vertex);
+    is_passed_[vertex] = 1;
     for (const Index h : surface.corners(vertex)) add(Surface<Real>::face_of(h));
   }
 

@@ -150,7 +150,7 @@ class Dissection {
     return groups;
   }
 
-  // About what matrices of surfaces take: 5.9 to 7.
+  // About what matrices of surfaces take; others have room made as they need it.
   static constexpr std::size_t rows_each = 7;
 
   // A group's rows: the later neighbours of its own unknowns, and its children's rows but its own.

@@ -51,7 +51,7 @@ class MinimumDegree {
 
  private:
   static constexpr Index steps_between_polls = 256;
-  // About what matrices of surfaces take, elements included: 10.5 to 11.3.
+  // About what matrices of surfaces take, elements included; others have room made as they need it.
   static constexpr std::size_t entries_each = 12;
 
   struct List {
