@@ -62,6 +62,9 @@ TEST_CASE("cameras that see nothing are refused by name") {
   CHECK_THROWS_AS((void)Camera<double>::from_vertical_fov(3.2, 4, 4), InvalidInput);
   CHECK_THROWS_AS((void)Camera<double>::from_vertical_fov(nan, 4, 4), InvalidInput);
   CHECK_THROWS_AS((void)Camera<double>::from_vertical_fov(1, 0, 4), InvalidInput);
+  // The focal length follows from the height: that is what was wrong.
+  CHECK_THROWS_WITH_AS((void)Camera<double>::from_vertical_fov(1, 4, 0),
+                       "the camera's image size 4 x 0 is not positive", InvalidInput);
   CHECK_THROWS_WITH_AS((void)unproject(Image<double>(3, 2), Camera<double>{1, 1, 0, 0, 2, 2}),
                        "the depth image is 3 x 2 pixels, the camera's image 2 x 2", InvalidInput);
 }

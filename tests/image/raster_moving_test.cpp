@@ -174,9 +174,18 @@ TEST_CASE("what cannot be drawn is refused before anything is drawn") {
   bad.faces.back()[1] = 9999;
   refused(bad, ahead, "has vertex 9999");
   bad = mesh;
-  bad.positions.back()[1] = std::nan("");
-  refused(bad, ahead, "is not finite");
-  refused(mesh, {Eigen::Matrix3d::Identity(), {0, nothing, 3}}, "is not finite");
+  bad.positions.back() = {0.5, std::nan(""), -0.25};
+  const std::string last = "vertex " + std::to_string(bad.positions.size() - 1) + " at ";
+  refused(bad, ahead, last + "(0.5, nan, -0.25) is not finite");
+  // Of finite numbers, one that the pose takes out of range.
+  bad.positions.back() = {0, 1e300, 0};
+  refused(bad, {1e10 * Eigen::Matrix3d::Identity(), {0, 0, 3}},
+          last + "(0, inf, 3) is farther off than ");
+  refused(mesh, {Eigen::Matrix3d::Identity(), {0, nothing, 3}},
+          "the pose's translation (0, inf, 3) is not finite");
+  Pose turned_nowhere = ahead;
+  turned_nowhere.rotation(0, 1) = std::nan("");
+  refused(mesh, turned_nowhere, "the pose's rotation (0, 1) is nan, not finite");
   Image<double> small(79, 60);
   CHECK_THROWS_AS(rasterize_into(small, mesh, ahead, camera), InvalidInput);
   Image<double> turned(60, 80);

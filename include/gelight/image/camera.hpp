@@ -60,15 +60,15 @@ struct Camera {
             height};
   }
 
-  /// Throws InvalidInput for a focal length that is not positive and finite, a centre that is not
-  /// finite, or a size that is not positive.
+  /// Throws InvalidInput for a size that is not positive, a focal length that is not positive and
+  /// finite, or a centre that is not finite.
   void require_valid() const {
+    detail::require(width > 0 && height > 0, "the camera's image size ", width, " x ", height,
+                    " is not positive");
     detail::require(fx > 0 && fy > 0 && std::isfinite(fx) && std::isfinite(fy),
                     "the camera's focal lengths (", fx, ", ", fy, ") are not positive and finite");
     detail::require(std::isfinite(cx) && std::isfinite(cy), "the camera's centre (", cx, ", ", cy,
                     ") is not finite");
-    detail::require(width > 0 && height > 0, "the camera's image size ", width, " x ", height,
-                    " is not positive");
   }
 };
 

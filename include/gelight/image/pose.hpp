@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 
 namespace gelight {
@@ -40,6 +42,20 @@ struct Pose {
     return {r(0, 0) * x + r(0, 1) * y + r(0, 2) * z + translation[0],
             r(1, 0) * x + r(1, 1) * y + r(1, 2) * z + translation[1],
             r(2, 0) * x + (r(2, 1) * y + r(2, 2) * z) + translation[2]};
+  }
+
+  /// Throws InvalidInput for a number that is not finite.
+  void require_valid() const {
+    for (Index i = 0; i < 3; ++i) {
+      for (Index j = 0; j < 3; ++j) {
+        detail::require(std::isfinite(rotation(i, j)), "the pose's rotation (", i, ", ", j, ") is ",
+                        rotation(i, j), ", not finite");
+      }
+    }
+    detail::require(std::isfinite(translation[0]) && std::isfinite(translation[1]) &&
+                        std::isfinite(translation[2]),
+                    "the pose's translation (", translation[0], ", ", translation[1], ", ",
+                    translation[2], ") is not finite");
   }
 };
 

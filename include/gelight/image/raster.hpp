@@ -73,6 +73,7 @@ namespace detail {
 template <template <class> class Target, std::floating_point T, TriangleMesh M>
 void draw_moved(Target<T> target, const M& mesh, const Pose& pose, const Camera<T>& camera,
                 RasterWorkspace* work) {
+  pose.require_valid();
   const ImagePlane plane(camera.template cast<double>());
   const auto vertices = static_cast<Index>(MeshTraits<M>::vertex_count(mesh));
   ImagePoint* const points = work == nullptr ? nullptr : work->points(vertices).data();
@@ -91,8 +92,8 @@ void draw_moved(Target<T> target, const M& mesh, const Pose& pose, const Camera<
 /// It is seen as `rasterize` sees the mesh with its vertices moved (in double), but for rounding in
 /// depths where the compiler may fuse multiplications with additions. Nothing is taken from the
 /// heap; with a workspace, see there. Throws InvalidInput, before anything is drawn, as
-/// `rasterize` does and for a depth image of another size than the camera's. Cost: O(faces + rows
-/// and pixels covered).
+/// `rasterize` does, for a pose that is not finite, and for a depth image of another size than the
+/// camera's. Cost: O(faces + rows and pixels covered).
 template <std::floating_point T, TriangleMesh M>
 void rasterize_into(std::type_identity_t<ImageView<T>> depth, const M& mesh, const Pose& pose,
                     const Camera<T>& camera, RasterWorkspace* work = nullptr) {

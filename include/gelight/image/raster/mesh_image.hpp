@@ -23,14 +23,18 @@ inline void require_vertex(Index face, Index vertex, Index vertices) {
   require(vertex >= 0 && vertex < vertices, "face ", face, " has vertex ", vertex,
           ", the mesh has ", vertices, " vertices");
 }
-inline void require_in_range(const Vec3<double>& position, Index vertex) {
-  double farthest = 0;
+/// A vertex by its position in the mesh and in the camera's frame.
+inline void require_in_range(const Vec3<double>& own, const Vec3<double>& seen, Index vertex) {
+  bool is_finite = true, is_near = true;
   for (Index i = 0; i < 3; ++i) {
-    require(std::isfinite(position[i]), "vertex ", vertex, " is not finite");
-    farthest = std::max(farthest, std::abs(position[i]));
+    is_finite &= std::isfinite(own[i]);
+    is_near &= std::abs(seen[i]) <= most_drawn;
   }
-  require(farthest <= most_drawn, "vertex ", vertex, " at (", position.x(), ", ", position.y(),
-          ", ", position.z(), ") is farther off than ", most_drawn);
+  const auto require_all = [&](bool holds, const Vec3<double>& at, const auto&... what) {
+    require(holds, "vertex ", vertex, " at (", at.x(), ", ", at.y(), ", ", at.z(), ") ", what...);
+  };
+  require_all(is_finite, own, "is not finite");
+  require_all(is_near, seen, "is farther off than ", most_drawn);
 }
 
 /// Draws what the target needs of a face, or of the part of it that has a place on the plane.
@@ -124,8 +128,6 @@ class MeshImage {
   using Traits = MeshTraits<M>;
   using Face = std::array<Index, 3>;
 
-  [[nodiscard]] Vec3<double> position(Index v) const { return pose_(vertex_position(mesh_, v)); }
-
   template <class Target>
   void draw(const Target& target, const HeldFaces* some, HeldFaces* held) const {
     FaceMeasures measures;
@@ -188,8 +190,9 @@ class MeshImage {
     if (!(seen[0].inverse_z > 0 && seen[1].inverse_z > 0 && seen[2].inverse_z > 0)) {
       const Face face = Traits::face(mesh_, f);
       for (std::size_t k = 0; k < 3; ++k) {
-        positions[k] = position(face[k]);
-        if (is_checked) require_in_range(positions[k], face[k]);
+        const Vec3<double> own = vertex_position(mesh_, face[k]);
+        positions[k] = pose_(own);
+        if (is_checked) require_in_range(own, positions[k], face[k]);
       }
     }
     draw_face(target, plane_, width_, height_, f, seen, positions);
