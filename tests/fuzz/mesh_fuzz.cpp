@@ -55,6 +55,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   some.orient = (choice & 8) != 0;
   some.split_vertices = (choice & 16) != 0;
   some.drop_unused_vertices = (choice & 32) != 0;
+  some.order_in_space = (choice & 64) != 0;
   const auto mended = repair(mesh, some);
   fuzz::expect(mended.vertex_of.size() == mended.mesh.positions.size() &&
                    mended.face_of.size() == mended.mesh.faces.size(),

@@ -3,10 +3,13 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <numeric>
 #include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gelight/geodesic/exact.hpp"
@@ -159,7 +162,8 @@ TEST_CASE("all repairs together make of any random mesh one that carries vectors
                                       .drop_degenerate_faces = true,
                                       .orient = true,
                                       .split_vertices = true,
-                                      .drop_unused_vertices = true});
+                                      .drop_unused_vertices = true,
+                                      .order_in_space = i % 2 == 0});
     const MeshReport report = check(mended.mesh);
     CHECK(report.is_accepted());
     CHECK(report.degenerate_faces.count == 0);
@@ -168,6 +172,117 @@ TEST_CASE("all repairs together make of any random mesh one that carries vectors
     for (std::size_t v = 0; v < mended.vertex_of.size(); ++v) {
       CHECK(mended.mesh.positions[v] ==
             mesh.positions[static_cast<std::size_t>(mended.vertex_of[v])]);
+    }
+  }
+}
+
+namespace {
+
+/// The same mesh with its vertices and faces in another order.
+Mesh<double> shuffled(const Mesh<double>& mesh, unsigned seed) {
+  test::Random random(seed);
+  const auto count = mesh.positions.size();
+  Indices now(count);
+  std::iota(now.begin(), now.end(), 0);
+  for (std::size_t v = count; v > 1; --v) {
+    std::swap(now[v - 1],
+              now[static_cast<std::size_t>(test::uniform_index(random, static_cast<Index>(v)))]);
+  }
+  Mesh<double> result = mesh;
+  for (std::size_t v = 0; v < count; ++v) {
+    result.positions[static_cast<std::size_t>(now[v])] = mesh.positions[v];
+  }
+  for (auto& face : result.faces) {
+    for (Index& v : face) v = now[static_cast<std::size_t>(v)];
+  }
+  for (std::size_t f = result.faces.size(); f > 1; --f) {
+    std::swap(
+        result.faces[f - 1],
+        result.faces[static_cast<std::size_t>(test::uniform_index(random, static_cast<Index>(f)))]);
+  }
+  return result;
+}
+
+/// How far apart the ends of the mean edge are numbered.
+double mean_step(const Mesh<double>& mesh) {
+  double sum = 0;
+  for (const auto& [a, b, c] : mesh.faces) {
+    sum += std::abs(a - b) + std::abs(b - c) + std::abs(c - a);
+  }
+  return sum / (3 * static_cast<double>(mesh.faces.size()));
+}
+
+/// Whether a mesh has the vertices and faces of another, each once, as its maps say.
+bool is_renumbered(const Repaired<double>& now, const Mesh<double>& before) {
+  std::set<Index> vertices(now.vertex_of.begin(), now.vertex_of.end());
+  std::set<Index> faces(now.face_of.begin(), now.face_of.end());
+  bool is_same = vertices.size() == before.positions.size() &&
+                 now.vertex_of.size() == before.positions.size() &&
+                 now.mesh.positions.size() == before.positions.size() &&
+                 faces.size() == before.faces.size() && now.face_of.size() == before.faces.size() &&
+                 now.mesh.faces.size() == before.faces.size();
+  for (std::size_t v = 0; is_same && v < now.vertex_of.size(); ++v) {
+    const auto& was = before.position(now.vertex_of[v]);
+    is_same = std::memcmp(&now.mesh.positions[v], &was, sizeof was) == 0;  // NaN is NaN
+  }
+  for (std::size_t f = 0; is_same && f < now.face_of.size(); ++f) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index v = now.mesh.faces[f][k];
+      const Index was = before.face(now.face_of[f])[k];
+      const bool is_vertex = was >= 0 && was < static_cast<Index>(before.positions.size());
+      is_same &= (is_vertex ? now.vertex_of[static_cast<std::size_t>(v)] : v) == was;
+    }
+  }
+  return is_same;
+}
+
+}  // namespace
+
+TEST_CASE("order in space depends on places alone, and keeps neighbours together") {
+  const auto ball = icosphere<double>(5, 1);
+  const auto first = shuffled(ball, 1), second = shuffled(ball, 2);
+  const auto a = repair(first, {.order_in_space = true});
+  const auto b = repair(second, {.order_in_space = true});
+  CHECK(is_renumbered(a, first));
+  CHECK(is_renumbered(b, second));
+  CHECK(a.mesh.positions == b.mesh.positions);
+  // Numbers of neighbours differ by a third of all at random; along a line of rows they would by
+  // some square root.
+  const auto count = static_cast<double>(ball.positions.size());
+  CHECK(mean_step(first) > 0.3 * count);
+  CHECK(mean_step(a.mesh) < 2 * std::sqrt(count));
+  CHECK(a.dropped_faces + a.dropped_vertices + a.turned_faces + a.welded_vertices == 0);
+  // The surface is the same.
+  const auto before = ExactSolver(first).distance(a.vertex_of[17]);
+  const auto after = ExactSolver(a.mesh).distance(Index{17});
+  for (std::size_t v = 0; v < after.size(); ++v) {
+    const double was = before[static_cast<std::size_t>(a.vertex_of[v])];
+    CHECK(std::abs(after[v] - was) <= 1e-12 * was);
+  }
+}
+
+TEST_CASE("any places can be ordered, and faces with indices out of range") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  const double large = std::numeric_limits<double>::max();
+  const double small = std::numeric_limits<double>::denorm_min();
+  const std::vector<Mesh<double>> meshes{
+      {},
+      {{{1, 2, 3}, {1, 2, 3}, {1, 2, 3}}, {{2, 1, 0}}},
+      {{{nan, 0, 0}, {1, 0, 0}, {0, -infinity, 0}, {0, 0, 0}}, {{3, 2, 1}, {0, 1, 3}}},
+      {{{large, 0, 0}, {-large, 0, 0}, {0, large, -large}, {0, 0, 0}}, {{0, 1, 2}, {1, 2, 3}}},
+      {{{small, 0, 0}, {-small, 0, 0}, {0, small, 0}}, {{0, 1, 2}}},
+      {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 99}, {-5, 2, 1}, {2, 1, 0}}},
+  };
+  for (const auto& mesh : meshes) {
+    const auto now = repair(mesh, {.order_in_space = true});
+    CHECK(is_renumbered(now, mesh));
+    // What has no place is behind what has.
+    bool was_placed = true;
+    for (const auto& p : now.mesh.positions) {
+      const bool is_placed = std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+      CHECK((was_placed || !is_placed));
+      was_placed = is_placed;
     }
   }
 }

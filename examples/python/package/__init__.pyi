@@ -148,6 +148,7 @@ def repair(
     orient: bool = False,
     split_vertices: bool = False,
     drop_unused_vertices: bool = False,
+    order_in_space: bool = False,
     cancelled: _Hook = None,
 ) -> Repaired: ...
 def grid(columns: int, rows: int, width: float = 1.0, height: float = 1.0) -> Surface: ...

@@ -176,10 +176,11 @@ void bind_repair(py::module_& m) {
       "repair",
       [](py::handle vertices, py::handle faces, bool drop_unusable_faces,
          std::optional<double> weld_distance, bool drop_degenerate_faces, double flat, bool orient,
-         bool split_vertices, bool drop_unused_vertices, py::object cancelled) {
+         bool split_vertices, bool drop_unused_vertices, bool order_in_space,
+         py::object cancelled) {
         const gelight::RepairOptions options{
-            drop_unusable_faces, weld_distance,       drop_degenerate_faces, flat, orient,
-            split_vertices,      drop_unused_vertices};
+            drop_unusable_faces, weld_distance,        drop_degenerate_faces, flat, orient,
+            split_vertices,      drop_unused_vertices, order_in_space};
         const auto hook = hook_of(std::move(cancelled));
         const Packed<double> v = rows_in<double, 3>(vertices, "vertices");
         const Packed<Index> f = faces_in(faces);
@@ -191,12 +192,14 @@ void bind_repair(py::module_& m) {
       "vertices"_a, "faces"_a, py::kw_only(), "drop_unusable_faces"_a = false,
       "weld_distance"_a = py::none(), "drop_degenerate_faces"_a = false, "flat"_a = 1e-12,
       "orient"_a = false, "split_vertices"_a = false, "drop_unused_vertices"_a = false,
-      "cancelled"_a = py::none(),
+      "order_in_space"_a = false, "cancelled"_a = py::none(),
       "Copies a mesh and mends what is named, in this order; nothing that was not asked for.\n\n"
       "drop_unusable_faces: what Surface refuses. weld_distance: each vertex at most so far from "
       "an earlier one becomes that one, in the unit of the positions. drop_degenerate_faces: whose "
       "height is at most `flat` times their longest edge. orient: turns faces to agree. "
-      "split_vertices: each fan gets its own copy of a vertex. drop_unused_vertices: in no face.");
+      "split_vertices: each fan gets its own copy of a vertex. drop_unused_vertices: in no face. "
+      "order_in_space: numbers vertices and faces along a curve that fills space, which makes "
+      "solvers quicker on large meshes that came in no such order.");
 }
 
 void bind_shapes(py::module_& m) {

@@ -83,6 +83,10 @@ def test_check_and_repair():
     assert gelight.check(fixed.vertices, fixed.faces).is_oriented
     left = gelight.repair(with_nan(), bad, drop_unusable_faces=True, drop_unused_vertices=True)
     assert gelight.Surface(left.vertices, left.faces).vertex_count == 116
+    order = np.random.default_rng(1).permutation(len(V))
+    tidy = gelight.repair(V[order], np.argsort(order)[F], order_in_space=True)
+    assert np.array_equal(tidy.vertices, V[order][tidy.vertex_of])
+    assert np.array_equal(order[tidy.vertex_of][tidy.faces], F[tidy.face_of])
     with pytest.raises(ValueError, match="weld distance"):
         gelight.repair(V, F, weld_distance=-1.0)
 

@@ -16,6 +16,7 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/repair/faults.hpp"
+#include "gelight/mesh/repair/space_order.hpp"
 #include "gelight/views/mesh_view.hpp"
 
 namespace gelight {
@@ -42,6 +43,9 @@ struct RepairOptions {
   bool split_vertices = false;
   /// Drops vertices in no face, also those that are not finite.
   bool drop_unused_vertices = false;
+  /// Numbers vertices and faces along a curve that fills space, so that what lies side by side does
+  /// so in memory, too: solvers take less time on large meshes that came in no such order.
+  bool order_in_space = false;
 };
 
 /// A repaired mesh, and what was done to it.
@@ -85,6 +89,8 @@ class MeshRepairs {
     if (options.split_vertices) split();
     cancelled.check(0.9, what);
     if (options.drop_unused_vertices) drop_unused();
+    cancelled.check(0.95, what);
+    if (options.order_in_space) order_in_space();
     cancelled.check(1, what);
     return std::move(result_);
   }
@@ -253,6 +259,36 @@ class MeshRepairs {
     }
   }
 
+  // An index out of range stays as it is.
+  void order_in_space() {
+    const auto vertices = space_order(mesh().positions);
+    Array<Index> now(vertices.size());
+    for (Index v = 0; v < static_cast<Index>(vertices.size()); ++v) now[vertices[v]] = v;
+    const auto is_vertex = [&](Index v) { return v >= 0 && v < static_cast<Index>(now.size()); };
+    // Faces follow the first of their vertices.
+    Array<std::pair<Index, Index>> first;
+    for (Index f = 0; f < face_count(); ++f) {
+      for (Index& v : face(f)) v = is_vertex(v) ? now[v] : v;
+      first.push_back({*std::min_element(face(f).begin(), face(f).end()), f});
+    }
+    std::sort(first.begin(), first.end());
+    Array<Index> faces;
+    for (const auto& [vertex, f] : first) faces.push_back(f);
+    result_.mesh.positions = picked(mesh().positions, vertices);
+    result_.vertex_of = picked(result_.vertex_of, vertices);
+    result_.mesh.faces = picked(mesh().faces, faces);
+    result_.face_of = picked(result_.face_of, faces);
+  }
+
+  template <class Value>
+  [[nodiscard]] static std::vector<Value> picked(const std::vector<Value>& values,
+                                                 const Array<Index>& which) {
+    std::vector<Value> result;
+    result.reserve(which.size());
+    for (const Index i : which) result.push_back(values[static_cast<std::size_t>(i)]);
+    return result;
+  }
+
   Repaired<T> result_;
 };
 
@@ -263,7 +299,7 @@ class MeshRepairs {
 /// The hook is asked between the steps.
 ///
 /// Throws InvalidInput for a weld distance or a flatness that is negative or not finite. Cost:
-/// O(vertices + faces log faces).
+/// O(vertices + faces log faces); to order in space, O(vertices log vertices) too.
 template <TriangleMesh M>
 [[nodiscard]] Repaired<MeshScalar<M>> repair(const M& mesh, const RepairOptions& options,
                                              const CancelHook& cancelled = {}) {
