@@ -2,6 +2,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +12,8 @@
 #include <fstream>
 #include <functional>
 #include <memory>
+#include <numeric>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -22,6 +25,7 @@
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
+#include "gelight/mesh/repair.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/transport/vector_heat.hpp"
 #include "support/spheres.hpp"
@@ -42,7 +46,8 @@
 // seconds, the median of nine further sources, none of them asked twice, since processors learn a
 // query by heart. Peak memory is that of a process of its own, beyond the mesh. Errors are against
 // the exact distances from one more source. MESH is a file that OpenMesh reads, or icosphere:LEVEL,
-// noisy_sphere:LEVEL, membrane:MILLIMETRES (of an edge).
+// noisy_sphere:LEVEL, membrane:MILLIMETRES (of an edge); `ordered:MESH` is ordered in space by
+// `repair`, `shuffled:MESH` is in no order at all.
 
 namespace {
 
@@ -180,9 +185,30 @@ Mesh<double> read(const std::string& file) {
 }
 #endif
 
+/// Its vertices and faces in random order.
+Mesh<double> shuffled(const Mesh<double>& mesh) {
+  std::mt19937 random(1);
+  std::vector<Index> order(mesh.positions.size()), now(order.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::shuffle(order.begin(), order.end(), random);
+  Mesh<double> result;
+  for (std::size_t v = 0; v < order.size(); ++v) {
+    now[static_cast<std::size_t>(order[v])] = static_cast<Index>(v);
+    result.positions.push_back(mesh.position(order[v]));
+  }
+  for (auto face : mesh.faces) {
+    for (Index& v : face) v = now[static_cast<std::size_t>(v)];
+    result.faces.push_back(face);
+  }
+  std::shuffle(result.faces.begin(), result.faces.end(), random);
+  return result;
+}
+
 Mesh<double> mesh_of(const std::string& name) {
   const auto colon = name.find(':');
   const std::string shape = name.substr(0, colon);
+  if (shape == "ordered") return repair(mesh_of(name.substr(8)), {.order_in_space = true}).mesh;
+  if (shape == "shuffled") return shuffled(mesh_of(name.substr(9)));
   const double size = colon == std::string::npos ? 0 : std::atof(name.c_str() + colon + 1);
   if (shape == "icosphere") return icosphere<double>(static_cast<Index>(size));
   if (shape == "noisy_sphere") return bench::noisy_sphere(static_cast<int>(size));
