@@ -776,7 +776,7 @@ TEST_CASE("small faces among others are seen as each drawn alone") {
         batch.add(positions[k]);
       }
       plane.project(corners.data(), batch);
-      gelight::detail::draw_face(gelight::detail::FaceTarget<double>{alone}, plane, camera.width,
+      gelight::detail::draw_face(gelight::detail::RasterTarget<double>(alone), plane, camera.width,
                                  camera.height, f, corners, positions);
     }
     CHECK(together.face == alone.face);

@@ -73,17 +73,31 @@ auto vectorised(const Work& work) {
   return run_plain(work);
 }
 
-/// The same for work with four numbers at a time, for which the widest registers are of no use.
+/// Whether to work with several numbers of double precision at a time, in lanes: on x86-64 where
+/// registers hold four. (In halves of four they gain little, and would be compiled once more.)
+[[nodiscard]] inline bool works_in_lanes() {
+#if defined(GELIGHT_CHOOSES_REGISTERS)
+  return __builtin_cpu_supports("avx2") != 0;
+#elif defined(__GNUC__)
+  return true;
+#else
+  return false;
+#endif
+}
+
+/// As `vectorised` where there are lanes, for work with four numbers at a time, for which the
+/// widest registers are of no use.
 template <class Work>
 auto vectorised_by_four(const Work& work) {
 #if defined(GELIGHT_CHOOSES_REGISTERS)
-  if (__builtin_cpu_supports("avx2") != 0) return run_wide(work);
-#endif
+  return run_wide(work);
+#else
   return run_plain(work);
+#endif
 }
 
-/// The same for work that is told how many numbers of double precision to compute at a time, by a
-/// constant: eight where registers hold them, and else four.
+/// The same for work that is told how many numbers to compute at a time, by a constant: eight where
+/// registers hold them, and else four.
 template <class Work>
 auto vectorised_in_lanes(const Work& work) {
 #if defined(GELIGHT_CHOOSES_AVX512) && defined(GELIGHT_HAS_EIGHT_LANES)

@@ -45,21 +45,16 @@ class RasterWorkspace {
   /// Room for the faces that are drawn last.
   [[nodiscard]] detail::HeldFaces& held() { return held_; }
 
-  /// Makes a target tell what one call draws from what others drew.
-  ///@{
+  /// Makes a target of faces tell what one call draws from what others drew.
   template <class T>
-  void begin_call(detail::DepthTarget<T>&) {}
-  template <class T>
-  void begin_call(detail::FaceTarget<T>& target) {
-    const std::size_t pixels = target.raster.face.pixels().size();
+  void begin_call(detail::RasterTarget<T>& target, std::size_t pixels) {
+    if (!target.wants_faces()) return;
     if (calls_.size() < pixels || call_ == std::numeric_limits<std::uint8_t>::max()) {
       calls_.assign(std::max(pixels, calls_.size()), 0);
       call_ = 0;
     }
-    target.calls = calls_.data();
-    target.call = ++call_;
+    target.remember_call(calls_.data(), ++call_);
   }
-  ///@}
 
  private:
   detail::Array<detail::ImagePoint> points_;
@@ -70,8 +65,8 @@ class RasterWorkspace {
 
 namespace detail {
 
-template <template <class> class Target, std::floating_point T, TriangleMesh M>
-void draw_moved(Target<T> target, const M& mesh, const Pose& pose, const Camera<T>& camera,
+template <std::floating_point T, TriangleMesh M>
+void draw_moved(RasterTarget<T> target, const M& mesh, const Pose& pose, const Camera<T>& camera,
                 RasterWorkspace* work) {
   pose.require_valid();
   const ImagePlane plane(camera.template cast<double>());
@@ -79,7 +74,10 @@ void draw_moved(Target<T> target, const M& mesh, const Pose& pose, const Camera<
   ImagePoint* const points = work == nullptr ? nullptr : work->points(vertices).data();
   const MeshImage image(mesh, pose, plane, camera.width, camera.height, points);
   image.template check<T>();
-  if (work != nullptr) work->begin_call(target);
+  if (work != nullptr) {
+    const auto columns = static_cast<std::size_t>(camera.width);
+    work->begin_call(target, columns * static_cast<std::size_t>(camera.height));
+  }
   image.draw(target, work == nullptr ? nullptr : &work->held());
 }
 
@@ -101,7 +99,7 @@ void rasterize_into(std::type_identity_t<ImageView<T>> depth, const M& mesh, con
   detail::require_camera_size(depth, camera, "the depth image");
   detail::require(depth.rows_are_packed(),
                   "the pixels of the depth image's rows do not lie side by side");
-  detail::draw_moved(detail::DepthTarget<T>{depth}, mesh, pose, camera, work);
+  detail::draw_moved(detail::RasterTarget<T>(depth), mesh, pose, camera, work);
 }
 
 /// The same, with the faces that are seen, by their numbers in the mesh drawn there, and where.
@@ -112,7 +110,7 @@ void rasterize_into(Raster<T>& raster, const M& mesh, const Pose& pose, const Ca
   detail::require_camera_size(raster.depth, camera, "the depth image");
   detail::require_camera_size(raster.face, camera, "the image of faces");
   detail::require_camera_size(raster.barycentric, camera, "the image of places in faces");
-  detail::draw_moved(detail::FaceTarget<T>{raster}, mesh, pose, camera, work);
+  detail::draw_moved(detail::RasterTarget<T>(raster), mesh, pose, camera, work);
 }
 
 /// What a camera sees of nothing: what to draw objects into.
@@ -140,7 +138,7 @@ template <std::floating_point T, TriangleMesh M>
 [[nodiscard]] Raster<T> rasterize(const M& mesh, const Camera<T>& camera) {
   Raster<T> raster = empty_raster(camera);
   RasterWorkspace work;
-  detail::draw_moved(detail::FaceTarget<T>{raster}, mesh, Pose(), camera, &work);
+  detail::draw_moved(detail::RasterTarget<T>(raster), mesh, Pose(), camera, &work);
   return raster;
 }
 

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <utility>
 
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
@@ -15,13 +14,14 @@
 #include "gelight/image/raster/lane_pixels.hpp"
 #include "gelight/image/raster/lanes.hpp"
 #include "gelight/image/raster/plane.hpp"
+#include "gelight/image/raster/targets.hpp"
 #include "gelight/image/raster/triangle.hpp"
 
 namespace gelight::detail {
 
 /// Draws a face of a batch pixel by pixel.
-template <class Target>
-void draw_one(const Target& target, Index width, Index height, const FaceBatch& batch,
+template <class T>
+void draw_one(const RasterTarget<T>& target, Index width, Index height, const FaceBatch& batch,
               std::size_t i) {
   const auto& [a, b, c] = batch.corners[i];
   draw_exactly(target, width, height, batch.faces[i], batch.points[a], batch.points[b],
@@ -30,10 +30,10 @@ void draw_one(const Target& target, Index width, Index height, const FaceBatch& 
 
 #if defined(__GNUC__)
 /// Draws faces of a batch, several pixels at a time.
-template <class Target, Index lanes>
+template <class T, Index lanes>
 class LaneDrawing {
  public:
-  LaneDrawing(const Target& target, Index width, const FaceBatch& batch,
+  LaneDrawing(const RasterTarget<T>& target, Index width, const FaceBatch& batch,
               const FaceMeasures& measures)
       : target_(target), width_(width), batch_(batch), of_(measures), screen_(target) {}
 
@@ -56,7 +56,6 @@ class LaneDrawing {
  private:
   using Doubles = Lanes<double, lanes>;
   using Numbers = LaneNumbers<lanes>;
-  using Place = decltype(std::declval<const Target&>().place(0, 0));
   static constexpr Index rows_at_once = lanes / pixels_at_once;
   static constexpr double infinity = std::numeric_limits<double>::infinity();
   static constexpr Doubles none{}, inside = none + infinity, outside = none - infinity;
@@ -90,7 +89,7 @@ class LaneDrawing {
                         (r.dx[i] * (y - r.y[i]) - r.across[i]) - step_r,
                         row_limit < limit ? row_limit : limit};
       const Index below = std::min(v + rows_at_once - 1, box.last_row);
-      show(i, target_.place(x, v), target_.place(x, below), areas, doubts);
+      show(i, target_.depth(x, v), target_.depth(x, below), areas, doubts);
     }
   }
 
@@ -157,14 +156,14 @@ class LaneDrawing {
       Areas areas{start_p - steps * p.dy[i], start_q - steps * q.dy[i], start_r - steps * r.dy[i],
                   none};
       limit_within(steps, last - first, areas.limit);
-      const Place here = target_.place(x, v);
+      T* const here = target_.depth(x, v);
       show(i, here, here + (lanes - pixels_at_once), areas, doubts);
     }
   }
 
   /// Notes the largest of what makes pixels doubtful: the smallest areas of those that are not
   /// shown.
-  void show(std::size_t i, Place here, Place there, const Areas& areas, Doubles& doubts) {
+  void show(std::size_t i, T* here, T* there, const Areas& areas, Doubles& doubts) {
     const auto& [a, b, c, limit] = areas;
     const Doubles a_or_b = b < a ? b : a, one = c < a_or_b ? c : a_or_b;
     const Doubles smallest = limit < one ? limit : one;
@@ -182,20 +181,20 @@ class LaneDrawing {
         {batch_.faces[i], here, there, is_covered ? exact : inside, part_a, part_b, part_c, sum});
   }
 
-  const Target& target_;
+  const RasterTarget<T>& target_;
   Index width_;
   const FaceBatch& batch_;
   const FaceMeasures& of_;
-  LaneScreen<Target, lanes> screen_;
+  LaneScreen<T, lanes> screen_;
 };
 
 /// Draws the faces of a batch from one on, but for those that may be held back, in their order;
 /// which is the first that has to be cut before it is drawn.
-template <Index lanes, class Target>
-[[nodiscard]] std::size_t draw_in_order(const Target& target, Index width, Index height,
+template <Index lanes, class T>
+[[nodiscard]] std::size_t draw_in_order(const RasterTarget<T>& target, Index width, Index height,
                                         const FaceBatch& batch, const FaceMeasures& measures,
                                         std::size_t from, HeldFaces* held) {
-  LaneDrawing<Target, lanes> drawing(target, width, batch, measures);
+  LaneDrawing<T, lanes> drawing(target, width, batch, measures);
   std::size_t i = from;
   for (; i < batch.count; ++i) {
     const double area = measures.areas[i];
@@ -243,8 +242,8 @@ class SortedFaces {
 };
 
 /// The same of a batch without faces that have to be cut, in any order.
-template <Index lanes, class Target>
-void draw_sorted(const Target& target, Index width, Index height, const FaceBatch& batch,
+template <Index lanes, class T>
+void draw_sorted(const RasterTarget<T>& target, Index width, Index height, const FaceBatch& batch,
                  const FaceMeasures& measures, HeldFaces* held) {
   SortedFaces sorted;
   for (std::size_t i = 0; i < batch.count; ++i) {
@@ -260,7 +259,7 @@ void draw_sorted(const Target& target, Index width, Index height, const FaceBatc
       sorted.add(i, box, lanes / pixels_at_once);
     }
   }
-  LaneDrawing<Target, lanes> drawing(target, width, batch, measures);
+  LaneDrawing<T, lanes> drawing(target, width, batch, measures);
   sorted.each([&](std::size_t i) {
     if (drawing.draw(i)) return;
     drawing.finish();
@@ -271,8 +270,8 @@ void draw_sorted(const Target& target, Index width, Index height, const FaceBatc
 #endif
 
 /// Draws faces in their order, pixel by pixel.
-template <class Target>
-[[nodiscard]] std::size_t draw_one_by_one(const Target& target, Index width, Index height,
+template <class T>
+[[nodiscard]] std::size_t draw_one_by_one(const RasterTarget<T>& target, Index width, Index height,
                                           const FaceBatch& batch, std::size_t from) {
   for (std::size_t i = from; i < batch.count; ++i) {
     if (!batch.is_near(i)) return i;
@@ -281,20 +280,23 @@ template <class Target>
   return batch.count;
 }
 
-template <template <class> class Target, class T>
-[[nodiscard]] std::size_t draw_batch(const Target<T>& target, Index width, Index height,
+template <class T>
+[[nodiscard]] std::size_t draw_batch(const RasterTarget<T>& target, Index width, Index height,
                                      const FaceBatch& batch,
                                      [[maybe_unused]] const FaceMeasures& measures,
                                      std::size_t from, [[maybe_unused]] HeldFaces* held) {
 #if defined(__GNUC__)
   if constexpr (sizeof(T) <= sizeof(double)) {  // of longer ones there are no lanes
-    return vectorised_in_lanes([&target, width, height, &batch, &measures, from, held](auto lanes) {
-      if (batch.are_usual && width >= lanes() && target.order_is_free()) {
-        draw_sorted<lanes()>(target, width, height, batch, measures, held);
-        return batch.count;
-      }
-      return draw_in_order<lanes()>(target, width, height, batch, measures, from, held);
-    });
+    if (works_in_lanes()) {
+      return vectorised_in_lanes(
+          [&target, width, height, &batch, &measures, from, held](auto lanes) {
+            if (batch.are_usual && width >= lanes() && target.order_is_free()) {
+              draw_sorted<lanes()>(target, width, height, batch, measures, held);
+              return batch.count;
+            }
+            return draw_in_order<lanes()>(target, width, height, batch, measures, from, held);
+          });
+    }
   }
 #endif
   return draw_one_by_one(target, width, height, batch, from);

@@ -64,6 +64,7 @@ class FaceMeasures {
   [[nodiscard]] PixelBox box(std::size_t i) const { return {left[i], right[i], top[i], bottom[i]}; }
 
   void find(const FaceBatch& batch, Index width, Index height) {
+    if (!works_in_lanes()) return;
     vectorised_in_lanes([this, &batch, width, height](auto lanes) {
       for (std::size_t i = 0; i < batch.count; i += 4) gather_four(batch, i);
       for (std::size_t i = 0; i < batch.count; i += lanes()) {

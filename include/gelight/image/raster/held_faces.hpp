@@ -8,6 +8,7 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
+#include "gelight/image/raster/targets.hpp"
 #include "gelight/image/raster/triangle.hpp"
 
 namespace gelight::detail {
@@ -20,6 +21,7 @@ class HeldFaces {
   /// Room for the faces of a mesh, and a target of some size; whether faces can be held back.
   [[nodiscard]] bool begin(Index faces, Index width, Index height) {
     count_ = 0;
+    if (!works_in_lanes()) return false;
     columns_ = (width + tile - 1) / tile;
     if (std::min(width, height) < tile || std::max(width, height) > most_pixels) return false;
     grow(held_, faces);
@@ -44,8 +46,8 @@ class HeldFaces {
   [[nodiscard]] Index face(Index i) const { return held_[static_cast<std::size_t>(i)].face; }
 
   /// Keeps those of which something may be seen in the target, or be at just the depth of what is.
-  template <class Target>
-  void drop_hidden(const Target& target, Index width, Index height) {
+  template <class T>
+  void drop_hidden(const RasterTarget<T>& target, Index width, Index height) {
     if (count_ == 0) return;
     vectorised_by_four([this, &target, width, height] {
       find_farthest(target, width, height);
@@ -80,8 +82,8 @@ class HeldFaces {
 
   /// The largest depth in each tile around the faces. A tile at the end of a row or column begins
   /// where it is whole.
-  template <class Target>
-  void find_farthest(const Target& target, Index width, Index height) {
+  template <class T>
+  void find_farthest(const RasterTarget<T>& target, Index width, Index height) {
     Index left = columns_, right = 0, top = height, bottom = 0;
     for (std::size_t i = 0; i < count_; ++i) {
       left = std::min(left, Index{held_[i].left});
@@ -105,12 +107,12 @@ class HeldFaces {
     }
   }
 
-  template <template <class> class Target, class T>
-  [[nodiscard]] static double farthest_in(const Target<T>& target, Index x, Index y) {
+  template <class T>
+  [[nodiscard]] static double farthest_in(const RasterTarget<T>& target, Index x, Index y) {
     // In front of a depth that is not a number, nothing is drawn.
     std::array<T, tile> most{};
     for (Index v = 0; v < tile; ++v) {
-      const T* const row = target.row(y + v).depth + x;
+      const T* const row = target.depth(x, y + v);
       for (std::size_t k = 0; k < tile; ++k) most[k] = row[k] > most[k] ? row[k] : most[k];
     }
     T all{};

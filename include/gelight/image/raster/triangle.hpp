@@ -164,7 +164,7 @@ class ImageTriangle {
   template <template <class> class Target, class T>
   void draw_row(const Target<T>& target, Index face, const Shares* shares, bool may_leave_range,
                 Index v, Index first, Index last) const {
-    const auto row = target.row(v);
+    T* const row = target.depth(0, v);
     const double outside = doubtful_share * box_area();
     const Three start = areas_at(first, v);
     for (Index u = first; u <= last; ++u) {
@@ -180,12 +180,11 @@ class ImageTriangle {
       const double depth = (areas[0] + areas[1] + areas[2]) / sum;
       const double exact = lesser(greater(depth, least_), most_);
       if (may_leave_range) require_drawn<T>(exact, face);
-      if (!row.is_nearer(u, static_cast<T>(exact), face)) continue;
-      row.show(u, face, [&]() -> std::array<T, 3> {
-        if (shares) parts = in_whole(*shares, parts);
-        return {static_cast<T>(parts[0] / sum), static_cast<T>(parts[1] / sum),
-                static_cast<T>(parts[2] / sum)};
-      });
+      if (!target.draw_depth(row, u, static_cast<T>(exact), face)) continue;
+      if (shares) parts = in_whole(*shares, parts);
+      target.show(target.place(row + u), face,
+                  {static_cast<T>(parts[0] / sum), static_cast<T>(parts[1] / sum),
+                   static_cast<T>(parts[2] / sum)});
     }
   }
 
