@@ -35,7 +35,7 @@ class LaneDrawing {
  public:
   LaneDrawing(const RasterTarget<T>& target, Index width, const FaceBatch& batch,
               const FaceMeasures& measures)
-      : target_(target), width_(width), batch_(batch), of_(measures), screen_(target) {}
+      : target_(target), width_(width), of_(measures), screen_(target, batch, measures) {}
 
   /// Whether that is all of the face: pixels about which rounding leaves a doubt are left out. The
   /// others get the bits that ImageTriangle gives them.
@@ -81,15 +81,18 @@ class LaneDrawing {
     Doubles limit;
     limit_within(steps, box.last_column - box.first_column, limit);
     const Doubles step_p = steps * p.dy[i], step_q = steps * q.dy[i], step_r = steps * r.dy[i];
-    for (Index v = box.first_row; v <= box.last_row; v += rows_at_once) {
-      const Doubles y = Numbers::row + static_cast<double>(v);
+    Doubles y = Numbers::row + static_cast<double>(box.first_row);
+    T* here = target_.depth(x, box.first_row);
+    for (Index rows = box.last_row - box.first_row;; rows -= rows_at_once) {
       const Doubles row_limit = (box.last_row + 0.5 - y) * beyond_all;
       const Areas areas{(p.dx[i] * (y - p.y[i]) - p.across[i]) - step_p,
                         (q.dx[i] * (y - q.y[i]) - q.across[i]) - step_q,
                         (r.dx[i] * (y - r.y[i]) - r.across[i]) - step_r,
                         row_limit < limit ? row_limit : limit};
-      const Index below = std::min(v + rows_at_once - 1, box.last_row);
-      show(i, target_.depth(x, v), target_.depth(x, below), areas, doubts);
+      show(i, here, target_.below(here, std::min(rows_at_once - 1, rows)), areas, doubts);
+      if (rows < rows_at_once) return;
+      y += static_cast<double>(rows_at_once);
+      here = target_.below(here, rows_at_once);
     }
   }
 
@@ -177,13 +180,11 @@ class LaneDrawing {
     const Doubles depth = (a + b + c) / (is_covered ? sum : none + 1);
     const Doubles from_least = depth < least ? least : depth;
     const Doubles exact = most < from_least ? most : from_least;
-    screen_.add(
-        {batch_.faces[i], here, there, is_covered ? exact : inside, part_a, part_b, part_c, sum});
+    screen_.add({i, here, there, is_covered ? exact : inside, a, b, c});
   }
 
   const RasterTarget<T>& target_;
   Index width_;
-  const FaceBatch& batch_;
   const FaceMeasures& of_;
   LaneScreen<T, lanes> screen_;
 };

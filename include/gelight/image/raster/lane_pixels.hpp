@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "gelight/core/types.hpp"
+#include "gelight/image/raster/faces.hpp"
 #include "gelight/image/raster/lanes.hpp"
 #include "gelight/image/raster/targets.hpp"
 
@@ -15,15 +16,14 @@
 namespace gelight::detail {
 
 /// Pixels of a face, a lane each: the first four lie side by side in the target, and so do the four
-/// others if there are any. Linear in the image are 1 / z, and the barycentric coordinates divided
-/// by z: these are the parts.
+/// others if there are any.
 template <class T, Index lanes>
 struct LanePixels {
   using Doubles = Lanes<double, lanes>;
-  Index face;
-  T *here, *there;  // depths
-  Doubles depth;    // infinite where the face covers nothing
-  Doubles part_a, part_b, part_c, sum;
+  std::size_t face;  // in the batch
+  T *here, *there;   // depths
+  Doubles depth;     // infinite where the face covers nothing
+  Doubles a, b, c;   // the areas that the pixels span with the sides
 };
 
 /// Shows pixels in a target: depths at once. Faces and places in them are kept until there are many
@@ -33,7 +33,8 @@ class LaneScreen {
  public:
   using Pixels = LanePixels<T, lanes>;
 
-  explicit LaneScreen(const RasterTarget<T>& target) : target_(target) {}
+  LaneScreen(const RasterTarget<T>& target, const FaceBatch& batch, const FaceMeasures& measures)
+      : target_(target), batch_(batch), of_(measures) {}
 
   void add(const Pixels& pixels) {
     Lanes<T, lanes> was;
@@ -49,13 +50,18 @@ class LaneScreen {
     if (ties != 0) add_ties(pixels, ties);
   }
 
-  /// Shows what was kept.
+  /// Shows what was kept. Linear in the image are the barycentric coordinates divided by z, and 1 /
+  /// z.
   void finish() {
     for (; bits_ != 0; bits_ &= bits_ - 1) {
       const auto bit = static_cast<std::size_t>(std::countr_zero(bits_));
-      const Four<double> parts{part_a_[bit], part_b_[bit], part_c_[bit], 1};
-      const auto shares = __builtin_convertvector(parts / sum_[bit], Four<T>);
-      target_.show(place(bit), face_[bit / count], {shares[0], shares[1], shares[2]});
+      const std::size_t i = face_[bit / count];
+      const Four<double> areas{a_[bit], b_[bit], c_[bit], 0};
+      const Four<double> parts =
+          areas * Four<double>{of_.inverse_z[0][i], of_.inverse_z[1][i], of_.inverse_z[2][i], 0};
+      const double sum = parts[0] + parts[1] + parts[2];
+      const auto shares = __builtin_convertvector(parts / sum, Four<T>);
+      target_.show(place(bit), batch_.faces[i], {shares[0], shares[1], shares[2]});
     }
     groups_ = 0;
   }
@@ -73,10 +79,9 @@ class LaneScreen {
     face_[groups_] = pixels.face;
     const std::ptrdiff_t here = target_.place(pixels.here), there = target_.place(pixels.there);
     place_[first / 4] = here, place_[(first + count - 1) / 4] = there;
-    store(part_a_, first, pixels.part_a);
-    store(part_b_, first, pixels.part_b);
-    store(part_c_, first, pixels.part_c);
-    store(sum_, first, pixels.sum);
+    store(a_, first, pixels.a);
+    store(b_, first, pixels.b);
+    store(c_, first, pixels.c);
     target_.prefetch_faces(here);
     if constexpr (lanes > 4) target_.prefetch_faces(there);
     groups_ += bits != 0 ? 1 : 0;
@@ -94,17 +99,20 @@ class LaneScreen {
     for (; ties != 0; ties &= ties - 1) {
       const Index k = std::countr_zero(ties);
       const T* const at = k < 4 ? pixels.here + k : pixels.there + (k - 4);
-      bits |= target_.is_first(target_.place(at), pixels.face) ? std::uint64_t{1} << k : 0;
+      bits |= target_.is_first(target_.place(at), batch_.faces[pixels.face]) ? std::uint64_t{1} << k
+                                                                             : 0;
     }
     keep(pixels, bits);
   }
 
   const RasterTarget<T>& target_;
+  const FaceBatch& batch_;
+  const FaceMeasures& of_;
   std::uint64_t bits_ = 0;  // which lanes of all groups are to be shown
   std::size_t groups_ = 0;
-  std::array<Index, most / count> face_;
+  std::array<std::size_t, most / count> face_;
   std::array<std::ptrdiff_t, most / 4> place_;
-  alignas(Lanes<double, lanes>) std::array<double, most> part_a_, part_b_, part_c_, sum_;
+  alignas(Lanes<double, lanes>) std::array<double, most> a_, b_, c_;
 };
 
 }  // namespace gelight::detail
