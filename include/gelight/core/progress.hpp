@@ -53,14 +53,16 @@ class CancelHook {
 
   /// Throws Cancelled where the answer is yes. `what` was under way, in words.
   void check(double done, const char* what) const {
-    if (ask_ && ask_(std::clamp(done, 0.0, 1.0)))
+    if (ask_ && ask_(std::min(1.0, from_ + std::clamp(done, 0.0, 1.0) * share_)))
       throw Cancelled(std::string(what) + " was cancelled");
   }
 
   /// The hook for a part of the work, from one share of the whole to another.
   [[nodiscard]] CancelHook part(double from, double to) const {
-    if (!ask_) return {};
-    return [ask = ask_, from, to](double done) { return ask(from + done * (to - from)); };
+    CancelHook of_part = *this;
+    of_part.from_ += from * share_;
+    of_part.share_ *= to - from;
+    return of_part;
   }
 
  private:
@@ -71,6 +73,7 @@ class CancelHook {
   }
 
   std::function<bool(double)> ask_;
+  double from_ = 0, share_ = 1;  // of the whole work
 };
 
 }  // namespace gelight

@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <memory>
 #include <utility>
 
 #include "gelight/core/array.hpp"
@@ -67,10 +66,10 @@ struct WindowList : WindowColumns<Real> {
     if (capacity <= capacity_) return;
     capacity = static_cast<std::ptrdiff_t>(
         std::bit_ceil(static_cast<std::size_t>(std::max(capacity, lane_size))));
-    auto memory = std::make_unique<std::byte[]>(
-        static_cast<std::size_t>(Columns::words(capacity) + capacity) * sizeof(Real));
-    const Columns columns = Columns::in(memory.get(), capacity);
-    auto* starts = reinterpret_cast<Real*>(memory.get()) + Columns::words(capacity);
+    Array<std::byte> memory(static_cast<std::size_t>(Columns::words(capacity) + capacity) *
+                            sizeof(Real));
+    const Columns columns = Columns::in(memory.data(), capacity);
+    auto* starts = reinterpret_cast<Real*>(memory.data()) + Columns::words(capacity);
     columns.copy(0, *this, 0, size);
     std::copy_n(start, size, starts);
     static_cast<Columns&>(*this) = columns;
@@ -100,7 +99,7 @@ struct WindowList : WindowColumns<Real> {
 
  private:
   std::ptrdiff_t capacity_ = 0;
-  std::unique_ptr<std::byte[]> memory_;
+  Array<std::byte> memory_;
 };
 
 /// The windows that wait on each half-edge: batches, each contiguous, in memory that is used again.
@@ -222,7 +221,7 @@ class WindowStore {
   static_assert(sizeof(Header) <= header_words * word);
 
   [[nodiscard]] std::byte* memory_of(std::uint32_t handle) const {
-    return slabs_[handle / slab_words].memory.get() + handle % slab_words * word;
+    return slabs_[handle / slab_words].begin + handle % slab_words * word;
   }
   [[nodiscard]] Header& header_of(std::uint32_t handle) const {
     return *reinterpret_cast<Header*>(memory_of(handle));
@@ -259,16 +258,19 @@ class WindowStore {
   }
 
   struct Slab {
-    std::unique_ptr<std::byte[]> memory;
-    std::size_t size = 0;  // in words
+    Array<std::byte> memory;
+    std::byte* begin = nullptr;  // of it
   };
 
   void add_slab(std::ptrdiff_t words) {
-    const auto size = static_cast<std::size_t>(std::max(words, slab_words));
+    const std::size_t size = static_cast<std::size_t>(std::max(words, slab_words)) * word;
     if (used_slabs_ == std::ssize(slabs_)) slabs_.emplace_back();
     Slab& slab = slabs_[used_slabs_++];
-    if (slab.size < size) slab = {std::make_unique<std::byte[]>(size * word), size};
-    used_bytes_ += slab.size * word;
+    if (slab.memory.size() < size) {
+      slab.memory = Array<std::byte>(size);
+      slab.begin = slab.memory.data();
+    }
+    used_bytes_ += slab.memory.size();
   }
 
   Array<std::uint32_t> first_;            // of each half-edge: its first batch
