@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <complex>
@@ -82,7 +81,6 @@ struct Columns {
   }
 
  private:
-  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   template <Index number>
   using Number = std::integral_constant<Index, number>;
   // Few rows fill no wider register.
@@ -147,14 +145,18 @@ struct Columns {
   }
   template <Index columns>
   void subtract_columns(std::complex<double>* x) const {
-    Eigen::Map<Vector> rest(x + columns, rows - columns);
-    const auto under = [&](Index j) {
-      return Eigen::Map<const Vector>((*this)[j] + columns, rows - columns);
-    };
-    if constexpr (columns == 4) {
-      rest = rest - x[0] * under(0) - x[1] * under(1) - x[2] * under(2) - x[3] * under(3);
-    } else {
-      for (Index j = 0; j < columns; ++j) rest -= x[j] * under(j);
+    Numbers<width> signs{};
+    for (Index k = 0; k < width; ++k) signs[k] = k % 2 == 0 ? -1 : 1;
+    for (Index i = columns; i < rows; i += width / 2) {
+      Numbers<width> by_real{}, by_imaginary{};
+      for (Index j = 0; j < columns; ++j) {
+        const Numbers<width> value = load((*this)[j] + i);
+        by_real += value * x[j].real();
+        by_imaginary += value * x[j].imag();
+      }
+      Numbers<width> rest = load(x + i);
+      rest -= by_real + exchanged(by_imaginary) * signs;
+      std::memcpy(static_cast<void*>(x + i), &rest, sizeof rest);
     }
   }
   template <Index columns>
@@ -187,21 +189,26 @@ struct Columns {
       x[j] -= sums[j][0];
     }
   }
+  // Of the conjugate of u with v, the real part is the sum of what u times v is part by part, the
+  // imaginary one the difference of what u times v with its parts exchanged is.
   template <Index columns>
   void subtract_dots(std::complex<double>* x) const {
-    Scalar sums[columns] = {};
-    Index j = 0;
-    for (; j + 2 <= columns; j += 2) {
-      ColumnPair pair{};
-      for (Index i = columns; i < rows; ++i) {
-        pair.add_products((*this)[j][i], (*this)[j + 1][i], x[i]);
+    Numbers<width> straight[columns] = {}, crossed[columns] = {};
+    for (Index i = columns; i < rows; i += width / 2) {
+      const Numbers<width> y = load(x + i), turned = exchanged(y);
+      for (Index j = 0; j < columns; ++j) {
+        const Numbers<width> value = load((*this)[j] + i);
+        straight[j] += value * y;
+        crossed[j] += value * turned;
       }
-      for (Index k = 0; k < 2; ++k) sums[j + k] = Scalar(pair.real[k], pair.imaginary[k]);
     }
-    for (; j < columns; ++j) {
-      for (Index i = columns; i < rows; ++i) sums[j] += std::conj((*this)[j][i]) * x[i];
+    for (Index j = 0; j < columns; ++j) {
+      for (Index k = 2; k < width; ++k) {
+        straight[j][k % 2] += straight[j][k];
+        crossed[j][k % 2] += crossed[j][k];
+      }
+      x[j] -= Scalar(straight[j][0] + straight[j][1], crossed[j][0] - crossed[j][1]);
     }
-    for (j = 0; j < columns; ++j) x[j] -= sums[j];
   }
   // Sums are of every width-th row and then put together, as those of one system's rows are.
   template <Index columns>
@@ -230,22 +237,18 @@ struct Columns {
     return sums;
   }
 
-  // Sums of two columns.
-  struct ColumnPair {
-    Numbers<2> real, imaginary;
-
-    // Of the conjugates.
-    void add_products(const Scalar& first, const Scalar& second, const Scalar& y) {
-      const Numbers<2> re{first.real(), second.real()}, im{first.imag(), second.imag()};
-      real += re * y.real() + im * y.imag();
-      imaginary += re * y.imag() - im * y.real();
-    }
-  };
-
-  static Numbers<width> load(const double* from) {
+  // As many numbers, or complex ones' parts, as are worked on at once.
+  static Numbers<width> load(const Scalar* from) {
     Numbers<width> numbers;
     std::memcpy(&numbers, from, sizeof numbers);
     return numbers;
+  }
+  // The parts of complex numbers in the other order.
+  static Numbers<width> exchanged(const Numbers<width>& parts) {
+    static_assert(width % 2 == 0);
+    Numbers<width> result{};
+    for (Index k = 0; k < width; ++k) result[k] = parts[k ^ 1];
+    return result;
   }
 };
 
