@@ -101,3 +101,26 @@ TEST_CASE("a surface is the same with a hook and without") {
     REQUIRE(plain.length(h) == asked.length(h));
   }
 }
+
+TEST_CASE(
+    "the share that parts of parts tell never decreases, and each ends where the next begins") {
+  for (int count = 1; count <= 24; ++count) {
+    CAPTURE(count);
+    double last = 0;
+    int decreases = 0;
+    const CancelHook whole([&](double done) {
+      decreases += done < last ? 1 : 0;
+      last = done;
+      return false;
+    });
+    for (int k = 0; k < count; ++k) {
+      const CancelHook part = whole.part(double(k) / count, double(k + 1) / count);
+      for (int i = 0; i < 7; ++i) {
+        const CancelHook inner = part.part(i / 7.0, (i + 1) / 7.0);
+        for (const double done : {0.0, 0.1, 0.9, 1 - 0x1p-53, 1.0}) inner.check(done, "work");
+      }
+      CHECK(last == double(k + 1) / count);
+    }
+    CHECK(decreases == 0);
+  }
+}

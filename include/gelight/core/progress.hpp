@@ -53,15 +53,15 @@ class CancelHook {
 
   /// Throws Cancelled where the answer is yes. `what` was under way, in words.
   void check(double done, const char* what) const {
-    if (ask_ && ask_(std::min(1.0, from_ + std::clamp(done, 0.0, 1.0) * share_)))
+    if (ask_ && ask_(of_whole(std::clamp(done, 0.0, 1.0))))
       throw Cancelled(std::string(what) + " was cancelled");
   }
 
   /// The hook for a part of the work, from one share of the whole to another.
   [[nodiscard]] CancelHook part(double from, double to) const {
     CancelHook of_part = *this;
-    of_part.from_ += from * share_;
-    of_part.share_ *= to - from;
+    of_part.from_ = of_whole(from);
+    of_part.to_ = of_whole(to);
     return of_part;
   }
 
@@ -72,8 +72,13 @@ class CancelHook {
     return true;
   }
 
+  // A part ends at just the share where the next one begins, and exceeds it nowhere.
+  [[nodiscard]] double of_whole(double done) const {
+    return done == 1 ? to_ : std::min(to_, from_ + done * (to_ - from_));
+  }
+
   std::function<bool(double)> ask_;
-  double from_ = 0, share_ = 1;  // of the whole work
+  double from_ = 0, to_ = 1;  // of the whole work
 };
 
 }  // namespace gelight

@@ -61,6 +61,12 @@ struct WindowList : WindowColumns<Real> {
   Real* start = nullptr;
   std::ptrdiff_t size = 0;
 
+  // A copy's columns would be those of the other.
+  WindowList() = default;
+  WindowList(WindowList&&) noexcept = default;
+  WindowList& operator=(WindowList&&) noexcept = default;
+  ~WindowList() = default;
+
   /// Makes room, keeping the windows.
   void reserve(std::ptrdiff_t capacity) {
     if (capacity <= capacity_) return;
@@ -260,6 +266,11 @@ class WindowStore {
   struct Slab {
     Array<std::byte> memory;
     std::byte* begin = nullptr;  // of it
+
+    Slab() = default;
+    Slab(Slab&&) noexcept = default;
+    Slab& operator=(Slab&&) noexcept = default;
+    ~Slab() = default;
   };
 
   void add_slab(std::ptrdiff_t words) {
