@@ -813,12 +813,21 @@ TEST_CASE("a longer type than double shows what double does") {
   gelight::RasterWorkspace work;
   gelight::rasterize_into<long double>(depth, same, {}, longer, &work);
   gelight::rasterize_into<double>(expected_depth, mesh, {}, camera, &work);
+  // Pixels one by one and several at once: products need not be fused with sums alike.
+#if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+  constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
+#else
+  constexpr double rounding = 0;
+#endif
+  const auto is_same = [](long double is, double was) {
+    return is == was || (std::isfinite(was) && std::abs(is - was) <= rounding * was);
+  };
   int seen = 0;
   for (Index v = 0; v < camera.height; ++v) {
     for (Index u = 0; u < camera.width; ++u) {
       seen += expected.face(u, v) >= 0;
-      CHECK(depth(u, v) == expected_depth(u, v));  // which fused sums round otherwise
-      CHECK(raster.depth(u, v) == expected.depth(u, v));
+      CHECK(is_same(depth(u, v), expected_depth(u, v)));
+      CHECK(is_same(raster.depth(u, v), expected.depth(u, v)));
       CHECK(raster.face(u, v) == expected.face(u, v));
       for (std::size_t k = 0; k < 3; ++k) {
         CHECK(raster.barycentric(u, v)[k] == expected.barycentric(u, v)[k]);
