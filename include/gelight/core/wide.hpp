@@ -74,7 +74,7 @@ auto vectorised(const Work& work) {
 }
 
 /// Whether to work with several numbers of double precision at a time, in lanes: on x86-64 where
-/// registers hold four. (In halves of four they gain little, and would be compiled once more.)
+/// registers hold four. (In halves of four, drawing takes longer than number by number.)
 [[nodiscard]] inline bool works_in_lanes() {
 #if defined(GELIGHT_CHOOSES_REGISTERS)
   return __builtin_cpu_supports("avx2") != 0;
