@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -293,6 +294,13 @@ TEST_CASE("bad input is refused by name") {
   CHECK_THROWS_AS((void)solver.transport(42, basis[0]), InvalidInput);
   CHECK_THROWS_AS((void)solver.transport(std::vector<VectorSource<double>>{}), InvalidInput);
   CHECK_THROWS_AS((void)solver.log_map(-1), InvalidInput);
+  // Each is as long as a double may be, together they are longer.
+  const Vec longest = 1e308 * basis[0];
+  const VectorSource<double> one{vertex_point<double>(0), longest};
+  CHECK((solver.transport(std::vector{one})[0] - longest).norm() < 1e294);
+  CHECK_THROWS_WITH_AS((void)solver.transport(std::vector{one, one}),
+                       "with that of source 1, the vectors' lengths at vertex 0 sum to inf",
+                       InvalidInput);
   const std::vector<Index> vertex{0};
   CHECK_THROWS_AS((void)solver.extend(vertex, std::vector<double>{}), InvalidInput);
   CHECK_THROWS_AS((void)solver.extend(vertex, std::vector<double>{nan}), InvalidInput);
@@ -370,6 +378,32 @@ TEST_CASE("in a flat sheet whose edges are all flipped a vector stays what it is
                               face_point<double>(77, {0.2, 0.5, 0.3})}) {
       const std::vector<VectorSource<double>> sources{{point, v}};
       for (const auto& carried : solver.transport(sources)) CHECK((carried - v).norm() < 1e-10);
+    }
+  }
+}
+
+TEST_CASE("in a flat sheet of thin triangles no vector is reversed where heat is negative") {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> off(-0.03, 0.03);
+  const Vec up(0, 1, 0);
+  for (const double width : {1.0, 0.1, 0.02, 0.005}) {
+    auto mesh = grid<double>(12, 9, 1.3, 1.0);
+    for (auto& p : mesh.positions) {
+      if (p[0] > 1e-9 && p[0] < 1.3 - 1e-9) p[0] += off(random);
+      if (p[1] > 1e-9 && p[1] < 1 - 1e-9) p[1] += off(random);
+      p[0] *= width;
+    }
+    for (const bool is_delaunay : {true, false}) {
+      CAPTURE(width);
+      CAPTURE(is_delaunay);
+      const VectorHeatSolver solver(mesh, {.intrinsic_delaunay = is_delaunay});
+      for (const auto& sources :
+           {std::vector<VectorSource<double>>{{vertex_point<double>(64), up}},
+            std::vector<VectorSource<double>>{{vertex_point<double>(0), up}},
+            std::vector<VectorSource<double>>{{vertex_point<double>(40), up},
+                                              {edge_point<double>(92, 93, 0.3), up}}}) {
+        for (const auto& carried : solver.transport(sources)) CHECK((carried - up).norm() < 1e-7);
+      }
     }
   }
 }

@@ -103,6 +103,19 @@ struct HeatSystem {
 
   using Factor = std::shared_ptr<const LinearFactor<Real>>;
 
+  /// Whether heat is nowhere negative, where no entry beside the diagonal is positive but for
+  /// rounding.
+  [[nodiscard]] bool keeps_heat_positive() const {
+    constexpr Real rounding = 1e-12;
+    for (Index v = 0; v < pattern->size(); ++v) {
+      const Real allowed = rounding * heat.values[pattern->diagonal(v)];
+      for (Index e = pattern->begin(v) + 1; e < pattern->begin(v + 1); ++e) {
+        if (heat.values[e] > allowed) return false;
+      }
+    }
+    return true;
+  }
+
   /// Made when it is asked for: what needs it longer are factors.
   [[nodiscard]] SymmetricMatrix<Real> laplacian() const {
     return cotan_laplacian<Real>(faces, origins, pattern);
@@ -627,6 +640,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     return std::max({d[0], d[1], d[2]}) < unreachable<Real>;
   }
   [[nodiscard]] Vec2<Real> near_gradient(Index f, const detail::Array<Real>& near) const {
+    using namespace detail::arithmetic;
     const auto& face = system_->faces[f];
     return scaled_gradient(face, values_at(f, near)) / (face.x1 * face.y2);
   }
@@ -733,6 +747,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   // source one of the heats would outweigh the other.
   [[nodiscard]] Vec2<Real> averaged_descent(Index f, const detail::ScaledField<Real>& held,
                                             const detail::ScaledField<Real>& free) const {
+    using namespace detail::arithmetic;
     const Real share = options_.boundary == HeatBoundary::dirichlet ? 0 : 1;
     const Vec2<Real> a = descent(f, held), b = descent(f, free);
     const Vec2<Real> mixed = a + (a.isZero(0) ? 1 : share) * b;
@@ -756,6 +771,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   }
 
   [[nodiscard]] Vec2<Real> refined_field(Index f, const detail::Array<Real>& phi) const {
+    using namespace detail::arithmetic;
     const auto& face = system_->faces[f];
     const Vec2<Real> g = scaled_gradient(face, values_at(f, phi)) / (face.x1 * face.y2);
     const Real length = norm(g);
@@ -763,6 +779,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   }
 
   [[nodiscard]] Vec2<Real> unit_gradient(Index f, const std::array<Real, 3>& u) const {
+    using namespace detail::arithmetic;
     const Vec2<Real> g = scaled_gradient(system_->faces[f], u);
     const Real length = norm(g);
     return length > 0 ? Vec2<Real>(g / length) : g;

@@ -133,7 +133,8 @@ class VectorHeatSolver {
     for (std::size_t s = 0; s < sources.size(); ++s) {
       add_source(sources[s], s, load, length_load, share_load);
     }
-    auto carried = unit_directions(flow(load, cancelled.part(0, 0.6)));
+    auto carried = unit_directions(flow(load, cancelled.part(0, 0.5)));
+    turn_where_heat_is_negative(share_load, carried, cancelled.part(0.5, 0.6));
     if (sources.size() == 1) {
       const Real length = std::accumulate(length_load.begin(), length_load.end(), 0.0);
       for (auto& z : carried) z *= length;
@@ -178,8 +179,8 @@ class VectorHeatSolver {
   /// radius and direction are 0.3 to 0.4 % and 0.3 to 0.5 degrees off on average on icospheres of
   /// 2,562 and 10,242 vertices, 0.35 % and 1 degree on the GelTip membrane (at most 4.1 % and, at
   /// the cut locus, any angle), 1.3 % and 7 degrees on rough meshes like a scanner's (the median of
-  /// 24): `solve_log_map` tells. ExactLogMapSolver is exact everywhere, in some thirty times the
-  /// time.
+  /// 24), and coordinates may be opposite on thin triangles with obtuse corners at the border:
+  /// `solve_log_map` tells. ExactLogMapSolver is exact everywhere, in some thirty times the time.
   [[nodiscard]] std::vector<Vec2<T>> log_map(Index vertex) const {
     return mapped(vertex).coordinates;
   }
@@ -410,6 +411,7 @@ class VectorHeatSolver {
 
   // Which source the path ends at; added to a path that ends at a vertex of the source's face.
   [[nodiscard]] std::size_t nearest_source(const detail::Sources& sources, Path& path) const {
+    using namespace detail::arithmetic;
     std::size_t nearest = 0;
     Real least = unreachable<Real>;
     for (std::size_t s = 0; s < sources.size(); ++s) {
@@ -466,6 +468,20 @@ class VectorHeatSolver {
       z /= std::abs(z);
     }
     return std::move(heat.value);
+  }
+
+  // Beyond obtuse corners of the border, and on triangles that are not Delaunay, heat may be
+  // negative; the vectors that go with it are then opposite.
+  void turn_where_heat_is_negative(const detail::Array<Real>& shares, Field& directions,
+                                   const CancelHook& cancelled) const {
+    const auto& system = *system_;
+    if (system.keeps_heat_positive()) return;
+    const auto& factor = system.heat_factor(cancelled.part(0, 0.5));
+    const auto heat = detail::heat_flow(system.heat, factor, shares, system.reached_from(shares),
+                                        cancelled.part(0.5, 1));
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (heat.value[v] < 0) directions[v] = -directions[v];
+    }
   }
 
   // Quotient of two heat flows: a mean of value / share, weighted by nearness. NaN where no heat.
@@ -536,15 +552,17 @@ class VectorHeatSolver {
     const auto basis = planes_.basis(point);
     const auto tangent = basis.project(vector);
     const Real length = std::abs(tangent);
+    detail::require(length <= Real{std::numeric_limits<T>::max()}, "the vector of source ", number,
+                    " is ", length, " long, longer than one of its parts can be");
     detail::require(length > normal_share * detail::stable_norm(vector), "the vector of source ",
                     number, ", (", vector[0], ", ", vector[1], ", ", vector[2],
                     "), has no part tangent to the surface");
-    detail::require(length <= Real{std::numeric_limits<T>::max()}, "the vector of source ", number,
-                    " is ", length, " long, longer than one of its parts can be");
     const auto add = [&](Index v, Real weight, Real turn) {
       load[v] += weight * tangent * std::polar(1.0, turn);
       lengths[v] += weight * length;
       shares[v] += weight;
+      detail::require(std::isfinite(lengths[v]), "with that of source ", number,
+                      ", the vectors' lengths at vertex ", v, " sum to ", lengths[v]);
     };
     for_each_vertex_of(point, add);
   }
