@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 
 #include "gelight/core/bits.hpp"
 
@@ -42,4 +43,20 @@ TEST_CASE("bits of numbers, there and back") {
   for (const float x : {1e-45f, 0.1f, -3e38f}) {
     CHECK(detail::bit_cast<float>(detail::bit_cast<std::int32_t>(x)) == x);
   }
+}
+
+TEST_CASE("expressions of Eigen stay what they are beside this library's names") {
+  const Eigen::Vector3d a(1, -2, 3), b(4, 5, 6);
+  const Eigen::Vector2f p(3, 4), q(0, 1);
+  // Kept by value in what follows: no operator of ours may make it a vector that is gone by then.
+  static_assert(!std::is_same_v<decltype(a - b), Eigen::Vector3d>);
+  static_assert(!std::is_same_v<decltype(2.0 * q), Eigen::Vector2f>);
+  const auto amounts = (a - b).cwiseAbs();
+  CHECK(Eigen::Vector3d(amounts) == Eigen::Vector3d(3, 7, 3));
+  CHECK(norm(2 * p) == 10);
+  CHECK(squared_norm(p - q) == 18);
+  CHECK(dot(a - b, a) == 2);
+  CHECK(dot(p, q - p) == -21);
+  CHECK(cross(a + b, b) == cross(a, b));
+  CHECK(normalized(p + p) == normalized(p));
 }

@@ -25,8 +25,11 @@ using Vec3 = Eigen::Matrix<T, 3, 1>;
 
 /// The arithmetic of points and vectors, spelled out: what Eigen's operators compute, but without
 /// their expressions, whose types are a good part of what it costs to compile a program.
-/// Sums go from the first coordinate to the last, whatever the processor and the type.
-///@{
+/// Sums go from the first coordinate to the last, whatever the processor and the type. They are
+/// apart, since who uses namespace gelight has Eigen's own operators, on which his expressions are
+/// built.
+namespace detail::arithmetic {
+
 template <std::floating_point T>
 [[nodiscard]] Vec2<T> operator+(const Vec2<T>& a, const Vec2<T>& b) {
   return {a[0] + b[0], a[1] + b[1]};
@@ -98,6 +101,15 @@ template <std::floating_point T>
   for (int i = 0; i < 3; ++i) out[i] = m(i, 0) * v[0] + m(i, 1) * v[1] + m(i, 2) * v[2];
   return out;
 }
+
+}  // namespace detail::arithmetic
+
+namespace detail {
+using namespace arithmetic;
+}
+
+/// Products and lengths of points and vectors.
+///@{
 /// Scalar product.
 template <std::floating_point T>
 [[nodiscard]] T dot(const Vec2<T>& a, const Vec2<T>& b) {
@@ -128,11 +140,13 @@ template <std::floating_point T>
 /// One unit long; zero stays zero.
 template <std::floating_point T>
 [[nodiscard]] Vec2<T> normalized(const Vec2<T>& v) {
+  using namespace detail::arithmetic;
   const T square = dot(v, v);
   return square > 0 ? v / std::sqrt(square) : v;
 }
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> normalized(const Vec3<T>& v) {
+  using namespace detail::arithmetic;
   const T square = dot(v, v);
   return square > 0 ? v / std::sqrt(square) : v;
 }
@@ -162,6 +176,48 @@ template <class T>
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
+namespace detail {
+
+template <class V>
+using PlainVector = Eigen::Matrix<typename V::Scalar, V::RowsAtCompileTime, 1>;
+
+/// An expression of Eigen that is a point or a vector of so many floating point numbers, and one of
+/// the same kind.
+template <class V, int size>
+concept VectorExpression = std::floating_point<typename V::Scalar> && V::ColsAtCompileTime == 1 &&
+                           V::RowsAtCompileTime == size;
+template <class V>
+concept PlaneOrSpace = VectorExpression<V, 2> || VectorExpression<V, 3>;
+template <class W, class V>
+concept SameKind = std::same_as<PlainVector<W>, PlainVector<V>>;
+
+}  // namespace detail
+
+/// The same of expressions, which are worked out first.
+///@{
+template <detail::PlaneOrSpace A, detail::SameKind<A> B>
+[[nodiscard]] typename A::Scalar dot(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
+  return dot(detail::PlainVector<A>(a), detail::PlainVector<B>(b));
+}
+template <detail::VectorExpression<3> A, detail::SameKind<A> B>
+[[nodiscard]] detail::PlainVector<A> cross(const Eigen::MatrixBase<A>& a,
+                                           const Eigen::MatrixBase<B>& b) {
+  return cross(detail::PlainVector<A>(a), detail::PlainVector<B>(b));
+}
+template <detail::PlaneOrSpace V>
+[[nodiscard]] typename V::Scalar squared_norm(const Eigen::MatrixBase<V>& v) {
+  return squared_norm(detail::PlainVector<V>(v));
+}
+template <detail::PlaneOrSpace V>
+[[nodiscard]] typename V::Scalar norm(const Eigen::MatrixBase<V>& v) {
+  return norm(detail::PlainVector<V>(v));
+}
+template <detail::PlaneOrSpace V>
+[[nodiscard]] detail::PlainVector<V> normalized(const Eigen::MatrixBase<V>& v) {
+  return normalized(detail::PlainVector<V>(v));
+}
+///@}
+
 /// What a distance is where no path leads.
 template <class T>
 inline constexpr T unreachable = std::numeric_limits<T>::infinity();
@@ -176,9 +232,6 @@ struct DeferredType {
 /// looked at when that is compiled, and costs nothing to include.
 template <class Type, class T>
 using Deferred = typename DeferredType<Type, T>::Is;
-
-template <class V>
-using PlainVector = Eigen::Matrix<typename V::Scalar, V::RowsAtCompileTime, 1>;
 
 /// What allFinite of Eigen tells, without the expressions that make it slow to compile.
 template <class V>

@@ -293,6 +293,7 @@ auto ExactField<T>::departure(const SurfacePoint<T>& point) const -> ExactDepart
 // Ends of another direction than those before.
 template <std::floating_point T>
 auto ExactField<T>::distinct(const std::vector<End>& ends) const -> std::vector<ExactArrival<T>> {
+  using namespace detail::arithmetic;
   const Directions directions(solution_);
   std::vector<ExactArrival<T>> out;
   std::vector<Vec3<Real>> known;

@@ -266,6 +266,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // Goes round all vertices and measures what is round them. False where two faces have the same
   // three vertices, or edges have a length, but none that counts as one.
   [[nodiscard]] bool add_spokes(const Faces& mesh) {
+    using namespace detail::arithmetic;
     const auto all = mesh.all_rims();
     detail::FanWalk fans(mesh.vertex_count());
     detail::PeriodicCheck progress(cancelled_, mesh.vertex_count(), "the set-up of fast marching");

@@ -404,6 +404,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
   // Whether two ends so far apart are of fronts that meet: directions of one turn by about their
   // distance over its radius, and as the surface does.
   static bool meet(const End& a, const End& b, Real apart) {
+    using namespace detail::arithmetic;
     constexpr Real most_turn = 3, most_bend = 0.3;
     if (!(a.on_mesh > 0 && b.on_mesh > 0)) return false;
     const Real turn = detail::stable_norm(Vec3<Real>(a.direction - b.direction));

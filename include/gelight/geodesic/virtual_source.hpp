@@ -104,6 +104,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
 
   // No way is shorter than the straight line through space.
   void take_distances(Front& front, detail::DistanceQuery<double>& query) const {
+    using namespace detail::arithmetic;
     auto& [sources, starts, distance] = query;
     front.places.clear();
     for (const auto& source : sources) {
@@ -251,6 +252,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   static constexpr double most_delay_in_edges = 2;
 
   void start(const Source<double>& source, Index wave, Front& front) const {
+    using namespace detail::arithmetic;
     const auto point = detail::simplified(surface_, source.point);
     if (point.kind == SurfacePoint<double>::Kind::vertex) {
       const Index n = front.place_for(point.element[0], source.distance, wave, true);
@@ -348,6 +350,7 @@ class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T
   template <bool several>
   [[gnu::always_inline]] void over(const Seen& from, Index s, Index back_edge, const Spoke& to,
                                    Index sight, int side, double slack, Front& front) const {
+    using namespace detail::arithmetic;
     const Spoke& edge = spokes_[s];
     const Node& first = front.nodes[from.node];
     const Seen beside = seen<several>(edge.end, first.wave, false, front);

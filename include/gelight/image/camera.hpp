@@ -42,7 +42,10 @@ struct Camera {
   [[nodiscard]] Vec3<T> ray(T u, T v) const { return {(u - cx) / fx, (v - cy) / fy, 1}; }
 
   /// The point that pixel (u, v) sees at a depth, in the unit of the depth.
-  [[nodiscard]] Vec3<T> unproject(T u, T v, T depth) const { return depth * ray(u, v); }
+  [[nodiscard]] Vec3<T> unproject(T u, T v, T depth) const {
+    using namespace detail::arithmetic;
+    return depth * ray(u, v);
+  }
 
   /// The pixel where a point with z > 0 appears.
   [[nodiscard]] Vec2<T> project(const Vec3<T>& point) const {

@@ -192,6 +192,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] LightField<T> rectified(LightField<T> field,
                                       std::type_identity_t<std::span<const Vec3<T>>> normals) {
+  using namespace detail::arithmetic;
   detail::require(field.size() == normals.size(), "the field has ", field.size(),
                   " directions, there are ", normals.size(), " normals");
   detail::require_finite(field, "direction");

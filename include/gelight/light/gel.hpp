@@ -73,6 +73,7 @@ template <std::floating_point T>
 [[nodiscard]] LightField<T> gel_field(const GelLed<T>& led, std::span<const Vec3<T>> positions,
                                       std::span<const Vec3<T>> normals,
                                       const CancelHook& cancelled = {}) {
+  using namespace detail::arithmetic;
   const auto require_positive = [](T value, const char* what) {
     detail::require(value > 0 && std::isfinite(value), "the gel's LED: ", what, " is ", value);
   };

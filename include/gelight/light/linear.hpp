@@ -21,6 +21,7 @@ template <std::floating_point T>
 [[nodiscard]] LightField<T> linear_field(const Vec3<T>& led,
                                          std::type_identity_t<std::span<const Vec3<T>>> positions,
                                          const CancelHook& cancelled = {}) {
+  using namespace detail::arithmetic;
   detail::require_finite(std::span(&led, 1), "the LED's point");
   detail::require_finite(positions, "position");
   LightField<T> field;
@@ -39,6 +40,7 @@ template <std::floating_point T>
 [[nodiscard]] LightRays<T> linear_rays(std::span<const Vec3<T>> led,
                                        std::span<const Vec3<T>> positions,
                                        const CancelHook& cancelled = {}) {
+  using namespace detail::arithmetic;
   detail::require(!led.empty(), "the LED has no point");
   detail::require_finite(led, "the LED's point");
   detail::require_finite(positions, "position");

@@ -216,6 +216,7 @@ class GelLight {
   /// See the top of the page. Throws InvalidInput also for an LED without an emission.
   [[nodiscard]] LightField<T> field(const Led<T>& led, std::span<const SurfacePoint<T>> points,
                                     const CancelHook& cancelled = {}) const {
+    using namespace detail::arithmetic;
     detail::require_led(led);
     detail::require(!led.emission.isZero(0), "light in a gel needs an LED with an emission");
     std::vector<Vec3<T>> positions, normals;
@@ -244,6 +245,7 @@ class GelLight {
 
  private:
   [[nodiscard]] GelLed<T> source(const Led<T>& led, const SurfacePoint<T>& point) const {
+    using namespace detail::arithmetic;
     const Vec3<T> normal = detail::direction_of(detail::mean_normal(surface_, point));
     const T depth = gel_.thickness / 2;
     return {.place = surface_.position(point) - depth * normal,
@@ -255,6 +257,7 @@ class GelLight {
   }
 
   [[nodiscard]] Vec3<T> normal(const SurfacePoint<T>& point) const {
+    using namespace detail::arithmetic;
     Vec3<T> sum = Vec3<T>(0, 0, 0);
     std::array<Index, 3> vertices{point.element[0], point.element[1], -1};
     if (point.kind == SurfacePoint<T>::Kind::face) vertices = surface_.face(point.element[0]);

@@ -61,6 +61,7 @@ struct InnerLayer {
 /// positive and finite, a membrane that is not an oriented manifold, and where the membrane is
 /// curved so much that a face would be turned over. Linear in the faces.
 [[nodiscard]] inline Surface<double> beneath(const Surface<double>& membrane, double thickness) {
+  using namespace detail::arithmetic;
   detail::require(thickness > 0 && std::isfinite(thickness), "a gel ", thickness, " thick");
   require_oriented(membrane);
   Mesh<double> mesh;
@@ -316,6 +317,7 @@ class LightTracer {
   }
 
   [[nodiscard]] Emitter emitter_of(const TracedLed& led) const {
+    using namespace detail::arithmetic;
     const Vec3<double> axis = detail::stable_unit(led.axis);
     const Vec3<double> across = detail::unit_orthogonal(axis);
     const double radius = led.radius / scene_.scale();
@@ -358,6 +360,7 @@ class LightTracer {
   // A path as it leaves the LED.
   static Path emitted(const Emitter& led, std::uint64_t seed, std::uint64_t number,
                       detail::Batch& batch) {
+    using namespace detail::arithmetic;
     const auto where = detail::uniforms(seed, number, 0), way = detail::uniforms(seed, number, 1);
     const double radius = std::sqrt(where[0]), angle = 2 * std::numbers::pi * where[1];
     Path path{led.place + radius * (std::cos(angle) * led.across + std::sin(angle) * led.along),
@@ -400,6 +403,7 @@ class LightTracer {
   // Arrives at the coating, and is reflected diffusely.
   void coat(Path& path, const detail::RayScene::Hit& hit, const std::array<double, 4>& random,
             detail::Batch& batch) const {
+    using namespace detail::arithmetic;
     const Vec3<double>& normal = scene_.normal(0, hit.face);
     constexpr double least_cosine = 1e-3;
     const double slant = 1 / std::max(least_cosine, dot(path.way, normal));
@@ -426,6 +430,7 @@ class LightTracer {
   // Is reflected or refracted where two layers meet, by chance.
   void cross_boundary(Path& path, const detail::RayScene::Hit& hit, bool outwards,
                       double random) const {
+    using namespace detail::arithmetic;
     const std::size_t beyond = outwards ? hit.surface - 1 : hit.surface;
     const double ratio = media_[path.medium].index / media_[beyond].index;
     const double sign = outwards ? -1 : 1;
@@ -476,6 +481,7 @@ class LightTracer {
 
   // By the delta method from the covariance of power and direction.
   static void add_vertex(const detail::VertexSums& sums, double unit, TracedLight& light) {
+    using namespace detail::arithmetic;
     const Eigen::Matrix4d covariance = sums.covariance(batches);
     const double power = sums.sum.power, length = norm(sums.sum.way);
     const Vec3<double> way = detail::direction_of(sums.sum.way);

@@ -268,6 +268,7 @@ class ElasticLayer {
   template <class D>
   [[nodiscard]] std::pair<detail::RigidObject, Index> see(const D& depth,
                                                           const LayerLoad& load) const {
+    using namespace detail::arithmetic;
     detail::RigidObject object;
     object.shift = load.shift / pixel().x();
     object.twist = load.twist;
@@ -317,6 +318,7 @@ class ElasticLayer {
   [[nodiscard]] detail::LayerState balance(const detail::RigidObject& object, const LayerLoad& load,
                                            const detail::LayerState& start,
                                            detail::Effort& effort) const {
+    using namespace detail::arithmetic;
     const double force = *load.force;
     if (force == 0) {
       // Where the object begins to touch.
@@ -357,6 +359,7 @@ class ElasticLayer {
 
   [[nodiscard]] LayerContact<T> report(const detail::LayerState& state, Index unknown_pixels,
                                        detail::Effort& effort) const {
+    using namespace detail::arithmetic;
     const double scale = pixel().x(), modulus = gel_.shear_modulus();
     const auto surface = layer_->surface(state, options_.sideways, effort);
     LayerContact<T> contact;
@@ -409,6 +412,7 @@ class ElasticLayer {
 
   // The normal of the gel at rest at a pixel, of any length; none where that is not known.
   [[nodiscard]] std::optional<Vec3<double>> normal(Index x, Index y) const {
+    using namespace detail::arithmetic;
     const auto point = [&](Index u, Index v) -> Vec3<double> {
       u = std::clamp(u, Index{0}, camera_.width - 1);
       v = std::clamp(v, Index{0}, camera_.height - 1);
@@ -422,6 +426,7 @@ class ElasticLayer {
   }
 
   [[nodiscard]] double bend(const Image<T>& pressure) const {
+    using namespace detail::arithmetic;
     const auto for_touched = [&](const auto& work) {
       for (Index y = 0; y < camera_.height; ++y) {
         for (Index x = 0; x < camera_.width; ++x) {

@@ -312,6 +312,7 @@ class SpringBed {
   template <class Springs>
   [[nodiscard]] Outcome equilibrate(Springs& springs, double displacement, const Load& load,
                                     const CancelHook& cancelled) const {
+    using namespace detail::arithmetic;
     constexpr int most_steps = 200;
     constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
     const double wanted = sought(springs, load);
@@ -435,6 +436,7 @@ class SpringBed {
   }
 
   void report(SpringContact<T>& contact, const Outcome& outcome, const Load& load) const {
+    using namespace detail::arithmetic;
     const detail::RigidMotion& motion = outcome.motion;
     const Vec3<Real> borne = spring() * outcome.response.load;
     contact.equilibrium = outcome.equilibrium;

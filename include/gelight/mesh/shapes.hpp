@@ -53,6 +53,7 @@ template <std::floating_point T>
 /// is not positive.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> icosphere(int level, T radius = 1) {
+  using namespace detail::arithmetic;
   detail::require(level >= 0 && level <= 12, "icosphere of level ", level);
   detail::require(radius > 0, "icosphere of radius ", radius);
   using Real = std::common_type_t<T, double>;
@@ -256,6 +257,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> placed(Mesh<T> mesh, const Eigen::Matrix<T, 3, 3>& rotation,
                              const Vec3<T>& translation) {
+  using namespace detail::arithmetic;
   for (auto& [x, y, z] : mesh.positions) {
     const Vec3<T> p = rotation * Vec3<T>(x, y, z) + translation;
     x = p[0], y = p[1], z = p[2];

@@ -189,6 +189,7 @@ class Surface {
 
   /// Where a surface point is. Throws InvalidInput as `require_point` does.
   [[nodiscard]] Vec3<T> position(const SurfacePoint<T>& point) const {
+    using namespace detail::arithmetic;
     require_point(point);
     const auto& [a, b] = point.element;
     const auto& w = point.weights;
@@ -201,6 +202,7 @@ class Surface {
   /// The way through space from one surface point to another, as differences of positions, so that
   /// it is as exact far from the origin as near it. The points are of this surface.
   [[nodiscard]] Vec3<T> difference(const SurfacePoint<T>& from, const SurfacePoint<T>& to) const {
+    using namespace detail::arithmetic;
     using Kind = typename SurfacePoint<T>::Kind;
     if (from.kind == Kind::vertex && to.kind == Kind::vertex) {
       return position(to.element[0]) - position(from.element[0]);
@@ -240,6 +242,7 @@ class Surface {
   template <std::size_t corners>
   [[nodiscard]] Vec3<T> difference_by(const SurfacePoint<T>& from,
                                       const SurfacePoint<T>& to) const {
+    using namespace detail::arithmetic;
     const std::array<Index, 3> a = corners_of(from), b = corners_of(to);
     // From the corner with the largest share, the only one that need not be small.
     const std::size_t i0 = largest<corners>(from), i1 = largest<corners>(to);
@@ -401,6 +404,7 @@ class Surface {
   }
 
   [[nodiscard]] static double measured(const Data& data, Index a, Index b) {
+    using namespace detail::arithmetic;
     const double length =
         detail::stable_norm(cast<double>(data.positions[b]) - cast<double>(data.positions[a]));
     if (!(length <= double{std::numeric_limits<T>::max()})) [[unlikely]] {

@@ -25,7 +25,10 @@ struct TangentBasis {
   /// The unit normal of the plane.
   [[nodiscard]] Vec3<Real> normal() const { return cross(x, y); }
   /// The vector in space of coordinates in the plane, written as a complex number.
-  [[nodiscard]] Vec3<Real> embed(std::complex<Real> z) const { return z.real() * x + z.imag() * y; }
+  [[nodiscard]] Vec3<Real> embed(std::complex<Real> z) const {
+    using namespace detail::arithmetic;
+    return z.real() * x + z.imag() * y;
+  }
   /// Coordinates of a vector's part in the plane, written as a complex number.
   [[nodiscard]] std::complex<Real> project(const Vec3<Real>& v) const {
     return {dot(v, x), dot(v, y)};
@@ -162,10 +165,12 @@ class TangentFrames {
   }
 
   [[nodiscard]] std::complex<Real> projected(Index from, Index to) const {
+    using namespace detail::arithmetic;
     return bases_[from].project(surface_.position(to) - surface_.position(from));
   }
 
   void choose_basis(Index v) {
+    using namespace detail::arithmetic;
     Vec3<Real> normal = Vec3<Real>(0, 0, 0), along = Vec3<Real>(0, 0, 0);
     const auto unit_way = [&](Index to) {
       return detail::stable_unit(surface_.position(to) - surface_.position(v));

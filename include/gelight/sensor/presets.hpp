@@ -100,6 +100,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] std::vector<SurfacePoint<T>> points_of_border(
     const Mesh<T>& membrane, std::type_identity_t<std::span<const T>> angles) {
+  using namespace detail::arithmetic;
   const Surface<T> surface(membrane);
   Vec3<T> middle = Vec3<T>(0, 0, 0);
   T length = 0;
@@ -474,6 +475,7 @@ template <std::floating_point T, LightModel<T> Model>
                                       std::size_t led, const Model& model,
                                       std::type_identity_t<std::span<const SurfacePoint<T>>> points,
                                       const CancelHook& cancelled = {}) {
+  using namespace detail::arithmetic;
   detail::require(led < sensor.leds.size(), "LED ", led, " of a sensor with ", sensor.leds.size());
   const T width = sensor.led_width.value_or(0);
   detail::require(width >= 0, "an LED ", width, " wide");

@@ -88,6 +88,7 @@ class PrintedDots {
   /// InvalidInput for an image of another size than the camera's.
   template <std::invocable<Vec2<double>> Field>
   void draw_into(ImageView<Rgb8> image, const Field& field) const {
+    using namespace detail::arithmetic;
     detail::require(image.width() == width_ && image.height() == height_, "an image of ",
                     image.width(), " x ", image.height(), " pixels is not of the camera's ", width_,
                     " x ", height_);
@@ -133,6 +134,7 @@ class PrintedDots {
 
   // Positive for a polygon that goes round from x to y.
   [[nodiscard]] static double area(const Vec2<double>* outline) {
+    using namespace detail::arithmetic;
     double twice = 0;
     for (std::size_t i = 0; i < corners; ++i) {
       const Vec2<double> a = outline[i] - outline[0];
@@ -146,6 +148,7 @@ class PrintedDots {
   template <class Depth>
   void add_outline(const Camera<double>& eye, const Vec2<double>& centre, double radius,
                    const Depth& depth) {
+    using namespace detail::arithmetic;
     const auto x = static_cast<Index>(std::lround(centre.x()));
     const auto y = static_cast<Index>(std::lround(centre.y()));
     const auto point = [&](Index u, Index v) -> Vec3<double> {
