@@ -55,6 +55,26 @@ TEST_CASE("welding closes a seam, and paths cross it") {
   CHECK(ExactSolver(welded.mesh).distance(Index{0})[7] == doctest::Approx(std::sqrt(5.0)));
 }
 
+namespace {
+
+// How many vertices are no farther than that from an earlier one that stands for itself.
+Index welded_by_brute_force(const Mesh<double>& mesh, double near) {
+  const auto distance = [&](std::size_t a, std::size_t b) {
+    return std::hypot(mesh.positions[a][0] - mesh.positions[b][0],
+                      mesh.positions[a][1] - mesh.positions[b][1],
+                      mesh.positions[a][2] - mesh.positions[b][2]);
+  };
+  std::vector<std::size_t> kept;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    bool is_near = false;
+    for (const std::size_t w : kept) is_near = is_near || distance(v, w) <= near;
+    if (!is_near) kept.push_back(v);
+  }
+  return static_cast<Index>(mesh.positions.size() - kept.size());
+}
+
+}  // namespace
+
 TEST_CASE("welding within a distance takes each vertex to an earlier one near enough") {
   test::Random random(3);
   Mesh<double> mesh;
@@ -63,21 +83,29 @@ TEST_CASE("welding within a distance takes each vertex to an earlier one near en
                               test::uniform(random, -0.1, 0.1)});
   }
   mesh.faces.push_back({0, 1, 2});
-  const double near = 0.07;
-  const auto distance = [&](std::size_t a, std::size_t b) {
-    return std::hypot(mesh.positions[a][0] - mesh.positions[b][0],
-                      mesh.positions[a][1] - mesh.positions[b][1],
-                      mesh.positions[a][2] - mesh.positions[b][2]);
-  };
-  // The same by brute force.
-  std::vector<std::size_t> kept;
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    bool is_near = false;
-    for (const std::size_t w : kept) is_near = is_near || distance(v, w) <= near;
-    if (!is_near) kept.push_back(v);
+  CHECK(repair(mesh, {.weld_distance = 0.07}).welded_vertices == welded_by_brute_force(mesh, 0.07));
+}
+
+TEST_CASE("welding within distances of a few roundings, or less than one") {
+  test::Random random(5);
+  constexpr double eps = std::numeric_limits<double>::epsilon();
+  for (const double size : {1.0, 1e60}) {
+    Mesh<double> mesh;
+    for (int i = 0; i < 600; ++i) {
+      const auto near_one = [&] {
+        return size * (1 + eps * std::floor(test::uniform(random, -4, 4)));
+      };
+      mesh.positions.push_back({near_one(), near_one(), near_one()});
+    }
+    mesh.faces.push_back({0, 1, 2});
+    for (const double share : {0.1, 0.24, 0.26, 0.49, 0.51, 0.99, 1.01, 1.5, 3.0}) {
+      CAPTURE(size);
+      CAPTURE(share);
+      const double near = share * eps * size;
+      const auto welded = repair(mesh, {.drop_unusable_faces = true, .weld_distance = near});
+      CHECK(welded.welded_vertices == welded_by_brute_force(mesh, near));
+    }
   }
-  const auto welded = repair(mesh, {.weld_distance = near});
-  CHECK(welded.welded_vertices == static_cast<Index>(mesh.positions.size() - kept.size()));
 }
 
 TEST_CASE("faces that welding collapses or makes equal go") {

@@ -24,8 +24,8 @@ namespace gelight {
 /// unit of the positions, +infinity where no path leads.
 ///
 /// Of sources in several connected parts each part's are on their own, however far apart they
-/// start. Throws InvalidInput, naming the vertex, for a distance that T cannot hold: beyond its
-/// largest number, or not zero and below its smallest normal one.
+/// start. Throws InvalidInput, naming the vertex, for a distance that T cannot hold, where it is
+/// narrower than double: beyond its largest number, or not zero and below its smallest normal one.
 template <class S, class T>
 concept DistanceSolver = std::floating_point<T> &&
     requires(const S& solver, Index vertex, std::span<const Index> vertices,

@@ -67,7 +67,7 @@ class ArcTracer {
         level_(level),
         cancelled_(cancelled) {
     require(solution_.keeps_all_windows(),
-            "the field has not kept its windows: see ExactOptions::keep_windows");
+            "the field has not kept its windows: its solver needs the option keep_windows");
     require(std::isfinite(level), "the level ", level, " is not finite");
     size_ = size_of(surface_);
     same_ = (solution_.fronts.empty() ? shortest : shortest_from_segments) * size_;

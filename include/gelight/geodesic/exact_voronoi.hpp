@@ -63,7 +63,7 @@ class BorderTracer {
   BorderTracer(const ExactField<T>& field, const VoronoiEdgeOptions<T>& options)
       : solution_(solution_of(field)), surface_(solution_.surface), options_(options) {
     require(solution_.keeps_all_windows(),
-            "the field has not kept its windows: see ExactOptions::keep_windows");
+            "the field has not kept its windows: its solver needs the option keep_windows");
     require(solution_.fronts.empty(), "the field is of segments, not of points");
     require(!(solution_.bound < unreachable<Real>),
             "the field was solved up to a greatest distance or for some targets only");

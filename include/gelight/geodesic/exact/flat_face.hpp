@@ -21,8 +21,8 @@ template <std::floating_point Real>
 /// The points p of a plane with normal . p >= offset.
 template <std::floating_point Real>
 struct HalfPlane {
-  Vec2<Real> normal;
-  Real offset;
+  Vec2<Real> normal{0, 0};
+  Real offset = 0;
   [[nodiscard]] Real height(const Vec2<Real>& p) const { return dot(normal, p) - offset; }
 };
 

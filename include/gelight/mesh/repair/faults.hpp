@@ -184,7 +184,11 @@ template <std::floating_point T>
   };
   const auto cell_of = [&](const std::array<T, 3>& p) {
     Cell cell{double{p[0]}, double{p[1]}, double{p[2]}};
-    for (double& x : cell) x = distance > 0 ? std::floor(x / distance) : x + 0.0;  // -0 is 0
+    for (double& x : cell) {
+      // So far out the next number is farther away: what is near is at the same place.
+      const bool is_alone = !(std::fabs(x) / distance < 0x1p54);
+      x = is_alone ? x + 0.0 : std::floor(x / distance);  // -0 is 0
+    }
     return cell;
   };
   std::unordered_map<Cell, Index, decltype(hash)> last_in(positions.size(), hash);
