@@ -106,9 +106,9 @@ struct HeatSystem {
   /// Whether heat is nowhere negative, where no entry beside the diagonal is positive but for
   /// rounding.
   [[nodiscard]] bool keeps_heat_positive() const {
-    constexpr Real rounding = 1e-12;
+    constexpr Real slight = 1e-12;
     for (Index v = 0; v < pattern->size(); ++v) {
-      const Real allowed = rounding * heat.values[pattern->diagonal(v)];
+      const Real allowed = slight * heat.values[pattern->diagonal(v)];
       for (Index e = pattern->begin(v) + 1; e < pattern->begin(v + 1); ++e) {
         if (heat.values[e] > allowed) return false;
       }
