@@ -113,6 +113,10 @@ TEST_CASE("an array of many pages keeps what it has as it grows") {
   for (int i = 0; i < 2 * count; ++i) {
     if (values[i] != (i < 10 ? i : i < count ? 7 : 0)) FAIL("element " << i << ": " << values[i]);
   }
+  values.resize_for_writes(std::size_t{4} * count);
+  CHECK(values.size() == std::size_t{4} * count);
+  values.resize_for_writes(15);
+  CHECK(values == Array<double>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 7, 7, 7, 7, 7});
 }
 
 TEST_CASE("an array takes its own elements") {

@@ -106,6 +106,11 @@ class Array {
     for (T* made = data_ + size_; made < data_ + count; ++made) new (made) T;
     size_ = count;
   }
+  /// The same for values all of which are about to be written.
+  void resize_for_writes(std::size_t count) {
+    reserve_for_all(count);
+    resize_unwritten(count);
+  }
   [[gnu::noinline]] void resize(std::size_t count, const T& value) {
     // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): it may be one of these
     const T kept = value;

@@ -89,9 +89,9 @@ template <std::floating_point Real>
                                                                    double unit = 1) {
   IntrinsicTriangulation<Real> result;
   result.vertex_count = surface.vertex_count();
-  result.origins.resize(static_cast<std::size_t>(surface.halfedge_count()));
-  result.twins.resize(result.origins.size());
-  result.lengths.resize(result.origins.size());
+  result.origins.resize_for_writes(static_cast<std::size_t>(surface.halfedge_count()));
+  result.twins.resize_for_writes(result.origins.size());
+  result.lengths.resize_for_writes(result.origins.size());
   for (Index h = 0; h < surface.halfedge_count(); h += 3) {
     const auto lengths = detail::mollified(
         {surface.length(h) / unit, surface.length(h + 1) / unit, surface.length(h + 2) / unit}, 1);
@@ -110,7 +110,8 @@ template <std::floating_point Real>
 /// Each face laid out in the plane.
 template <std::floating_point Real>
 [[nodiscard]] detail::Array<PlanarFace> planar_faces(const IntrinsicTriangulation<Real>& mesh) {
-  detail::Array<PlanarFace> faces(static_cast<std::size_t>(mesh.face_count()));
+  detail::Array<PlanarFace> faces;
+  faces.resize_for_writes(static_cast<std::size_t>(mesh.face_count()));
   for (Index f = 0; f < mesh.face_count(); ++f) {
     const Real* l = mesh.lengths.data() + 3 * std::ptrdiff_t{f};
     faces[f] = detail::laid_out({l[0], l[1], l[2]});

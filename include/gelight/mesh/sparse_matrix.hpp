@@ -39,18 +39,19 @@ class SymmetricPattern {
     }
     std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
     std::partial_sum(with_high.begin(), with_high.end(), with_high.begin());
-    detail::Array<Index> edges(static_cast<std::size_t>(with_high.back()));
+    detail::Array<Index> edges;
+    edges.resize_for_writes(static_cast<std::size_t>(with_high.back()));
     {
       detail::Array<Index> next(with_high.begin(), with_high.end() - 1);
       for (Index h = 0; h < halfedges; ++h) {
         if (!is_second(h)) edges[next[ends(h).second]++] = h;
       }
     }
-    rows_.resize(static_cast<std::size_t>(begin_.back()));
+    rows_.resize_for_writes(static_cast<std::size_t>(begin_.back()));
     detail::Array<Index> end(begin_.begin(), begin_.end() - 1);  // of each column, so far
     for (Index v = 0; v < mesh.vertex_count; ++v) rows_[end[v]++] = v;
     // In the order of their rows, no column has to be sorted, and what comes up again is last.
-    slots_.resize(mesh.origins.size());
+    slots_.resize_for_writes(mesh.origins.size());
     for (Index high = 0; high < mesh.vertex_count; ++high) {
       for (Index e = with_high[high]; e < with_high[high + 1]; ++e) {
         Index& place = end[ends(edges[e]).first];

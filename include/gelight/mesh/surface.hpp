@@ -300,7 +300,7 @@ class Surface {
   static void copy_faces(const M& mesh, Data& data, const CancelHook& cancelled) {
     const auto count = checked_count(MeshTraits<M>::face_count(mesh), 3, "faces");
     const auto vertices = static_cast<Index>(data.positions.size());
-    data.vertices.resize(3 * static_cast<std::size_t>(count));
+    data.vertices.resize_for_writes(3 * static_cast<std::size_t>(count));
     Index* to = data.vertices.data();
     detail::PeriodicCheck progress(cancelled, count, detail::reading_mesh);
     for (Index f = 0; f < count; ++f, to += 3) {
@@ -338,7 +338,7 @@ class Surface {
   }
 
   static void link_corners(Data& data) {
-    data.corners.resize(data.vertices.size());
+    data.corners.resize_for_writes(data.vertices.size());
     data.corner_begin = detail::group_corners(static_cast<Index>(data.positions.size()),
                                               data.vertices, data.corners.data());
   }
@@ -360,8 +360,8 @@ class Surface {
   // Joins the half-edges of each edge into a cycle in the order of their numbers, at its lower
   // vertex, and measures it, once for all of them.
   static void link_edges(Data& data, const CancelHook& cancelled) {
-    data.twins.resize(data.vertices.size());
-    data.lengths.resize(data.vertices.size());
+    data.twins.resize_for_writes(data.vertices.size());
+    data.lengths.resize_for_writes(data.vertices.size());
     detail::Array<Latest> latest(data.positions.size());
     const auto count = static_cast<Index>(data.positions.size());
     const auto half_edges = static_cast<Index>(data.vertices.size());

@@ -278,7 +278,9 @@ class WindowStore {
     if (used_slabs_ == std::ssize(slabs_)) slabs_.emplace_back();
     Slab& slab = slabs_[used_slabs_++];
     if (slab.memory.size() < size) {
-      slab.memory = Array<std::byte>(size);
+      // Of the first slab short solves touch little; who needs a second one needs most of it.
+      if (used_slabs_ > 1) slab.memory.reserve_for_all(size);
+      slab.memory.resize_unwritten(size);
       slab.begin = slab.memory.data();
     }
     used_bytes_ += slab.memory.size();

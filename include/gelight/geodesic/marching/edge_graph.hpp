@@ -119,7 +119,7 @@ class EdgeGraph : public FaceList<Real> {
   [[nodiscard]] bool link(const CancelHook& cancelled) {
     // A vertex has as many neighbours as corners, but at a border, where it has one more.
     std::size_t room = vertices_.size() / 64 + 64;
-    neighbours_.resize(vertices_.size() + room);
+    neighbours_.resize_for_writes(vertices_.size() + room);
     begin_ = group_corners(vertex_count(), vertices_, neighbours_.data() + room);
     Array<Latest> latest(positions_.size());
     Index filled = 0;

@@ -202,7 +202,7 @@ class FaceList {
   [[nodiscard]] bool read_faces(const M& mesh, const CancelHook& cancelled) {
     const auto count = MeshTraits<M>::face_count(mesh);
     if (!is_count(count, 3)) return false;
-    vertices_.resize(3 * static_cast<std::size_t>(count));
+    vertices_.resize_for_writes(3 * static_cast<std::size_t>(count));
     Index* to = vertices_.data();
     PeriodicCheck progress(cancelled, static_cast<Index>(count), reading_mesh);
     for (Index f = 0; f < face_count(); ++f, to += 3) {

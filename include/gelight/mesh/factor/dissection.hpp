@@ -276,7 +276,7 @@ class Dissection {
   void relate_rows(const Neighbours& neighbours) {
     Array<Index> row_of(order_.size()), position_of(order_.size());
     for (Index p = 0; p < size(); ++p) position_of[order_[p]] = p;
-    rows_in_parent_.resize(rows_.size());
+    rows_in_parent_.resize_for_writes(rows_.size());
     placements_begin_.reserve(order_.size() + 1);
     for (Node& node : nodes_) {
       for (Index p = node.begin; p < node.end; ++p) row_of[p] = p - node.begin;

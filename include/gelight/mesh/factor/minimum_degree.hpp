@@ -74,8 +74,9 @@ class MinimumDegree {
     marks_.assign(count, 0);
     first_of_degree_.assign(count + 1, -1);
     next_in_group_.assign(count, -1);
-    last_in_group_.resize(count);
-    Array<Index> position(count);
+    last_in_group_.resize_for_writes(count);
+    Array<Index> position;
+    position.resize_for_writes(count);
     for (Index v = 0; v < std::ssize(order); ++v) position[order[v]] = last_in_group_[v] = v;
     entries_.reserve_for_all(entries_each * count);
     for (Index v = 0; v < hubs_begin; ++v) {

@@ -38,7 +38,7 @@ class Neighbours {
       ++begin_[j + 1];
     });
     std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-    all_.resize(static_cast<std::size_t>(begin_.back()));
+    all_.resize_for_writes(static_cast<std::size_t>(begin_.back()));
     Array<Index> fill(begin_.begin(), begin_.end() - 1);
     for_each_pair([&](Index i, Index j, Index e) {
       all_[fill[i]++] = {j, e};
