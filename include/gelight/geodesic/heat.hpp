@@ -103,19 +103,6 @@ struct HeatSystem {
 
   using Factor = std::shared_ptr<const LinearFactor<Real>>;
 
-  /// Whether heat is nowhere negative, where no entry beside the diagonal is positive but for
-  /// rounding.
-  [[nodiscard]] bool keeps_heat_positive() const {
-    constexpr Real slight = 1e-12;
-    for (Index v = 0; v < pattern->size(); ++v) {
-      const Real allowed = slight * heat.values[pattern->diagonal(v)];
-      for (Index e = pattern->begin(v) + 1; e < pattern->begin(v + 1); ++e) {
-        if (heat.values[e] > allowed) return false;
-      }
-    }
-    return true;
-  }
-
   /// Made when it is asked for: what needs it longer are factors.
   [[nodiscard]] SymmetricMatrix<Real> laplacian() const {
     return cotan_laplacian<Real>(faces, origins, pattern);

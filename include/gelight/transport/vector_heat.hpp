@@ -133,8 +133,7 @@ class VectorHeatSolver {
     for (std::size_t s = 0; s < sources.size(); ++s) {
       add_source(sources[s], s, load, length_load, share_load);
     }
-    auto carried = unit_directions(flow(load, cancelled.part(0, 0.5)));
-    turn_where_heat_is_negative(share_load, carried, cancelled.part(0.5, 0.6));
+    auto carried = unit_directions(flow(load, cancelled.part(0, 0.6)));
     if (sources.size() == 1) {
       const Real length = std::accumulate(length_load.begin(), length_load.end(), 0.0);
       for (auto& z : carried) z *= length;
@@ -179,8 +178,8 @@ class VectorHeatSolver {
   /// radius and direction are 0.3 to 0.4 % and 0.3 to 0.5 degrees off on average on icospheres of
   /// 2,562 and 10,242 vertices, 0.35 % and 1 degree on the GelTip membrane (at most 4.1 % and, at
   /// the cut locus, any angle), 1.3 % and 7 degrees on rough meshes like a scanner's (the median of
-  /// 24), and coordinates may be opposite on thin triangles with obtuse corners at the border:
-  /// `solve_log_map` tells. ExactLogMapSolver is exact everywhere, in some thirty times the time.
+  /// 24), and far off on thin triangles with obtuse corners at the border: `solve_log_map`
+  /// tells. ExactLogMapSolver is exact everywhere, in some thirty times the time.
   [[nodiscard]] std::vector<Vec2<T>> log_map(Index vertex) const {
     return mapped(vertex).coordinates;
   }
@@ -307,7 +306,23 @@ class VectorHeatSolver {
         }
       }
     }
+    drop_negative_weights(matrix);
     return matrix;
+  }
+
+  // Edges whose weight is negative, as obtuse corners of the border make it, would have heat
+  // become negative, and vectors that go with it opposite: they carry nothing.
+  void drop_negative_weights(SymmetricMatrix<std::complex<Real>>& matrix) const {
+    const auto& pattern = *matrix.pattern;
+    for (Index v = 0; v < pattern.size(); ++v) {
+      for (Index e = pattern.begin(v) + 1; e < pattern.begin(v + 1); ++e) {
+        const Real entry = system_->heat.values[e];
+        if (!(entry > 0)) continue;
+        matrix.values[e] = 0;
+        matrix.values[pattern.diagonal(v)] += entry;
+        matrix.values[pattern.diagonal(pattern.row(e))] += entry;
+      }
+    }
   }
 
   [[nodiscard]] const detail::SparseFactor<std::complex<Real>>& factor(
@@ -468,20 +483,6 @@ class VectorHeatSolver {
       z /= std::abs(z);
     }
     return std::move(heat.value);
-  }
-
-  // Beyond obtuse corners of the border, and on triangles that are not Delaunay, heat may be
-  // negative; the vectors that go with it are then opposite.
-  void turn_where_heat_is_negative(const detail::Array<Real>& shares, Field& directions,
-                                   const CancelHook& cancelled) const {
-    const auto& system = *system_;
-    if (system.keeps_heat_positive()) return;
-    const auto& factor = system.heat_factor(cancelled.part(0, 0.5));
-    const auto heat = detail::heat_flow(system.heat, factor, shares, system.reached_from(shares),
-                                        cancelled.part(0.5, 1));
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (heat.value[v] < 0) directions[v] = -directions[v];
-    }
   }
 
   // Quotient of two heat flows: a mean of value / share, weighted by nearness. NaN where no heat.
