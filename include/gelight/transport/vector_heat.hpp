@@ -480,7 +480,7 @@ class VectorHeatSolver {
       const Real most = detail::magnitude(z);
       if (most == 0) continue;
       z /= most;
-      z /= std::abs(z);
+      z /= std::sqrt(z.real() * z.real() + z.imag() * z.imag());
     }
     return std::move(heat.value);
   }
