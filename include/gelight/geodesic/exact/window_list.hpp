@@ -174,7 +174,7 @@ class WindowStore {
 
   /// Moves all windows on a half-edge into a list, batches merged by the windows' middles, with
   /// room for one lane behind them. Their starts are not known here.
-  void take_all(Index h, List& list, List& scratch) {
+  void take_all(Index h, List& list) {
     list.size = 0;
     for (std::uint32_t b = first_[h]; b != none;) {
       const Header header = header_of(b);
@@ -183,7 +183,7 @@ class WindowStore {
       if (list.size == 0 || !(middle(batch, 0) < middle(list, list.size - 1))) {
         list.append(batch, header.count);
       } else {
-        merge(list, batch, header.count, scratch);
+        merge(list, batch, header.count);
       }
       release(b);
       b = header.next;
@@ -203,19 +203,17 @@ class WindowStore {
     return windows.begin[i] + windows.end[i];
   }
 
-  static void merge(List& list, const Columns& batch, std::ptrdiff_t count, List& scratch) {
-    const std::ptrdiff_t size = list.size + count;
-    scratch.reserve(size + lane_size);
-    std::ptrdiff_t i = 0, j = 0;
-    for (std::ptrdiff_t k = 0; k < size; ++k) {
-      if (j == count || (i < list.size && !(middle(batch, j) < middle(list, i)))) {
-        scratch.copy(k, list, i++);
+  // From the last one down, so that only windows behind the batch's first one move.
+  static void merge(List& list, const Columns& batch, std::ptrdiff_t count) {
+    std::ptrdiff_t i = list.size - 1, j = count - 1;
+    list.size += count;
+    for (std::ptrdiff_t k = list.size - 1; j >= 0; --k) {
+      if (i >= 0 && middle(list, i) > middle(batch, j)) {
+        list.copy(k, list, i--);
       } else {
-        scratch.copy(k, batch, j++);
+        list.copy(k, batch, j--);
       }
     }
-    scratch.size = size;
-    std::swap(list, scratch);
   }
 
   struct Header {

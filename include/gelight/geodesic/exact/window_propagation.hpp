@@ -621,7 +621,7 @@ class WindowPropagation {
   // --- one list across one face ----------------------------------------------------------------
 
   void propagate(Index h) {
-    waiting_.take_all(h, list_, scratch_);
+    waiting_.take_all(h, list_);
     for (std::ptrdiff_t i = 0; i < list_.size; ++i) {
       list_.start[i] = origins[list_.origin[i]].start;
     }
@@ -770,7 +770,7 @@ class WindowPropagation {
   WindowStore waiting_;
   Array<char> is_active_;  // of each half-edge: whether it is in the queue
   Array<Index> active_;
-  WindowList<Real> list_, scratch_;
+  WindowList<Real> list_;
   FaceCrossing<Real> crossing_;
   std::ptrdiff_t settled_since_bound_ = 0;
   std::ptrdiff_t most_lists_ = 0;
