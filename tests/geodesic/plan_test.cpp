@@ -695,7 +695,18 @@ TEST_CASE("limits of time and memory are kept, and said to be in the way") {
   CHECK_FALSE(hurried.plan().expected_to_satisfy);
   CHECK_FALSE(hurried.solve(3).satisfies);
   const DistancePlanner cramped(mesh, {.tolerance = 1e-6, .memory_limit = 1000});
-  CHECK(cramped.plan().reason.find("no method keeps the limits") != std::string::npos);
+  CHECK(cramped.plan().reason.find("no method keeps the limits; this one needs the least memory") !=
+        std::string::npos);
+  // What comes nearest to a limit that no method keeps, and not what takes least memory.
+  const DistancePlanner rushed(mesh, {.tolerance = 1e-6, .time_limit = 1e-9});
+  CHECK(rushed.plan().reason.find("the quickest") != std::string::npos);
+  for (const double memory : {1e5, 1e6, 1e7}) {
+    const DistancePlanner both(mesh,
+                               {.tolerance = 1e-6, .time_limit = 1e-9, .memory_limit = memory});
+    CHECK(both.plan().seconds >= rushed.plan().seconds);
+    const bool is_quickest = both.plan().reason.find("the quickest") != std::string::npos;
+    CHECK(is_quickest == (both.plan().bytes <= memory));
+  }
 }
 
 TEST_CASE("only the targets matter") {

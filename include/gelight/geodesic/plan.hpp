@@ -506,21 +506,23 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   }
 
   // The cheapest of the methods that satisfy and keep the limits; else, of those that keep the
-  // limits, the most accurate; else the one that takes least memory.
+  // limits, the most accurate; else, of those that keep that of memory, the quickest; else the one
+  // that takes least memory.
   void choose() {
-    std::optional<Deferred<Method>> cheapest, best;
+    std::optional<Deferred<Method>> cheapest, best, quickest;
     Method smallest = Method::dijkstra;
+    const auto is_quicker = [&](Method method, const auto& than) {
+      return !than || seconds_with_checks(method) < seconds_with_checks(*than);
+    };
     for (std::size_t i = 0; i < own + request_.methods.size(); ++i) {
       const auto method = static_cast<Method>(i);
       if (bytes(method) < bytes(smallest)) smallest = method;
+      if (bytes(method) <= request_.memory_limit && is_quicker(method, quickest)) quickest = method;
       if (!within_limits(method)) continue;
-      if (satisfies(method) &&
-          (!cheapest || seconds_with_checks(method) < seconds_with_checks(*cheapest))) {
-        cheapest = method;
-      }
+      if (satisfies(method) && is_quicker(method, cheapest)) cheapest = method;
       if (!best || expected_error(method) < expected_error(*best)) best = method;
     }
-    chosen_ = cheapest ? *cheapest : best ? *best : smallest;
+    chosen_ = cheapest ? *cheapest : best ? *best : quickest ? *quickest : smallest;
     plan_.method = name_of(chosen_);
     plan_.expected_to_satisfy = cheapest.has_value() && floor() < request_.tolerance;
     plan_.expected_error = expected_error(chosen_) + floor();
@@ -528,8 +530,12 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     plan_.seconds = seconds_with_checks(chosen_);
     plan_.bytes = bytes(chosen_);
     if (is_lifted()) return lift();
-    plan_.reason =
-        plan_.method + ": " + reason(cheapest.has_value(), best.has_value()) + how_checked();
+    plan_.reason = plan_.method + ": ";
+    plan_.reason += best       ? reason(cheapest.has_value())
+                    : quickest ? "no method keeps the limits; of those that keep the memory's this "
+                                 "one is the quickest"
+                               : "no method keeps the limits; this one needs the least memory";
+    plan_.reason += how_checked();
   }
 
   // The mesh itself is too coarse.
@@ -556,7 +562,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
                        "; distances there are expected to be within ", in_words(lifted_error()));
     if (!is_allowed) plan_.reason += "; beyond the limits";
   }
-  [[nodiscard]] std::string reason(bool has_satisfying, bool within_limits) const {
+  [[nodiscard]] std::string reason(bool has_satisfying) const {
     const std::string error = detail::two_digits(plan_.expected_error);
     const std::string tolerance = detail::two_digits(request_.tolerance);
     if (has_satisfying && expected_error(chosen_) > share_of_method()) {
@@ -568,11 +574,8 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
       return detail::joined("the cheapest whose expected ", norm(), " error, ", error,
                             ", is within ", tolerance);
     }
-    if (within_limits) {
-      return detail::joined("the most accurate within the limits; its expected ", norm(),
-                            " error is ", error);
-    }
-    return "no method keeps the limits; this one needs the least memory";
+    return detail::joined("the most accurate within the limits; its expected ", norm(),
+                          " error is ", error);
   }
   [[nodiscard]] std::string how_checked() const {
     std::string text;
