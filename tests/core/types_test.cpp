@@ -59,4 +59,5 @@ TEST_CASE("expressions of Eigen stay what they are beside this library's names")
   CHECK(dot(p, q - p) == -21);
   CHECK(cross(a + b, b) == cross(a, b));
   CHECK(normalized(p + p) == normalized(p));
+  CHECK(cast<float>(a - b) == Eigen::Vector3f(-3, -7, -3));
 }

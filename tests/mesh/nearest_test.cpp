@@ -46,6 +46,7 @@ TEST_CASE("no point of the surface is nearer, and vertices are nearest to themse
   }
   for (Index v = 0; v < ball.vertex_count(); ++v) {
     CHECK(nearest_vertex(ball, ball.position(v)) == v);
+    CHECK(nearest_vertex(ball, 1.5 * ball.position(v)) == v);
     const auto point = nearest_point(ball, ball.position(v));
     CHECK((ball.position(point) - ball.position(v)).norm() < 1e-15);
   }

@@ -204,6 +204,10 @@ template <detail::VectorExpression<3> A, detail::SameKind<A> B>
                                            const Eigen::MatrixBase<B>& b) {
   return cross(detail::PlainVector<A>(a), detail::PlainVector<B>(b));
 }
+template <std::floating_point To, detail::PlaneOrSpace V>
+[[nodiscard]] auto cast(const Eigen::MatrixBase<V>& v) {
+  return cast<To>(detail::PlainVector<V>(v));
+}
 template <detail::PlaneOrSpace V>
 [[nodiscard]] typename V::Scalar squared_norm(const Eigen::MatrixBase<V>& v) {
   return squared_norm(detail::PlainVector<V>(v));

@@ -70,7 +70,8 @@ template <std::floating_point Real>
 /// The vertex nearest to a position in space, the first of several. Throws InvalidInput for a
 /// position that is not finite or beyond 1e75. Cost: O(vertices).
 template <std::floating_point T>
-[[nodiscard]] Index nearest_vertex(const Surface<T>& surface, const Vec3<T>& position) {
+[[nodiscard]] Index nearest_vertex(const Surface<T>& surface,
+                                   const std::type_identity_t<Vec3<T>>& position) {
   detail::require_finite_position(position);
   using Real = std::common_type_t<T, double>;
   Index nearest = 0;
@@ -86,7 +87,8 @@ template <std::floating_point T>
 /// The point of the surface nearest to a position in space, in the first face of several. Throws
 /// InvalidInput for a position that is not finite or beyond 1e75. Cost: O(faces).
 template <std::floating_point T>
-[[nodiscard]] SurfacePoint<T> nearest_point(const Surface<T>& surface, const Vec3<T>& position) {
+[[nodiscard]] SurfacePoint<T> nearest_point(const Surface<T>& surface,
+                                            const std::type_identity_t<Vec3<T>>& position) {
   detail::require_finite_position(position);
   using Real = std::common_type_t<T, double>;
   SurfacePoint<T> nearest;

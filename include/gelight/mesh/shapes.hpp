@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -256,7 +257,7 @@ template <std::floating_point T>
 /// A copy of a mesh turned by a rotation, then moved.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> placed(Mesh<T> mesh, const Eigen::Matrix<T, 3, 3>& rotation,
-                             const Vec3<T>& translation) {
+                             const std::type_identity_t<Vec3<T>>& translation) {
   using namespace detail::arithmetic;
   for (auto& [x, y, z] : mesh.positions) {
     const Vec3<T> p = rotation * Vec3<T>(x, y, z) + translation;
