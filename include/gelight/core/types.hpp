@@ -26,8 +26,8 @@ using Vec3 = Eigen::Matrix<T, 3, 1>;
 /// The arithmetic of points and vectors, spelled out: what Eigen's operators compute, but without
 /// their expressions, whose types are a good part of what it costs to compile a program.
 /// Sums go from the first coordinate to the last, whatever the processor and the type. They are
-/// apart, since who uses namespace gelight has Eigen's own operators, on which his expressions are
-/// built.
+/// apart, so that a program with `using namespace gelight` keeps Eigen's own operators, on which
+/// its expressions are built.
 namespace detail::arithmetic {
 
 template <std::floating_point T>

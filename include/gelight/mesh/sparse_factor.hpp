@@ -112,9 +112,6 @@ class SparseFactor : public LinearFactor<Scalar> {
   };
 
   static void clear_lower_triangle(Scalar* square, Index size) {
-    constexpr Index worth_parting = 64;  // below, one call for all is quicker than one a column
-    if (size < worth_parting)
-      return void(std::fill_n(square, std::ptrdiff_t{size} * size, Scalar(0)));
     for (Index j = 0; j < size; ++j, square += size) {
       std::fill(square + j, square + size, Scalar(0));
     }
