@@ -107,6 +107,10 @@ void check_solvers(const Mesh<double>& mesh) {
   check_queries<T>([&] { return FastMarchingSolver<T>(as); }, "fast marching");
   check_queries<T>([&] { return VirtualSourceSolver<T>(as); }, "virtual sources");
   check_queries<T>([&] { return ExactSolver<T>(as); }, "exact");
+  const auto corner = as.faces[as.faces.size() / 2];
+  const std::vector targets{vertex_point<T>(corner[0]), edge_point<T>(corner[0], corner[1], T{0.5}),
+                            face_point<T>(3, {T{0.5}, T{0.25}, T{0.25}})};
+  check_queries<T>([&] { return ExactSolver<T>(as, {.targets = targets}); }, "exact, to targets");
   check_queries<T>([&] { return HeatSolver<T>(as); }, "heat");
   check_queries<T>([&] { return HeatSolver<T>(as, {.refinements = 2}); }, "heat, refined");
   check_queries<T>([&] { return HeatSolver<T>(as, {.intrinsic_delaunay = false}); },

@@ -206,8 +206,8 @@ class DistanceQueries {
   [[nodiscard]] std::vector<T> distance(std::span<const Source<T>> sources) const;
 
   /// The same in the caller's memory: `out` has an element per vertex, and is as it was where the
-  /// query throws. Nothing is allocated once a query like it has been answered, but by the planner,
-  /// by the exact solver with targets, and by smooth distances where a path has to be searched.
+  /// query throws. Nothing is allocated once a query like it has been answered, but by the planner
+  /// and by smooth distances where a path has to be searched.
   void distance_into(std::span<T> out, Index vertex) const {
     distance_into(out, std::span<const Index>(&vertex, 1));
   }

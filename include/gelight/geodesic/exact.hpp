@@ -416,6 +416,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   using Solution = detail::WindowSolution<Real>;
   using Workspace = detail::WindowPropagation<Real>;
   using Limits = detail::PropagationLimits<Real>;
+  using Target = typename Limits::Target;
   using Pool = detail::Pool<Workspace>;
   using Borrowed = typename Pool::Borrowed;
 
@@ -491,34 +492,46 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
     starts.move_to_zero(surface_, sources);
   }
 
-  [[nodiscard]] Limits limits_of(const ExactOptions<T>& options,
-                                 const detail::Starts<Real>& starts) const {
+  // But for the windows to keep; `targets` are memory to use again.
+  [[nodiscard]] Limits limits_of(const ExactOptions<T>& options, const detail::Starts<Real>& starts,
+                                 detail::Array<Target> targets = {}) const {
     Limits limits;
     limits.distance = Real{options.max_distance} - starts.common;
     if (!starts.of_vertex.empty()) limits.starts = &starts.of_vertex;
     limits.cancelled = options.cancelled;
     limits.memory = options.max_memory;
-    limits.keep_windows = options.keep_windows;
     if (options.reset_radius < unreachable<T> && mean_edge_ > 0) {
       limits.ring = Real{options.reset_radius} * mean_edge_;
-      limits.keep_windows = true;
     }
-    for (const auto& target : options.targets) {
-      add_target(detail::simplified(surface_, target.template cast<Real>()), limits);
+    targets.clear();
+    for (const auto& point : options.targets) {
+      targets.push_back(target_at(detail::simplified(surface_, point.template cast<Real>())));
     }
+    limits.targets = std::move(targets);
     return limits;
   }
 
-  void add_target(const Point& p, Limits& limits) const {
+  [[nodiscard]] Target target_at(const Point& p) const {
     std::array<Index, 3> corners{p.element[0], p.element[0], p.element[0]};
     if (p.kind == Point::Kind::edge) corners[1] = p.element[1];
     if (p.kind == Point::Kind::face) corners = surface_.face(p.element[0]);
-    typename Limits::Target target{corners, {}};
+    Target target{corners, {}};
     for (std::size_t k = 0; k < 3; ++k) {
       target.gaps[k] = detail::straight(surface_, p, vertex_point<Real>(corners[k]));
     }
-    limits.targets.push_back(target);
-    if (p.kind == Point::Kind::vertex || limits.keep_windows) return;
+    return target;
+  }
+
+  // All windows, or those of the faces in which targets lie.
+  void choose_windows_to_keep(const ExactOptions<T>& options, Limits& limits) const {
+    limits.keep_windows = options.keep_windows || limits.ring < unreachable<Real>;
+    if (limits.keep_windows) return;
+    for (const auto& target : options.targets) {
+      keep_windows_at(detail::simplified(surface_, target.template cast<Real>()), limits);
+    }
+  }
+  void keep_windows_at(const Point& p, Limits& limits) const {
+    if (p.kind == Point::Kind::vertex) return;
     limits.faces_to_keep.resize(static_cast<std::size_t>(surface_.face_count()), 0);
     if (p.kind == Point::Kind::face) {
       limits.faces_to_keep[p.element[0]] = 1;
@@ -565,10 +578,9 @@ void ExactSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query,
   auto& [sources, starts, distance] = query;
   normalise(sources, starts);
   const Borrowed workspace(*pool_);
-  Limits limits = limits_of(options, starts);
-  limits.keep_windows = false;
-  limits.faces_to_keep.clear();
+  Limits limits = limits_of(options, starts, std::move((*workspace).target_memory));
   run(*workspace, sources, limits);
+  (*workspace).target_memory = std::move(limits.targets);
   for (Index v = 0; v < surface_.vertex_count(); ++v) {
     const Real d = (*workspace).distances[v];
     distance[v] = d <= (*workspace).bound_at(v) ? d + starts.at(v) : unreachable<Real>;
@@ -594,6 +606,7 @@ void ExactSolver<T>::solve_into(Solution& solution, const ExactOptions<T>& optio
     front.start -= solution.starts.at(surface_.face(front.face)[0]);
   }
   Limits limits = limits_of(options, solution.starts);
+  choose_windows_to_keep(options, limits);
   limits.fronts = solution.fronts;
   limits.size = solution.fronts.empty() ? 0 : detail::size_of(surface_);
   const Borrowed workspace(*pool_);
@@ -614,7 +627,7 @@ auto ExactSolver<T>::path_within(const Point& from, const Point& to, Real longes
   limits.cancelled = options_.cancelled;
   limits.memory = options_.max_memory;
   limits.keep_windows = true;
-  add_target(to, limits);
+  limits.targets.push_back(target_at(to));
   const Borrowed workspace(*pool_);
   run(*workspace, solution.sources, limits);
   solution.bound = (*workspace).bound();

@@ -118,6 +118,7 @@ class WindowPropagation {
   Array<Origin> origins;
   WindowStore kept;  // windows that were propagated, by the half-edge by which they entered a face
   PropagationCounts counts;
+  Array<typename Limits::Target> target_memory;  // for the limits of a later run
 
   /// Beyond this distance nothing was computed; and as it counts at a vertex.
   ///@{
