@@ -286,3 +286,17 @@ TEST_CASE("a solver of a caller's own replaces distances that are infinite befor
     }
   }
 }
+
+TEST_CASE("several vertices are named in braces") {
+  const auto mesh = icosphere<double>(2);
+  const ExactSolver solver(mesh);
+  const std::vector<Index> vertices{3, 60};
+  const std::vector<double> expected = solver.distance(std::span<const Index>(vertices));
+  CHECK(solver.distance({3, 60}) == expected);
+  CHECK(solver.distance({60}) == solver.distance(60));
+  std::vector<double> out(mesh.positions.size());
+  solver.distance_into(out, {3, 60});
+  CHECK(out == expected);
+  CHECK_THROWS_AS((void)solver.distance({3, 162}), InvalidInput);
+  CHECK_THROWS_AS((void)solver.distance(std::initializer_list<Index>{}), InvalidInput);
+}

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <span>
@@ -201,7 +202,12 @@ class DistanceQueries {
     return distance(std::span<const Index>(&vertex, 1));
   }
   /// Distance of every vertex from the nearest of several vertices.
+  ///@{
   [[nodiscard]] std::vector<T> distance(std::span<const Index> vertices) const;
+  [[nodiscard]] std::vector<T> distance(std::initializer_list<Index> vertices) const {
+    return distance(std::span<const Index>(vertices.begin(), vertices.size()));
+  }
+  ///@}
   /// Distance of every vertex from the nearest of several points, each with a start distance.
   [[nodiscard]] std::vector<T> distance(std::span<const Source<T>> sources) const;
 
@@ -212,6 +218,9 @@ class DistanceQueries {
     distance_into(out, std::span<const Index>(&vertex, 1));
   }
   void distance_into(std::span<T> out, std::span<const Index> vertices) const;
+  void distance_into(std::span<T> out, std::initializer_list<Index> vertices) const {
+    distance_into(out, std::span<const Index>(vertices.begin(), vertices.size()));
+  }
   void distance_into(std::span<T> out, std::span<const Source<T>> sources) const;
 
   /// Throws InvalidInput for sources that queries refuse.
