@@ -122,6 +122,30 @@ TEST_CASE("a flat sheet: circles, whole and cut off by the border") {
   }
 }
 
+TEST_CASE("circles that touch edges of a lattice at vertices, or all but touch them") {
+  for (const Index cells : {10, 30}) {
+    const auto mesh = grid<double>(cells, cells, 2.0, 2.0);
+    const auto field = ExactSolver(mesh).solve((cells + 2) * cells / 2, keeping());
+    const double spacing = 2.0 / cells;
+    for (const double of_diagonal : {1.0, std::sqrt(0.5), std::sqrt(2.0)}) {
+      for (const double off : {0.0, -1e-15, 1e-15, -3e-13, 3e-13, -1e-9, 1e-9}) {
+        for (int k = 1; k * spacing * of_diagonal < 0.99; ++k) {
+          const double level = k * spacing * of_diagonal * (1 + off);
+          CAPTURE(level);
+          const auto lines = exact_isolines(field, level);
+          REQUIRE(lines.size() == 1);
+          CHECK(lines[0].is_closed);
+          // Where a circle goes a little beyond a side, it is rounding over the root of that little
+          // that the ends of arcs are off by.
+          const double rounding = off == 0 ? 1e-12 : 5e-9;
+          CHECK(std::abs(length_of(lines) - 2 * pi * level) < rounding);
+          CHECK(std::abs(area_within(field, level) - pi * level * level) < 1e-10);
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("a cone and a saddle: about the apex, and about a point before it") {
   for (const double angle : {1.0, 3.0, 5.0, 7.0, 9.0}) {
     const std::vector<double> radii{0.5, 1, 1.6, 2};

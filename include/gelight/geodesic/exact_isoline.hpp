@@ -229,7 +229,7 @@ class ArcTracer {
     const Disc& disc = discs_[number];
     const Real begin = disc.is_straight ? -4 * size_ : 0, end = disc.is_straight ? 4 * size_ : turn;
     cuts_.assign({begin, end});
-    for (const HalfPlane<Real>& side : flat_.sides) cut(disc, side.normal, side.offset);
+    for (const HalfPlane<Real>& side : flat_.sides) cut_by_side(disc, side);
     for (const Disc& other : discs_) {
       for (const HalfPlane<Real>& half : other.seen) cut(disc, half.normal, half.offset);
       cut(disc, other);
@@ -267,6 +267,20 @@ class ArcTracer {
     const Real middle = std::atan2(normal.y(), normal.x()), half = std::acos(cosine);
     add_cut(disc, middle - half);
     add_cut(disc, middle + half);
+  }
+
+  // Whether a circle only touches a line at some height from its centre.
+  [[nodiscard]] bool touches(const Disc& disc, Real height) const {
+    return std::fabs(disc.radius - std::fabs(height)) < tangent_;
+  }
+
+  // By a side of the face. A circle that touches one stays on its side of it: how far it goes
+  // beyond is rounding, whose root would be the length of an arc.
+  void cut_by_side(const Disc& disc, const HalfPlane<Real>& side) {
+    const Real height = side.offset - dot(side.normal, disc.centre);
+    if (disc.is_straight || !touches(disc, height)) return cut(disc, side.normal, side.offset);
+    const Vec2<Real> way = height > 0 ? side.normal : -side.normal;
+    add_cut(disc, std::atan2(way.y(), way.x()));
   }
 
   // By another's border, unless it only touches.
@@ -308,12 +322,31 @@ class ArcTracer {
     return norm(a.centre - b.centre) <= same_ && std::fabs(a.radius - b.radius) <= same_;
   }
 
+  // Whether a disc lies in another, touching it or not.
+  [[nodiscard]] bool lies_in(const Disc& disc, const Disc& other) const {
+    if (disc.is_straight || other.is_straight) return false;
+    return norm(other.centre - disc.centre) + disc.radius - other.radius < tangent_;
+  }
+
+  // Whether a point of a disc's border is in another disc. Where the two touch from within it is
+  // the same at all points: there depths are rounding.
+  [[nodiscard]] bool is_hidden(const Disc& disc, const Disc& other, const Vec2<Real>& p) const {
+    const Real depth = other.depth(p);
+    if (std::fabs(depth) < tangent_) {
+      if (lies_in(disc, other)) return true;
+      if (lies_in(other, disc)) return false;
+    }
+    return depth > 0;
+  }
+
   // Of one border that is there twice the first counts.
   [[nodiscard]] bool is_border(std::size_t number, const Vec2<Real>& p) const {
-    if (!flat_.contains(p) || !discs_[number].sees(p)) return false;
+    const Disc& disc = discs_[number];
+    if (!flat_.contains(p) || !disc.sees(p)) return false;
     for (std::size_t i = 0; i < discs_.size(); ++i) {
       if (i == number || !discs_[i].sees(p)) continue;
-      if (is_same(discs_[i], discs_[number]) ? i < number : discs_[i].depth(p) > 0) return false;
+      const Disc& other = discs_[i];
+      if (is_same(other, disc) ? i < number : is_hidden(disc, other, p)) return false;
     }
     return true;
   }
@@ -361,7 +394,7 @@ class ArcTracer {
       } else {
         const Real middle = -dot(from, flat_.ways[k]), height = dot(flat_.sides[k].normal, from);
         const Real square = (disc.radius - height) * (disc.radius + height);
-        if (!(square > 0)) continue;
+        if (!(square > 0) || touches(disc, height)) continue;
         begin = std::max(begin, middle - std::sqrt(square));
         end = std::min(end, middle + std::sqrt(square));
       }
