@@ -69,6 +69,21 @@ TEST_CASE("a unit tangent direction comes back within half a step of each compon
   CHECK(in_float < 0.0013);
 }
 
+TEST_CASE("normals that are all but of unit length serve as well") {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> off(-0.9e-4, 0.9e-4);
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3<double> n = random_direction<double>(random);
+    const Vec3<double> d = n.cross(random_direction<double>(random)).normalized();
+    const std::vector<Vec3<double>> normals{(1 + off(random)) * n};
+    const auto compact = packed<double>(LightField<double>{d}, normals);
+    const Vec3<double> back =
+        unpacked<double>(std::span<const CompactDirection>(compact), normals)[0];
+    CHECK(std::abs(back.norm() - 1) < 2.3e-5);
+    CHECK(std::atan2(back.cross(d).norm(), back.dot(d)) * 180 / std::numbers::pi < 0.0013);
+  }
+}
+
 TEST_CASE("lengths are kept, zero is zero, the part along the normal is dropped") {
   const std::vector<Vec3<double>> normals(4, {0.36, 0.48, 0.8});
   const Vec3<double> tangent = normals[0].cross(Vec3<double>(1, 0, 0)).normalized();

@@ -64,7 +64,7 @@ template <std::floating_point T>
   for (std::size_t i = 0; i < field.size(); ++i) {
     detail::require(std::abs(norm(normals[i]) - 1) < T(1e-4), "normal ", i, " has length ",
                     norm(normals[i]));
-    const auto [x, y] = plane_basis(normals[i]);
+    const auto [x, y] = plane_basis(normalized(normals[i]));
     const auto steps = [&](const Vec3<T>& axis) {
       const T part = detail::require_compact(dot(field[i], axis), i);
       return static_cast<std::int16_t>(std::clamp<long>(std::lround(detail::compact_steps * part),
@@ -80,7 +80,7 @@ template <std::floating_point T>
 /// One direction back, with the normal it was packed with.
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> unpacked(const CompactDirection& compact, const Vec3<T>& normal) {
-  const auto [x, y] = plane_basis(normal);
+  const auto [x, y] = plane_basis(normalized(normal));
   return (T(compact[0]) * x + T(compact[1]) * y) / T(detail::compact_steps);
 }
 
