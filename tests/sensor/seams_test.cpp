@@ -74,6 +74,17 @@ struct NormalMap {
   }
 };
 
+// White where an object touches, wherever it is asked.
+struct TouchMap {
+  static constexpr bool reads_touched = true;
+  void shade_row(const ColourRow<float>& out, const SurfaceRow<float>& row) const {
+    for (std::ptrdiff_t i = 0; i < row.count; ++i) {
+      out.r[i] = out.g[i] = row.touched[i];
+      out.b[i] = (1 - row.nz[i]) / 2;
+    }
+  }
+};
+
 // Break while told to: the membrane before a row is shown, the reflectance in the middle of them.
 bool is_brittle = false;
 struct Brittle : Rigid {
@@ -166,6 +177,7 @@ TEST_CASE("frames of any membrane and reflectance: sparse, whole and in a sequen
     check_frames(Rigid{}, NormalMap{}, mask);
     check_frames(Sinking{}, phong, mask);
     check_frames(Plugged(3, 9), NormalMap{}, mask);
+    check_frames(GaussianMembrane<float>(3, 9), TouchMap{}, mask);
     check_frames(PyramidMembrane<float>(sigmas), phong, mask);
     check_frames(GaussianMembrane<float>(3, 9), NormalMap{}, mask);
     check_frames(FlatGelSightMembrane<float>(), phong, mask);

@@ -53,13 +53,6 @@ struct ChosenRows<T, GaussianMembrane<T>> {
   using Type = MembraneRows<T>;
 };
 
-/// Whether a reflectance asks where an object touches the gel.
-template <class Shine>
-[[nodiscard]] constexpr bool reads_touched() {
-  if constexpr (requires { Shine::reads_touched; }) return Shine::reads_touched;
-  return false;
-}
-
 template <std::floating_point T, class Shine>
 struct ChosenShading {
   using Type = ModelShading<T, Shine>;

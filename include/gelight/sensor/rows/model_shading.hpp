@@ -18,6 +18,13 @@
 
 namespace gelight::detail {
 
+/// Whether a reflectance asks where an object touches the gel.
+template <class Shine>
+[[nodiscard]] constexpr bool reads_touched() {
+  if constexpr (requires { Shine::reads_touched; }) return Shine::reads_touched;
+  return false;
+}
+
 /// The colours of a membrane of any reflectance, up to a tile of a row at a time.
 template <std::floating_point T, Reflectance<T> R>
 class ModelShading {
@@ -79,7 +86,8 @@ class ModelShading {
     const T zero = 0;
     T r = 0, g = 0, b = 0;
     const ColourRow<T> out{&r, &g, &b};
-    model_.shade_row(out, SurfaceRow<T>{x, y, 1, &zero, &zero, &zero, nullptr});
+    const T* const touched = reads_touched<R>() ? &zero : nullptr;
+    model_.shade_row(out, SurfaceRow<T>{x, y, 1, &zero, &zero, &zero, nullptr, touched});
     std::int32_t packed = 0;
     pack_shares(&packed, out, 1);
     return packed;
