@@ -149,3 +149,23 @@ TEST_CASE("bad input is named") {
   CHECK(contains(says({.centre = Vec2<double>(0, 0)}), "there is no force"));
   CHECK(contains(says({.force = 0.1, .centre = Vec2<double>(nan, 0)}), "centre"));
 }
+
+TEST_CASE("a force on what sticks and does not settle is given up, not sought for hours") {
+  const Camera<double> eye{100, 100, 6, 8, 13, 17};
+  const double width = 0.03 / 100;
+  Image<double> depth(13, 17);
+  for (Index y = 0; y < 17; ++y) {
+    for (Index x = 0; x < 13; ++x) {
+      const double r2 = (x - 5) * (x - 5) + (y - 8.3) * (y - 8.3);
+      depth(x, y) = 0.03 - 0.02 * width * (1 - r2 / 36);
+    }
+  }
+  const double inf = std::numeric_limits<double>::infinity();
+  const ElasticLayer<double> layer(
+      eye, 0.03, {.poisson_ratio = 0.33, .thickness = inf, .friction = inf}, {.tolerance = 1e-3});
+  LayerLoad load{.force = 0.003, .centre = Vec2<double>(-width, 0.3 * width)};
+  load.shift = {0.45 * width, 0.1 * width};
+  const auto pressed = layer.press(depth, load);
+  CHECK(!pressed.converged);  // before it was given up it took 272,222 convolutions
+  CHECK(pressed.convolutions < 20000);
+}

@@ -37,9 +37,11 @@ struct LayerOptions {
   /// How far the surface may be from the object where they touch, and in it elsewhere, as a share
   /// of the deepest press; of a force, how much may be missing.
   double tolerance = 1e-3;
-  int most_iterations = 500;  ///< of conjugate gradients, for each contact that is looked for
-  bool sideways = true;       ///< whether to find the displacement along x and y
-  CancelHook cancelled = {};  ///< asked once a convolution
+  /// Of conjugate gradients, for each contact that is looked for. A force is given up when eight of
+  /// them have not converged.
+  int most_iterations = 500;
+  bool sideways = true;              ///< whether to find the displacement along x and y
+  CancelHook cancelled = {};         ///< asked once a convolution
   FourierBackend fourier = nullptr;  ///< null: Eigen's; fftw_backend of membrane/fftw.hpp
 };
 

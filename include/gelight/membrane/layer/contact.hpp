@@ -18,6 +18,11 @@ struct Effort {
   int most_iterations;  ///< see LayerOptions
   int iterations = 0;
   int convolutions = 0;
+  int unsettled = 0;  ///< contacts that did not converge
+
+  /// Whether to look for another contact. Friction that does not settle leaves no balance to be
+  /// found: it would be sought for hours.
+  [[nodiscard]] bool goes_on() const { return unsettled < 8; }
 
   void convolve() {
     ++convolutions;

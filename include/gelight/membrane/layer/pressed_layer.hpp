@@ -68,32 +68,9 @@ class PressedLayer {
   /// The contact of the object moved by `travel`, from a state to start with.
   [[nodiscard]] LayerState settle(const RigidObject& object, double travel, const LayerState& start,
                                   Effort& effort) const {
-    LayerState state;
-    state.travel = travel;
-    const double press = object.deepest + travel;
-    if (!(press > 0)) return state;
-    Box box = reach_of(object, travel, start, false), searched = box;
-    state = moved(start, box);
-    state.travel = travel;
-    for (;;) {
-      find_loads(state, object, effort);
-      state = cropped(state);
-      // Only a layer that bulges can touch where the object does not stand in it.
-      if (!is_layer()) return state;
-      state.down = surface(state, false, effort);
-      const Box wider = touched(object, state, effort);
-      if (wider == state.box) return state;
-      if (box.contains(wider)) {
-        // Nothing new: friction that did not converge brought the surface there.
-        state.residual = larger(state.residual, deepest_in(object, state) / press);
-        return state;
-      }
-      // No box is searched twice, however loads come and go.
-      const Box all = united(searched, wider);
-      box = all == searched ? all : wider;
-      searched = all;
-      state = moved(state, box);
-    }
+    LayerState state = settled(object, travel, start, effort);
+    if (state.residual > effort.tolerance) ++effort.unsettled;
+    return state;
   }
 
   /// The contact at which the layer bears a force, the sum of all pressures, to within the
@@ -112,6 +89,7 @@ class PressedLayer {
     double below = 0, above = most, power = 1.5, last_press = 0, last_force = 0;
     LayerState state = start;
     for (int i = 0; i < most_tries; ++i) {
+      const bool is_last = i + 1 == most_tries || !effort.goes_on();
       state = settle(object, press - deepest, state, effort);
       double borne = 0;
       for (const double p : state.pressure) borne += p;
@@ -129,7 +107,9 @@ class PressedLayer {
       if (!(next < above))
         next = std::isfinite(above) && above < most ? (press + above) / 2 : above;
       press = next;
-      if (i + 1 == most_tries) state.residual = std::max(state.residual, missing);
+      if (!is_last) continue;
+      state.residual = std::max(state.residual, missing);
+      break;
     }
     return state;
   }
@@ -163,12 +143,13 @@ class PressedLayer {
     };
     Balance here = at(Vec3<double>(0, 0, 0), *begin);
     Eigen::Matrix3d yielding = first_yielding(here, at);
-    for (int i = 0; i < most_steps && here.left.lpNorm<Eigen::Infinity>() > tolerance; ++i) {
+    for (int i = 0; i < most_steps && effort.goes_on(); ++i) {
+      if (here.left.lpNorm<Eigen::Infinity>() <= tolerance) break;
       Vec3<double> step = -(yielding * here.left);
       if (!is_finite(step)) break;
       step *= std::min(1.0, 1 / step.lpNorm<Eigen::Infinity>());
       Balance next = at(here.place + step, here.state);
-      if (!(norm(next.left) < 0.9 * norm(here.left))) next = descend(here, next, at);
+      if (!(norm(next.left) < 0.9 * norm(here.left))) next = descend(here, next, at, effort);
       yield_as(yielding, next.place - here.place, next.left - here.left);
       here = std::move(next);
     }
@@ -211,6 +192,37 @@ class PressedLayer {
   }
 
  private:
+  // The same without a look at whether it converged.
+  [[nodiscard]] LayerState settled(const RigidObject& object, double travel,
+                                   const LayerState& start, Effort& effort) const {
+    LayerState state;
+    state.travel = travel;
+    const double press = object.deepest + travel;
+    if (!(press > 0)) return state;
+    Box box = reach_of(object, travel, start, false), searched = box;
+    state = moved(start, box);
+    state.travel = travel;
+    for (;;) {
+      find_loads(state, object, effort);
+      state = cropped(state);
+      // Only a layer that bulges can touch where the object does not stand in it.
+      if (!is_layer()) return state;
+      state.down = surface(state, false, effort);
+      const Box wider = touched(object, state, effort);
+      if (wider == state.box) return state;
+      if (box.contains(wider)) {
+        // Nothing new: friction that did not converge brought the surface there.
+        state.residual = larger(state.residual, deepest_in(object, state) / press);
+        return state;
+      }
+      // No box is searched twice, however loads come and go.
+      const Box all = united(searched, wider);
+      box = all == searched ? all : wider;
+      searched = all;
+      state = moved(state, box);
+    }
+  }
+
   // The layer's Green's functions between the pixels of two boxes, transformed.
   struct Kernels {
     Convolution convolution;
@@ -352,13 +364,14 @@ class PressedLayer {
   // Where the energy still falls along a step to `next`, but no more than half as steeply as at its
   // start: beyond it where it has to be.
   template <class At>
-  [[nodiscard]] static Balance descend(const Balance& start, Balance next, const At& at) {
+  [[nodiscard]] static Balance descend(const Balance& start, Balance next, const At& at,
+                                       const Effort& effort) {
     constexpr int most_tries = 20;
     const Vec3<double> step = next.place - start.place;
     const double first = dot(start.left, step);
     double low = 0, high = std::numeric_limits<double>::infinity(), share = 1;
     double slope_low = first, slope_high = 0;
-    for (int i = 0; i < most_tries; ++i) {
+    for (int i = 0; i < most_tries && effort.goes_on(); ++i) {
       const double slope = dot(next.left, step);
       if (slope <= 0 && slope >= 0.5 * first) return next;
       (slope > 0 ? high : low) = share;
