@@ -92,6 +92,42 @@ TEST_CASE("on a flat sheet it is the straight line") {
   }
 }
 
+TEST_CASE("on a flat sheet it is the straight line from places next to vertices, too") {
+  Random random(3);
+  const Mesh<double> mesh = test::jittered_grid(8, 0.3, random);
+  const Surface<double> surface(mesh);
+  for (int i = 0; i < 4000; ++i) {
+    // Beside a vertex, towards another one near it or anywhere.
+    const Index f = test::uniform_index(random, surface.face_count());
+    const double share = std::pow(10, test::uniform(random, -15.5, -2));
+    const double part = test::uniform(random, 0, 1);
+    std::array<double, 3> weights{part * share, (1 - part) * share, 1 - share};
+    std::rotate(weights.begin(), weights.begin() + i % 3, weights.end());
+    const auto from = face_point<double>(f, weights);
+    const Vec3<double> p = surface.position(from);
+    const double angle = test::uniform(random, -pi, pi);
+    Vec3<double> d(std::cos(angle), std::sin(angle), 0);
+    if (i % 2 == 0) {
+      const auto other = test::uniform_index(random, surface.vertex_count());
+      const Vec3<double> way = surface.position(other) - p;
+      if (way.norm() > 0.01 && way.norm() < 4) d = way.normalized();
+    }
+    const double wanted = test::uniform(random, 0.1, 4);
+    const auto path = trace_geodesic(surface, from, d, wanted);
+    const double gone = length(surface, path);
+    // (It passes through a vertex, or along an edge, that it would miss by 1e-10 of the edge.)
+    CHECK((surface.position(path.back()) - p - gone * d).norm() <= 2e-10);
+    CHECK(gone <= wanted + 1e-13);
+    // It goes as far as was asked, or to the border, which it does not run along.
+    const auto last = path.back();
+    const bool is_inside =
+        last.kind == SurfacePoint<double>::Kind::face ||
+        (last.kind == SurfacePoint<double>::Kind::edge &&
+         !surface.is_border(surface.find_halfedge(last.element[0], last.element[1])));
+    if (is_inside) CHECK(gone == doctest::Approx(wanted).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("along grid lines, through vertices and along a border") {
   const auto mesh = grid<double>(8, 8, 8, 8);
   const Surface<double> surface(mesh);

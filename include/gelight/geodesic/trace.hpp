@@ -372,6 +372,10 @@ class StraightWalk {
     double onward = 0;
     if (ring.is_closed) {
       onward = std::fmod(std::fmod(from, ring.total) + 1.5 * ring.total, ring.total);
+    } else if (from < -in_plane || from > ring.total + in_plane) {
+      // Begun next to the vertex, and the way back leads off the surface: straight on as laid flat.
+      onward = from + (from < 0 ? pi : -pi);
+      if (onward < 0 || onward > ring.total) return finish();
     } else {
       from = std::clamp(from, 0.0, ring.total);
       // At a border there is a straight way on where one side is at least half a turn.
@@ -431,12 +435,16 @@ class StraightWalk {
     // Of the side: from the end on h, how far along it goes, x and y.
     const double start = is_right ? base : 0;
     const double sx = apex_x - start, sy = apex_y;
-    const double area = dx * sy - dy * sx;
-    const double share = area == 0 ? 1 : ((start - x_) * dy) / area;
-    const double way = area == 0 ? 0 : ((start - x_) * sy) / area;
+    // The ends of the side lie on either side of the line. Of one that runs along the side where
+    // it is crossed is rounding: so the way is told from the place that is taken for it.
+    const double start_beside = (start - x_) * dy, apart = start_beside - beside;
+    const double crossed = apart == 0 ? 1 : start_beside / apart;
+    const bool meets_apex = std::abs(beside) <= on_it * side || crossed >= 1 - on_it;
+    const double share = meets_apex ? 1 : crossed;
+    const double way = (start + share * sx - x_) * dx + share * sy * dy;
     if (way >= left_) return end_in(h, {x_ + left_ * dx, left_ * dy});
     left_ -= std::max(0.0, way);
-    if (std::abs(beside) <= on_it * side || share >= 1 - on_it) {
+    if (meets_apex) {
       if (!has_left) {  // the apex is where h begins
         halfedge_ = -1;
         return pass_vertex(h, std::atan2(-dy, -dx));
