@@ -152,6 +152,13 @@ class Surface {
   /// Length of h's edge, in the unit of the positions.
   [[nodiscard]] T length(Index h) const { return data_->lengths[h]; }
 
+  /// Has the processor fetch where h starts and its length, which are soon to be asked for.
+  /// (Always inlined, as detail::prefetch.)
+  [[gnu::always_inline]] void expect(Index h) const {
+    detail::prefetch(&data_->vertices[h], sizeof(Index));
+    detail::prefetch(&data_->lengths[h], sizeof(T));
+  }
+
   /// The next half-edge on the same edge: h itself on a border, the other one where two faces meet,
   /// a cycle where more do, in the order of their numbers: for one half-edge of each edge, the
   /// last, it is no later than h. It runs the same way as h where the two faces disagree in

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/prefetch.hpp"
 #include "gelight/core/types.hpp"
 
 namespace gelight::detail {
@@ -140,6 +141,15 @@ class WindowStore {
 
   [[nodiscard]] bool empty(Index h) const { return first_[h] == none; }
 
+  /// Has the processor fetch what tells whether windows wait on a half-edge; or the first of them.
+  /// (Always inlined, as prefetch.)
+  ///@{
+  [[gnu::always_inline]] void expect(Index h) const { prefetch(&first_[h], sizeof first_[h]); }
+  [[gnu::always_inline]] void expect_windows(Index h) const {
+    if (first_[h] != none) prefetch(memory_of(first_[h]), expected_bytes);
+  }
+  ///@}
+
   [[nodiscard]] Batch allocate(std::ptrdiff_t capacity) {
     const auto size_class = static_cast<std::size_t>(
         std::bit_width(static_cast<std::size_t>(std::max(capacity, lane_size) - 1)));
@@ -196,6 +206,8 @@ class WindowStore {
   // Slabs of 1 MB; a larger batch has slabs of its own. Handles count words.
   static constexpr std::ptrdiff_t slab_words = std::ptrdiff_t{1} << 17;
   static constexpr std::size_t word = sizeof(Real);
+  // What is fetched of a batch: all, where it has up to eight windows.
+  static constexpr std::size_t expected_bytes = 320;
 
   [[nodiscard]] std::ptrdiff_t touched_limit() const { return std::ssize(first_) / 16 + 1; }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/prefetch.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
@@ -182,7 +183,10 @@ class WindowPropagation {
     const auto vertices = static_cast<double>(surface_->vertex_count());
     for (int pops = 0; !heap_.empty(); ++pops) {
       if (pops % pops_between_polls == 0) ask(static_cast<double>(reached_.size()) / vertices);
-      settle(heap_.pop());
+      const Index vertex = heap_.pop();
+      expect_corners();
+      settle(vertex);
+      expect_faces();
       propagate_active();
     }
     update_bound();
@@ -377,6 +381,21 @@ class WindowPropagation {
     heap_.push(vertex, distance);
   }
 
+  // The vertex whose turn is likely to be next: where its corners lie, and what is looked at of
+  // each of its faces. Each fetch needs what the one before it fetched, so other work is between.
+  [[gnu::always_inline]] void expect_corners() const {
+    if (heap_.empty()) return;
+    const auto corners = surface_->corners(heap_.top());
+    prefetch(corners.data(), corners.size() * sizeof(Index));
+  }
+  [[gnu::always_inline]] void expect_faces() const {
+    if (heap_.empty()) return;
+    for (const Index out : surface_->corners(heap_.top())) {
+      surface_->expect(out);
+      waiting_.expect(out);
+    }
+  }
+
   void settle(Index vertex) {
     lists_in_turn_ = 0;
     // Looking at all targets costs as much as they are many.
@@ -545,11 +564,17 @@ class WindowPropagation {
     for (std::ptrdiff_t i = 0; i < std::ssize(active_); ++i) {
       const Index h = active_[i];
       is_active_[h] = 0;
+      if (i + 1 < std::ssize(active_)) expect_list(active_[i + 1]);
       propagate(h);
       if (bytes() > limits_->memory) [[unlikely]]
         refuse_memory();
     }
     active_.clear();
+  }
+
+  [[gnu::always_inline]] void expect_list(Index h) const {
+    waiting_.expect_windows(h);
+    prefetch(&faces_->apex(h), sizeof(Vec2<Real>));
   }
 
   [[noreturn]] void refuse_memory() const {

@@ -31,6 +31,9 @@ class IndexedHeap {
     sift_up(hole, {key, number});
   }
 
+  /// The number with the smallest key.
+  [[nodiscard]] Index top() const { return items_[0].number; }
+
   /// Removes the number with the smallest key and returns it.
   Index pop() {
     const Index top = items_[0].number;
