@@ -35,8 +35,11 @@ struct Pose {
     const auto [x, y, z] = moved(p[0], p[1], p[2]);
     return {x, y, z};
   }
-  /// The same of its coordinates.
-  [[nodiscard]] std::array<double, 3> moved(double x, double y, double z) const {
+  /// The same of its coordinates, or those of several points, in lanes.
+  template <class Number>
+  [[nodiscard, gnu::always_inline]] inline std::array<Number, 3> moved(const Number& x,
+                                                                       const Number& y,
+                                                                       const Number& z) const {
     // Spelled out, with sums in Eigen's order: its product takes long to compile.
     const Eigen::Matrix3d& r = rotation;
     return {r(0, 0) * x + r(0, 1) * y + r(0, 2) * z + translation[0],

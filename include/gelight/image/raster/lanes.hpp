@@ -26,10 +26,16 @@ template <class T>
 using Four = Lanes<T, 4>;
 
 /// Numbers that lie one after the other.
+///@{
 template <class T, class Source>
 [[gnu::always_inline]] inline void load(T& into, const Source* from) {
   std::memcpy(&into, from, sizeof into);
 }
+template <class T>
+[[gnu::always_inline]] inline void store(const T& from, void* into) {
+  std::memcpy(into, &from, sizeof from);
+}
+///@}
 
 /// Four pixels here; or four here and four there. They are stored in the reverse order, for there
 /// may be here, with pixels that are as they were.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <type_traits>
 
@@ -12,6 +13,7 @@
 #include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/pose.hpp"
+#include "gelight/image/raster/lanes.hpp"
 
 namespace gelight::detail {
 
@@ -49,6 +51,10 @@ struct PositionBatch {
   void add(const Vec3<double>& p) {
     x[count] = p[0], y[count] = p[1], z[count] = p[2];
     ++count;
+  }
+  /// Behind the last point comes that again, up to a multiple of four.
+  void fill_up() {
+    for (std::size_t i = count; i % 4 != 0; ++i) x[i] = x[i - 1], y[i] = y[i - 1], z[i] = z[i - 1];
   }
 };
 
@@ -98,17 +104,36 @@ class ImagePlane {
 
   /// Where moved points are seen, several at a time; whether all are near the image, at depths far
   /// within what any type holds.
-  bool project(ImagePoint* out, const PositionBatch& points, const Pose& pose = {}) const {
-    return vectorised([out, &points, pose, plane = *this] {
-      Index others = 0;
-      for (std::size_t i = 0; i < points.count; ++i) {
-        const auto [x, y, z] = pose.moved(points.x[i], points.y[i], points.z[i]);
-        const ImagePoint seen = plane.project(x, y, z);
-        out[i] = seen;
-        others |= 1 - (Index{seen.inverse_z > least_usual} & Index{seen.inverse_z < most_usual});
-      }
-      return others == 0;
-    });
+  bool project(ImagePoint* out, PositionBatch& points, const Pose& pose = {}) const {
+#if defined(__GNUC__)
+    if (works_in_lanes()) {
+      points.fill_up();
+      return vectorised_by_four([this, out, &points, &pose] {
+        Four<std::int64_t> others{};
+        const std::size_t whole = points.count / 4 * 4;
+        std::array<ImagePoint, 4> last;
+        for (std::size_t i = 0; i < points.count; i += 4) {
+          Four<double> x, y, z, inverse_z;
+          load(x, &points.x[i]), load(y, &points.y[i]), load(z, &points.z[i]);
+          project(pose, x, y, z, inverse_z);
+          others |= (inverse_z <= least_usual) | (inverse_z >= most_usual);
+          transpose(x, y, z, inverse_z);
+          ImagePoint* const into = i < whole ? out + i : last.data();
+          store(x, into), store(y, into + 1), store(z, into + 2), store(inverse_z, into + 3);
+        }
+        std::copy(last.data(), last.data() + points.count % 4, out + whole);
+        return (others[0] | others[1] | others[2] | others[3]) == 0;
+      });
+    }
+#endif
+    bool are_usual = true;
+    for (std::size_t i = 0; i < points.count; ++i) {
+      ImagePoint& seen = out[i];
+      seen = {points.x[i], points.y[i], points.z[i], 0};
+      project(pose, seen.x, seen.y, seen.z, seen.inverse_z);
+      are_usual &= seen.inverse_z > least_usual && seen.inverse_z < most_usual;
+    }
+    return are_usual;
   }
 
   /// Whether a face has nothing in front of the camera, or nothing in the image for lying beside
@@ -152,21 +177,28 @@ class ImagePlane {
   // second, and the grid is exact within 2.
   static constexpr double near_ = 1.5, far_ = 1.75;
 
+  /// Makes the coordinates of a point those where it is seen, or of several points, in lanes.
   /// Without branches, and without a quotient by zero.
-  [[nodiscard]] ImagePoint project(double x, double y, double z) const {
-    const bool is_before = z > 0;
-    const double by = is_before ? z : 1;
-    const ImagePoint seen{on_grid(camera_.fx * x / by + camera_.cx),
-                          on_grid(camera_.fy * y / by + camera_.cy), z, 1 / by};
-    const bool is_near = is_before & is_within(near_ * size_, seen);
-    return {is_before ? seen.x : 0, is_before ? seen.y : 0, z, is_near ? seen.inverse_z : 0};
+  template <class Number>
+  [[gnu::always_inline]] inline void project(const Pose& pose, Number& x, Number& y, Number& z,
+                                             Number& inverse_z) const {
+    const Number none{}, by_one = none + 1, reach = none + near_ * size_, grid = none + 6 * size_;
+    const auto [moved_x, moved_y, moved_z] = pose.moved(x, y, z);
+    const auto is_before = moved_z > none;
+    const Number by = is_before ? moved_z : by_one, inverse = by_one / by;
+    const Number column = (camera_.fx * moved_x / by + camera_.cx + grid) - grid;  // as on_grid
+    const Number row = (camera_.fy * moved_y / by + camera_.cy + grid) - grid;
+    const auto is_near = is_before & (column <= reach) & (-column <= reach) & (row <= reach) &
+                         (-row <= reach) & (inverse <= std::numeric_limits<double>::max());
+    x = is_before ? column : none;
+    y = is_before ? row : none;
+    z = moved_z;
+    inverse_z = is_near ? inverse : none;
   }
 
   [[nodiscard]] static bool is_within(double reach, const ImagePoint& p) {
-    const Index in_columns = std::abs(p.x) <= reach ? 1 : 0;
-    const Index in_rows = std::abs(p.y) <= reach ? 1 : 0;
-    const Index has_depth = p.inverse_z <= std::numeric_limits<double>::max() ? 1 : 0;
-    return (in_columns & in_rows & has_depth) != 0;
+    return std::abs(p.x) <= reach && std::abs(p.y) <= reach &&
+           p.inverse_z <= std::numeric_limits<double>::max();
   }
 
   /// The nearest point of the grid: the sum has just as many digits as the grid.
