@@ -38,7 +38,7 @@ class RasterWorkspace {
  public:
   /// Room for the vertices of a mesh.
   [[nodiscard]] detail::Array<detail::ImagePoint>& points(Index vertices) {
-    points_.resize(static_cast<std::size_t>(vertices));
+    points_.resize_for_writes(static_cast<std::size_t>(vertices));
     return points_;
   }
 

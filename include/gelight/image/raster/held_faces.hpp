@@ -65,16 +65,17 @@ class HeldFaces {
   static constexpr Index tile = 4;  // pixels, both ways
   static constexpr Index most_pixels = tile << 16;
 
+  /// Trivial, so that room for many is not touched.
   struct Held {
-    Index face = 0;
-    float least = 0;
-    std::uint16_t left = 0, right = 0, top = 0, bottom = 0;  // tiles
+    Index face;
+    float least;
+    std::uint16_t left, right, top, bottom;  // tiles
   };
 
   template <class Element>
   static void grow(Array<Element>& elements, Index count) {
     const auto n = static_cast<std::size_t>(count);
-    if (elements.size() < n) elements.resize(n);
+    if (elements.size() < n) elements.resize_unwritten(n);
   }
   [[nodiscard]] static std::uint16_t tile_of(Index pixel) {
     return static_cast<std::uint16_t>(static_cast<std::uint32_t>(pixel) / tile);

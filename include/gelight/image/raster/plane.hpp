@@ -35,11 +35,12 @@ inline constexpr double farthest_centre = 0x1p42;
 inline constexpr double least_usual = 1e-30, most_usual = 1e30;
 
 /// A point as it appears in the image. On the grid of its ImagePlane, so that differences of
-/// coordinates have no rounding, and faces that share a vertex see it at the same place.
+/// coordinates have no rounding, and faces that share a vertex see it at the same place. Trivial,
+/// so that room for many is not touched.
 struct ImagePoint {
-  double x = 0, y = 0;   // in pixels
-  double z = 0;          // its depth
-  double inverse_z = 0;  // 0: it is not near the image, and faces at it have to be cut first
+  double x, y;       // in pixels
+  double z;          // its depth
+  double inverse_z;  // 0: it is not near the image, and faces at it have to be cut first
 };
 
 /// Positions of some points, a row a coordinate.
