@@ -93,19 +93,23 @@ template <class T>
 /// A bit for each lane in which a comparison holds.
 template <class Holds>
 [[gnu::always_inline]] inline std::uint64_t bits_of(const Holds& holds) {
-  using Whole = std::remove_cvref_t<decltype(holds[0])>;
-  Four<Whole> bits;
+  using Whole [[maybe_unused]] = std::remove_cvref_t<decltype(holds[0])>;
 #if defined(GELIGHT_HAS_EIGHT_LANES)
   if constexpr (sizeof(Holds) == sizeof(Eight<Whole>)) {
-    const Eight<Whole> all = holds & Eight<Whole>{1, 2, 4, 8, 16, 32, 64, 128};
-    bits = __builtin_shufflevector(all, all, 0, 1, 2, 3) |
-           __builtin_shufflevector(all, all, 4, 5, 6, 7);
+    return bits_of(__builtin_shufflevector(holds, holds, 0, 1, 2, 3)) |
+           bits_of(__builtin_shufflevector(holds, holds, 4, 5, 6, 7)) << 4;
   } else
 #endif
   {
-    bits = holds & Four<Whole>{1, 2, 4, 8};
+#if defined(__SSE__)
+    const auto signs = __builtin_convertvector(holds, Four<std::int32_t>);
+    return static_cast<std::uint64_t>(
+        __builtin_ia32_movmskps(reinterpret_cast<Four<float>>(signs)));
+#else
+    const Four<Whole> bits = holds & Four<Whole>{1, 2, 4, 8};
+    return static_cast<std::uint64_t>((bits[0] | bits[2]) | (bits[1] | bits[3]));
+#endif
   }
-  return static_cast<std::uint64_t>((bits[0] | bits[2]) | (bits[1] | bits[3]));
 }
 
 /// The lanes' numbers 0, 1, 2 ...; and those of a block of rows of four pixels.
