@@ -250,10 +250,10 @@ void draw_sorted(const RasterTarget<T>& target, Index width, Index height, const
   for (std::size_t i = 0; i < batch.count; ++i) {
     const double area = measures.areas[i];
     const PixelBox box = measures.box(i);
-    if (area == 0) {
-      draw_one(target, width, height, batch, i);
-    } else if (box.is_empty()) {
+    if (box.is_empty()) {
       continue;
+    } else if (area == 0) {
+      draw_one(target, width, height, batch, i);
     } else if (area > 0 && held != nullptr) {
       held->add(batch.faces[i], measures.least[i], box);
     } else {

@@ -63,12 +63,13 @@ class FaceMeasures {
 
   [[nodiscard]] PixelBox box(std::size_t i) const { return {left[i], right[i], top[i], bottom[i]}; }
 
-  void find(const FaceBatch& batch, Index width, Index height) {
+  void find(const FaceBatch& batch, Index width, Index height, bool holds_back) {
     if (!works_in_lanes()) return;
-    vectorised_in_lanes([this, &batch, width, height](auto lanes) {
+    vectorised_in_lanes([this, &batch, width, height, holds_back](auto lanes) {
       for (std::size_t i = 0; i < batch.count; i += 4) gather_four(batch, i);
       for (std::size_t i = 0; i < batch.count; i += lanes()) {
         find_boxes<lanes()>(i, double(width), double(height));
+        if (holds_back && are_back<lanes()>(i)) continue;
         find_side<lanes()>(i, sides[0], sides[1]);
         find_side<lanes()>(i, sides[1], sides[2]);
         find_side<lanes()>(i, sides[2], sides[0]);
@@ -97,6 +98,13 @@ class FaceMeasures {
     transpose(a, b, c, d);
     store(begun.x, i, a), store(begun.y, i, b);
     store(z_[k], i, c), store(inverse_z[k], i, d);
+  }
+
+  /// Whether all of some faces are held back or left to others, so that nobody asks for their
+  /// sides.
+  template <Index lanes>
+  [[nodiscard]] bool are_back(std::size_t i) const {
+    return std::all_of(&areas[i], &areas[i] + lanes, [](double area) { return area >= 0; });
   }
 
   void leave_unusual(const FaceBatch& batch) {
@@ -181,7 +189,7 @@ class FaceMeasures {
 };
 #else
 struct FaceMeasures {
-  void find(const FaceBatch&, Index, Index) {}
+  void find(const FaceBatch&, Index, Index, bool) {}
 };
 #endif
 

@@ -132,7 +132,7 @@ class MeshImage {
   void draw(const Target& target, const HeldFaces* some, HeldFaces* held) const {
     FaceMeasures measures;
     each_batch(some, [&](const FaceBatch& batch) {
-      measures.find(batch, width_, height_);
+      measures.find(batch, width_, height_, held != nullptr);
       for (std::size_t i = 0;; ++i) {
         i = draw_batch(target, width_, height_, batch, measures, i, held);
         if (i == batch.count) break;
