@@ -47,7 +47,7 @@ def headers():
     yield "Eigen/Core"
     for path in sorted(INCLUDE.rglob("*.hpp")):
         name = str(path.relative_to(INCLUDE))
-        opt_in = "/io/" in name or name in ("gelight/mesh/cholmod.hpp", "gelight/compiled.hpp") or (
+        opt_in = "/io/" in name or name == "gelight/mesh/cholmod.hpp" or (
             name.startswith("gelight/views/") and path.stem in ("cgal", "opencv", "openmesh"))
         if name.count("/") < 3 and not opt_in:
             yield name

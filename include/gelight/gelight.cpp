@@ -1,10 +1,9 @@
 // The one file to compile for programs that define GELIGHT_COMPILED: add it to your build, or link
 // CMake's target gelight::compiled.
 
-#include "gelight/compiled.hpp"
+#if !defined(GELIGHT_COMPILED)
+#define GELIGHT_COMPILED
+#endif
+#define GELIGHT_ONCE
 
-namespace gelight {
-
-GELIGHT_FOR_ALL()
-
-}  // namespace gelight
+#include "gelight/gelight.hpp"

@@ -11,6 +11,7 @@
 #include "gelight/concepts/reflectance.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/bits.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/pages.hpp"
@@ -113,7 +114,3 @@
 #include "gelight/views/image_view.hpp"
 #include "gelight/views/mdspan.hpp"
 #include "gelight/views/mesh_view.hpp"
-
-#if defined(GELIGHT_COMPILED)
-#include "gelight/compiled.hpp"
-#endif

@@ -12,6 +12,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
@@ -209,3 +210,10 @@ template <TriangleMesh M>
 explicit Certifier(const M&) -> Certifier<MeshScalar<M>>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class Certifier<float>;
+GELIGHT_ONCE template class Certifier<double>;
+}  // namespace gelight
+#endif

@@ -6,6 +6,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/periodic_check.hpp"
@@ -139,3 +140,12 @@ template <TriangleMesh M>
 DijkstraSolver(const M&, const DijkstraOptions&) -> DijkstraSolver<MeshScalar<M>>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class DijkstraSolver<float>;
+GELIGHT_ONCE template class detail::DistanceQueries<DijkstraSolver<float>, float>;
+GELIGHT_ONCE template class DijkstraSolver<double>;
+GELIGHT_ONCE template class detail::DistanceQueries<DijkstraSolver<double>, double>;
+}  // namespace gelight
+#endif

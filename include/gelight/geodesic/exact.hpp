@@ -13,6 +13,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
@@ -647,3 +648,14 @@ template <TriangleMesh M>
 ExactSolver(const M&, ExactOptions<MeshScalar<M>>) -> ExactSolver<MeshScalar<M>>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class ExactSolver<float>;
+GELIGHT_ONCE template class ExactField<float>;
+GELIGHT_ONCE template class detail::DistanceQueries<ExactSolver<float>, float>;
+GELIGHT_ONCE template class ExactSolver<double>;
+GELIGHT_ONCE template class ExactField<double>;
+GELIGHT_ONCE template class detail::DistanceQueries<ExactSolver<double>, double>;
+}  // namespace gelight
+#endif

@@ -10,6 +10,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/periodic_check.hpp"
 #include "gelight/core/pool.hpp"
@@ -405,3 +406,12 @@ template <TriangleMesh M>
 FastMarchingSolver(const M&, const FastMarchingOptions&) -> FastMarchingSolver<MeshScalar<M>>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class FastMarchingSolver<float>;
+GELIGHT_ONCE template class detail::DistanceQueries<FastMarchingSolver<float>, float>;
+GELIGHT_ONCE template class FastMarchingSolver<double>;
+GELIGHT_ONCE template class detail::DistanceQueries<FastMarchingSolver<double>, double>;
+}  // namespace gelight
+#endif

@@ -15,6 +15,7 @@
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/bits.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/pool.hpp"
@@ -861,3 +862,13 @@ template <TriangleMesh M>
 HeatSolver(const M&, const HeatOptions&) -> HeatSolver<MeshScalar<M>>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template struct detail::HeatSystem<double>;
+GELIGHT_ONCE template class HeatSolver<float>;
+GELIGHT_ONCE template class detail::DistanceQueries<HeatSolver<float>, float>;
+GELIGHT_ONCE template class HeatSolver<double>;
+GELIGHT_ONCE template class detail::DistanceQueries<HeatSolver<double>, double>;
+}  // namespace gelight
+#endif

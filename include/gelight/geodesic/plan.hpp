@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "gelight/concepts/mesh.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/progress.hpp"
@@ -985,3 +986,12 @@ template <TriangleMesh M>
 DistancePlanner(const M&, PlanRequest) -> DistancePlanner<MeshScalar<M>>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class DistancePlanner<float>;
+GELIGHT_ONCE template class detail::DistanceQueries<DistancePlanner<float>, float>;
+GELIGHT_ONCE template class DistancePlanner<double>;
+GELIGHT_ONCE template class detail::DistanceQueries<DistancePlanner<double>, double>;
+}  // namespace gelight
+#endif

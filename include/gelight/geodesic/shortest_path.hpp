@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gelight/concepts/mesh.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
@@ -174,3 +175,10 @@ template <TriangleMesh M>
 }
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class PathSolver<float>;
+GELIGHT_ONCE template class PathSolver<double>;
+}  // namespace gelight
+#endif

@@ -14,6 +14,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
@@ -429,3 +430,12 @@ SmoothDistanceSolver(const M&, const Normals&, SmoothOptions<MeshScalar<M>>)
     -> SmoothDistanceSolver<MeshScalar<M>>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class SmoothDistanceSolver<float>;
+GELIGHT_ONCE template class detail::DistanceQueries<SmoothDistanceSolver<float>, float>;
+GELIGHT_ONCE template class SmoothDistanceSolver<double>;
+GELIGHT_ONCE template class detail::DistanceQueries<SmoothDistanceSolver<double>, double>;
+}  // namespace gelight
+#endif

@@ -11,6 +11,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/periodic_check.hpp"
 #include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
@@ -708,3 +709,12 @@ template <TriangleMesh M>
 VirtualSourceSolver(const M&, const VirtualSourceOptions&) -> VirtualSourceSolver<MeshScalar<M>>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class VirtualSourceSolver<float>;
+GELIGHT_ONCE template class detail::DistanceQueries<VirtualSourceSolver<float>, float>;
+GELIGHT_ONCE template class VirtualSourceSolver<double>;
+GELIGHT_ONCE template class detail::DistanceQueries<VirtualSourceSolver<double>, double>;
+}  // namespace gelight
+#endif

@@ -10,6 +10,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
@@ -19,6 +20,7 @@
 #include "gelight/image/raster/plane.hpp"
 #include "gelight/image/raster/targets.hpp"
 #include "gelight/views/image_view.hpp"
+#include "gelight/views/mesh_view.hpp"
 
 namespace gelight {
 
@@ -143,3 +145,23 @@ template <std::floating_point T, TriangleMesh M>
 }
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template Raster<float> rasterize<float, Mesh<float>>(const Mesh<float>&,
+                                                                  const Camera<float>&);
+GELIGHT_ONCE template Raster<float> rasterize<float, MeshView<float>>(const MeshView<float>&,
+                                                                      const Camera<float>&);
+GELIGHT_ONCE template void rasterize_into<float, Mesh<float>>(ImageView<float>, const Mesh<float>&,
+                                                              const Pose&, const Camera<float>&,
+                                                              RasterWorkspace*);
+GELIGHT_ONCE template Raster<double> rasterize<double, Mesh<double>>(const Mesh<double>&,
+                                                                     const Camera<double>&);
+GELIGHT_ONCE template Raster<double> rasterize<double, MeshView<double>>(const MeshView<double>&,
+                                                                         const Camera<double>&);
+GELIGHT_ONCE template void rasterize_into<double, Mesh<double>>(ImageView<double>,
+                                                                const Mesh<double>&, const Pose&,
+                                                                const Camera<double>&,
+                                                                RasterWorkspace*);
+}  // namespace gelight
+#endif

@@ -5,6 +5,7 @@
 #include <span>
 #include <type_traits>
 
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
@@ -102,3 +103,22 @@ template <std::floating_point T>
 }
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template LightField<float> geodesic_field<float>(const ExactSolver<float>&,
+                                                              const SurfacePoint<float>&,
+                                                              std::span<const SurfacePoint<float>>,
+                                                              const CancelHook&);
+GELIGHT_ONCE template LightField<float> geodesic_field<float>(const ExactSolver<float>&,
+                                                              std::span<const Source<float>>,
+                                                              std::span<const SurfacePoint<float>>,
+                                                              const CancelHook&);
+GELIGHT_ONCE template LightField<double> geodesic_field<double>(
+    const ExactSolver<double>&, const SurfacePoint<double>&, std::span<const SurfacePoint<double>>,
+    const CancelHook&);
+GELIGHT_ONCE template LightField<double> geodesic_field<double>(
+    const ExactSolver<double>&, std::span<const Source<double>>,
+    std::span<const SurfacePoint<double>>, const CancelHook&);
+}  // namespace gelight
+#endif

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
@@ -467,3 +468,10 @@ template <std::floating_point T, class... Rest>
 SpringBed(const Camera<T>&, const Rest&...) -> SpringBed<T>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class SpringBed<float>;
+GELIGHT_ONCE template class SpringBed<double>;
+}  // namespace gelight
+#endif

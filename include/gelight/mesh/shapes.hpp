@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/views/mesh_view.hpp"
@@ -281,3 +282,22 @@ template <std::floating_point T>
 }
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template Mesh<float> grid<float>(Index, Index, float, float);
+GELIGHT_ONCE template Mesh<float> icosphere<float>(int, float);
+GELIGHT_ONCE template Mesh<float> torus<float>(float, float, Index, Index);
+GELIGHT_ONCE template Mesh<float> placed<float>(Mesh<float>, const Eigen::Matrix<float, 3, 3>&,
+                                                const Vec3<float>&);
+GELIGHT_ONCE template Mesh<float> joined<float>(std::span<const Mesh<float>>);
+GELIGHT_ONCE template Mesh<float> membrane<float>(float, float, float);
+GELIGHT_ONCE template Mesh<double> grid<double>(Index, Index, double, double);
+GELIGHT_ONCE template Mesh<double> icosphere<double>(int, double);
+GELIGHT_ONCE template Mesh<double> torus<double>(double, double, Index, Index);
+GELIGHT_ONCE template Mesh<double> placed<double>(Mesh<double>, const Eigen::Matrix<double, 3, 3>&,
+                                                  const Vec3<double>&);
+GELIGHT_ONCE template Mesh<double> joined<double>(std::span<const Mesh<double>>);
+GELIGHT_ONCE template Mesh<double> membrane<double>(double, double, double);
+}  // namespace gelight
+#endif

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/pool.hpp"
 #include "gelight/core/prefetch.hpp"
 #include "gelight/core/progress.hpp"
@@ -357,3 +358,10 @@ template <class Scalar>
 }
 
 }  // namespace gelight::detail
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class detail::SparseFactor<double>;
+GELIGHT_ONCE template class detail::SparseFactor<std::complex<double>>;
+}  // namespace gelight
+#endif

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 
@@ -143,3 +144,9 @@ struct SymmetricMatrix {
 };
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class SymmetricPattern<double>;
+}  // namespace gelight
+#endif

@@ -12,6 +12,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/periodic_check.hpp"
@@ -19,6 +20,7 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface_point.hpp"
+#include "gelight/views/mesh_view.hpp"
 
 namespace gelight {
 
@@ -473,3 +475,28 @@ template <TriangleMesh M>
 Surface(const M&, const CancelHook&) -> Surface<MeshScalar<M>>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class Surface<float>;
+GELIGHT_ONCE template auto Surface<float>::snapshot<Mesh<float>>(const Mesh<float>&,
+                                                                 const CancelHook&)
+    -> std::shared_ptr<const Data>;
+GELIGHT_ONCE template auto Surface<float>::snapshot<MeshView<float>>(const MeshView<float>&,
+                                                                     const CancelHook&)
+    -> std::shared_ptr<const Data>;
+GELIGHT_ONCE template class Surface<double>;
+GELIGHT_ONCE template auto Surface<double>::snapshot<Mesh<float>>(const Mesh<float>&,
+                                                                  const CancelHook&)
+    -> std::shared_ptr<const Data>;
+GELIGHT_ONCE template auto Surface<double>::snapshot<MeshView<float>>(const MeshView<float>&,
+                                                                      const CancelHook&)
+    -> std::shared_ptr<const Data>;
+GELIGHT_ONCE template auto Surface<double>::snapshot<Mesh<double>>(const Mesh<double>&,
+                                                                   const CancelHook&)
+    -> std::shared_ptr<const Data>;
+GELIGHT_ONCE template auto Surface<double>::snapshot<MeshView<double>>(const MeshView<double>&,
+                                                                       const CancelHook&)
+    -> std::shared_ptr<const Data>;
+}  // namespace gelight
+#endif

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/periodic_check.hpp"
 #include "gelight/core/progress.hpp"
@@ -205,3 +206,9 @@ class TangentFrames {
 };
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class TangentFrames<double>;
+}  // namespace gelight
+#endif

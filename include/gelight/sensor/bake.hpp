@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
@@ -54,3 +55,14 @@ template <std::floating_point T>
 }
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template std::vector<SurfacePoint<float>> pixel_points<float>(const Raster<float>&);
+GELIGHT_ONCE template Image<Vec3<float>> bake<float>(const LightField<float>&, const Raster<float>&,
+                                                     const CancelHook&);
+GELIGHT_ONCE template std::vector<SurfacePoint<double>> pixel_points<double>(const Raster<double>&);
+GELIGHT_ONCE template Image<Vec3<double>> bake<double>(const LightField<double>&,
+                                                       const Raster<double>&, const CancelHook&);
+}  // namespace gelight
+#endif

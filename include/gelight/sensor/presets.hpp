@@ -14,6 +14,7 @@
 
 #include "gelight/concepts/light.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
@@ -586,3 +587,18 @@ template <std::floating_point T>
 ///@}
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template SensorPreset<float> geltip<float>(Index, Index, float);
+GELIGHT_ONCE template SensorPreset<float> gelsight_mini<float>(Index, Index, float);
+GELIGHT_ONCE template SensorPreset<float> digit<float>(Index, Index, float);
+GELIGHT_ONCE template SensorPreset<float> sts<float>(Index, Index, float);
+GELIGHT_ONCE template TactileRenderer<float> tactile_renderer<float>(const SensorPreset<float>&);
+GELIGHT_ONCE template SensorPreset<double> geltip<double>(Index, Index, double);
+GELIGHT_ONCE template SensorPreset<double> gelsight_mini<double>(Index, Index, double);
+GELIGHT_ONCE template SensorPreset<double> digit<double>(Index, Index, double);
+GELIGHT_ONCE template SensorPreset<double> sts<double>(Index, Index, double);
+GELIGHT_ONCE template TactileRenderer<double> tactile_renderer<double>(const SensorPreset<double>&);
+}  // namespace gelight
+#endif

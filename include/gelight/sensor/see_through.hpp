@@ -13,6 +13,7 @@
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
@@ -493,3 +494,10 @@ template <std::floating_point T, class... Rest>
 SeeThroughRenderer(const Camera<T>&, const Rest&...) -> SeeThroughRenderer<T>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class SeeThroughRenderer<float>;
+GELIGHT_ONCE template class SeeThroughRenderer<double>;
+}  // namespace gelight
+#endif

@@ -16,6 +16,7 @@
 #include "gelight/concepts/membrane.hpp"
 #include "gelight/concepts/reflectance.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
@@ -616,3 +617,10 @@ TactileRenderer(const Camera<T>&, const D&, Membrane, Shine, const FrameOptions&
     -> TactileRenderer<T, Membrane, Shine>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class TactileRenderer<float>;
+GELIGHT_ONCE template class TactileRenderer<double>;
+}  // namespace gelight
+#endif

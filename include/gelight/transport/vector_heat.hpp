@@ -14,6 +14,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/progress.hpp"
@@ -647,3 +648,10 @@ template <std::floating_point T>
 explicit VectorHeatSolver(const HeatSolver<T>&) -> VectorHeatSolver<T>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class VectorHeatSolver<float>;
+GELIGHT_ONCE template class VectorHeatSolver<double>;
+}  // namespace gelight
+#endif

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/factor/minimum_degree.hpp"
@@ -334,3 +335,9 @@ class Dissection {
 };
 
 }  // namespace gelight::detail
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class detail::Dissection<double>;
+}  // namespace gelight
+#endif
