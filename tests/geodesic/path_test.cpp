@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "gelight/core/error.hpp"
+#include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/shortest_path.hpp"
 #include "gelight/mesh/shapes.hpp"
 
 using gelight::edge_point;
@@ -34,4 +36,27 @@ TEST_CASE("a path of one point or none has no length; a foreign point is refused
   CHECK_THROWS_AS((void)gelight::length(
                       surface, Path<double>{vertex_point<double>(0), vertex_point<double>(4)}),
                   InvalidInput);
+}
+
+TEST_CASE("a path of floats on a surface of doubles, as of solvers on a mesh of floats") {
+  const gelight::ExactSolver solver(gelight::grid<float>(3, 3, 3, 3));
+  const auto field = solver.solve(face_point<float>(0, {0.1F, 0.2F, 0.7F}));
+  const Path<float> path = field.path(15);
+  const double length = gelight::length(solver.surface(), path);
+  CHECK(length == doctest::Approx(double{field.distance(15)}).epsilon(1e-6));
+  const auto points = gelight::positions(solver.surface(), path);
+  CHECK((points.back() - points.front()).norm() == doctest::Approx(length).epsilon(1e-6));
+  const auto faces = gelight::faces_along(solver.surface(), path);
+  REQUIRE(faces.size() + 1 == path.size());
+  CHECK(faces.front() == 0);
+  CHECK_THROWS_AS((void)gelight::positions(solver.surface(), Path<float>{vertex_point<float>(16)}),
+                  InvalidInput);
+}
+
+TEST_CASE("the shortest path between two vertices of a mesh") {
+  const auto mesh = gelight::grid<float>(3, 3, 3, 3);
+  const auto path = gelight::shortest_path(mesh, 0, 7);
+  CHECK(path == gelight::shortest_path(mesh, vertex_point<float>(0), vertex_point<float>(7)));
+  CHECK(gelight::length(Surface(mesh), path) == doctest::Approx(std::sqrt(10.0)));
+  CHECK_THROWS_AS((void)gelight::shortest_path(mesh, 0, 16), InvalidInput);
 }

@@ -18,23 +18,41 @@ namespace gelight {
 template <std::floating_point T>
 using Path = std::vector<SurfacePoint<T>>;
 
-/// The positions of a path's points.
-template <std::floating_point T>
-[[nodiscard]] std::vector<Vec3<T>> positions(const Surface<T>& surface, const Path<T>& path) {
+namespace detail {
+
+/// A point that is of the surface, in the surface's precision.
+template <std::floating_point T, std::floating_point P = T>
+[[nodiscard]] SurfacePoint<T> point_of(const Surface<T>& surface, const SurfacePoint<P>& point) {
+  surface.require_point(point);
+  if constexpr (std::same_as<P, T>) {
+    return point;
+  } else {
+    return point.template cast<T>();
+  }
+}
+
+}  // namespace detail
+
+/// The positions of a path's points. (Here and below the path may be of another precision than the
+/// surface, as those of solvers are that work in double on a mesh of floats.) Throws InvalidInput
+/// for a point that is not of the surface.
+template <std::floating_point T, std::floating_point P = T>
+[[nodiscard]] std::vector<Vec3<T>> positions(const Surface<T>& surface, const Path<P>& path) {
   std::vector<Vec3<T>> out;
   out.reserve(path.size());
-  for (const auto& point : path) out.push_back(surface.position(point));
+  for (const auto& point : path) out.push_back(surface.position(detail::point_of(surface, point)));
   return out;
 }
 
-/// Length of a path, in the unit of the positions; 0 for fewer than two points. Throws InvalidInput
-/// for a point that is not of the surface, and for a length that T cannot hold.
-template <std::floating_point T>
-[[nodiscard]] T length(const Surface<T>& surface, const Path<T>& path) {
+/// Length of a path, in the unit and precision of the positions; 0 for fewer than two points.
+/// Throws InvalidInput for a point that is not of the surface, and for a length that T cannot hold.
+template <std::floating_point T, std::floating_point P = T>
+[[nodiscard]] T length(const Surface<T>& surface, const Path<P>& path) {
   double sum = 0;
   for (std::size_t i = 1; i < path.size(); ++i) {
-    for (const auto& point : {path[i - 1], path[i]}) surface.require_point(point);
-    sum += double{detail::stable_norm(surface.difference(path[i - 1], path[i]))};
+    const auto from = detail::point_of(surface, path[i - 1]);
+    const auto to = detail::point_of(surface, path[i]);
+    sum += double{detail::stable_norm(surface.difference(from, to))};
   }
   detail::require(sum <= double{std::numeric_limits<T>::max()}, "the path is ", sum,
                   " long, more than its type can hold");
@@ -44,14 +62,16 @@ template <std::floating_point T>
 /// A face that holds each piece of a path: one fewer than it has points. Of several, where a piece
 /// runs along an edge, the least. Throws InvalidInput for a point that is not of the surface, and
 /// two in a row that no face holds.
-template <std::floating_point T>
-[[nodiscard]] std::vector<Index> faces_along(const Surface<T>& surface, const Path<T>& path) {
+template <std::floating_point T, std::floating_point P = T>
+[[nodiscard]] std::vector<Index> faces_along(const Surface<T>& surface, const Path<P>& path) {
   for (const auto& point : path) surface.require_point(point);
   std::vector<Index> out;
   for (std::size_t i = 1; i < path.size(); ++i) {
     Index least = surface.face_count();
-    detail::for_each_face_at(surface, path[i - 1], [&](Index f) {
-      detail::for_each_face_at(surface, path[i], [&](Index g) {
+    const auto from = detail::point_of(surface, path[i - 1]);
+    const auto to = detail::point_of(surface, path[i]);
+    detail::for_each_face_at(surface, from, [&](Index f) {
+      detail::for_each_face_at(surface, to, [&](Index g) {
         if (f == g) least = std::min(least, f);
       });
     });

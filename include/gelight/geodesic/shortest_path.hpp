@@ -157,8 +157,10 @@ explicit PathSolver(const M&) -> PathSolver<MeshScalar<M>>;
 template <TriangleMesh M>
 PathSolver(const M&, CancelHook) -> PathSolver<MeshScalar<M>>;
 
-/// The shortest path between two points of a mesh, by PathSolver, which is the better choice for
-/// more than one pair: most of the time goes into setting it up. Throws InvalidInput as it does.
+/// The shortest path between two points or vertices of a mesh, by PathSolver, which is the better
+/// choice for more than one pair: most of the time goes into setting it up. Throws InvalidInput as
+/// it does.
+///@{
 template <TriangleMesh M>
 [[nodiscard]] Path<MeshScalar<M>> shortest_path(const M& mesh,
                                                 const SurfacePoint<MeshScalar<M>>& from,
@@ -166,6 +168,12 @@ template <TriangleMesh M>
                                                 const CancelHook& cancelled = {}) {
   return PathSolver(mesh, cancelled).shortest_path(from, to);
 }
+template <TriangleMesh M>
+[[nodiscard]] Path<MeshScalar<M>> shortest_path(const M& mesh, Index from, Index to,
+                                                const CancelHook& cancelled = {}) {
+  return PathSolver(mesh, cancelled).shortest_path(from, to);
+}
+///@}
 
 /// A path made locally shortest, by PathSolver. Throws InvalidInput as it does.
 template <TriangleMesh M>
