@@ -160,7 +160,6 @@ TEST_CASE("a force on what sticks and does not settle is given up, not sought fo
       depth(x, y) = 0.03 - 0.02 * width * (1 - r2 / 36);
     }
   }
-  const double inf = std::numeric_limits<double>::infinity();
   const ElasticLayer<double> layer(
       eye, 0.03, {.poisson_ratio = 0.33, .thickness = inf, .friction = inf}, {.tolerance = 1e-3});
   LayerLoad load{.force = 0.003, .centre = Vec2<double>(-width, 0.3 * width)};
