@@ -117,6 +117,27 @@ TEST_CASE("the frame is its parts, one after the other") {
   }
 }
 
+TEST_CASE_TEMPLATE("lights straight along a flat gel do not light it, nor make it gloss", T, float,
+                   double) {
+  for (const T f : {T(40), T(333), T(4000)}) {
+    for (const Index radius : {1, 2, 4}) {
+      for (const T z : {T(0.03), T(1.7)}) {
+        const Camera<T> seen{f, f, T(79.5), T(40), 160, 90};
+        const Image<T> flat(160, 90, z), plate(160, 90, z * T(0.97));
+        SeeThroughOptions options{.normal_radius = radius, .darkening = 0};
+        options.levels = LightLevels::tactile();
+        options.thickness = 1e-3;
+        const SeeThroughRenderer<T> renderer(seen, flat, edge_lights(seen, 0.0),
+                                             std::array<T, 3>{T(0.7), T(0.7), T(0.8)}, options);
+        // Ambient light 0.8, reflectance 0.5, exposure 2: 255 0.8 0.7 and 255 0.8 0.8.
+        const Image<Rgb8> expected(160, 90, Rgb8{142, 142, 163});
+        CHECK(worst(renderer.rest_image(), expected) == 0);
+        CHECK(worst(renderer.render(plate), expected) == 0);
+      }
+    }
+  }
+}
+
 TEST_CASE("a flat gel under lights from its edges, in closed form") {
   const auto lights = edge_lights(camera, 0.25);
   CHECK(lights.size() == 4);

@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "gelight/core/bits.hpp"
@@ -238,6 +239,29 @@ void flattest_directions(const DirectionRow<T>& out, const std::array<const doub
     nz[i] = static_cast<T>(unit[i] * z[i]);
     towards[i] = static_cast<T>(facing(i));
   }
+}
+
+/// By how much a coordinate of a fitted plane's unit normal may be rounded. (Measured on planes
+/// that no rounding of depths had bent: a third of it with a focal length of 100 to 100000 pixels.)
+template <std::floating_point T>
+[[nodiscard]] T fit_rounding(const Camera<T>& camera, Index radius) {
+  const double f = std::max<double>(camera.fx, camera.fy);
+  const double r = std::clamp(std::min(camera.width, camera.height) - 1, 1, radius);
+  // A variance is a difference of squares of coordinates. By depth^2, that of a window with its
+  // centre on the image's edge is r (r + 2) / 12 pixels^2, and the squares are those of a ray.
+  double square = 0;
+  for (const Index y : {Index{0}, camera.height - 1}) {
+    for (const Index x : {Index{0}, camera.width - 1}) {
+      const auto ray = camera.ray(static_cast<T>(x), static_cast<T>(y));
+      square = std::max<double>(square, dot(ray, ray));
+    }
+  }
+  constexpr double roundings = 4;
+  const double of_variance =
+      roundings * std::numeric_limits<double>::epsilon() * square * f * f * 12 / (r * (r + 2));
+  // The normal is returned in T, and from depths in T: over the pixel next to it a slope is
+  // rounded by their epsilon times the focal length.
+  return static_cast<T>(of_variance) + (T(f) + 8) * std::numeric_limits<T>::epsilon();
 }
 
 /// Fits planes to the (2 radius + 1)^2 windows around the pixels of some columns, row after row.

@@ -128,7 +128,8 @@ class SeeThroughRenderer {
         options_(checked(options, camera, rest_depth, lights, background)),
         rest_(camera.width, camera.height),
         planes_(camera, options.normal_radius),
-        lights_(camera, static_cast<T>(options.ambient), lights),
+        lights_(camera, static_cast<T>(options.ambient), lights,
+                detail::fit_rounding(camera, options.normal_radius)),
         colour_(3 * pixel_count()),
         rest_light_(3 * pixel_count()),
         rest_image_(camera.width, camera.height) {

@@ -18,17 +18,17 @@
 
 namespace gelight::detail {
 
-/// The two terms of Phong's equation for a light along a row: N.L where it is positive, and R.V
-/// before its power, 0 where it is not above `least`.
+/// The two terms of Phong's equation for a light along a row: N.L, less `tangent`, where that is
+/// positive, and R.V before its power, 0 where it is not above `least`.
 template <class T>
 void face_light(T* __restrict toward, T* __restrict mirrored, const DirectionRow<T>& n,
                 const std::array<const T*, 3>& to_light, const T* u, T v, const T* inverse_ray,
-                T least, std::ptrdiff_t count) {
+                T tangent, T least, std::ptrdiff_t count) {
   const T *const nx = n.x, *const ny = n.y, *const nz = n.z, *const facing = n.facing;
   const T *const lx = to_light[0], *const ly = to_light[1], *const lz = to_light[2];
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const T cosine = nx[i] * lx[i] + ny[i] * ly[i] + nz[i] * lz[i];
-    const T lit = (cosine + std::abs(cosine)) / 2;  // exactly max(0, cosine), and vectorised
+    const T past = nx[i] * lx[i] + ny[i] * ly[i] + nz[i] * lz[i] - tangent;
+    const T lit = (past + std::abs(past)) / 2;  // exactly max(0, past), and vectorised
     toward[i] = lit;
     mirrored[i] = inverse_ray[i] * (lx[i] * u[i] + ly[i] * v + lz[i] - 2 * lit * facing[i]);
   }
@@ -47,7 +47,8 @@ void add_terms(T* __restrict sum, const T* toward, const T* shine, T diffuse, T 
   for (std::ptrdiff_t i = 0; i < count; ++i) sum[i] += diffuse * toward[i] + specular * shine[i];
 }
 
-/// Phong's equation for some lights, a run of a row at a time, on unit normals.
+/// Phong's equation for some lights, a run of a row at a time, on unit normals. N.L counts for
+/// `tangent` less: as much as rounding may leave of a light along the membrane.
 template <std::floating_point T>
 class LitRows {
  public:
@@ -56,8 +57,8 @@ class LitRows {
     std::array<std::vector<T>, 3> rgb;  // a row each
   };
 
-  LitRows(const Camera<T>& camera, T ambient, const std::vector<Light<T>>& lights)
-      : camera_(camera), ambient_(ambient), planes_(1 + 3 * lights.size()) {
+  LitRows(const Camera<T>& camera, T ambient, const std::vector<Light<T>>& lights, T tangent)
+      : camera_(camera), ambient_(ambient), tangent_(tangent), planes_(1 + 3 * lights.size()) {
     fixed_.resize(planes_ * static_cast<std::size_t>(camera.width) *
                   static_cast<std::size_t>(camera.height));
     for (Index x = 0; x < camera.width; ++x) {
@@ -90,7 +91,8 @@ class LitRows {
       const std::array<const T*, 3> to_light{plane(y, 3 * k + 1) + x, plane(y, 3 * k + 2) + x,
                                              plane(y, 3 * k + 3) + x};
       face_light(toward, work.mirrored.data(), n, to_light, columns_.data() + x,
-                 camera_.ray(0, static_cast<T>(y)).y(), plane(y, 0) + x, lights_[k].least, count);
+                 camera_.ray(0, static_cast<T>(y)).y(), plane(y, 0) + x, tangent_, lights_[k].least,
+                 count);
       raise(shine, work.mirrored.data(), lights_[k].shininess, count);
       keep_lit(shine, toward, count);
       for (std::size_t c = 0; c < 3; ++c) {
@@ -145,7 +147,7 @@ class LitRows {
   }
 
   Camera<T> camera_;
-  T ambient_;
+  T ambient_, tangent_;
   std::size_t planes_;
   std::vector<T> columns_, fixed_;
   Array<Colour> lights_;
