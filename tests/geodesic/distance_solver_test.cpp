@@ -12,9 +12,14 @@
 
 #include "gelight/geodesic/certify.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
+#include "gelight/geodesic/distance_rows.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
+#include "gelight/geodesic/heat.hpp"
+#include "gelight/geodesic/plan.hpp"
+#include "gelight/geodesic/smooth.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
+#include "gelight/geodesic/voronoi.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/scan_meshes.hpp"
@@ -299,4 +304,33 @@ TEST_CASE("several vertices are named in braces") {
   CHECK(out == expected);
   CHECK_THROWS_AS((void)solver.distance({3, 162}), InvalidInput);
   CHECK_THROWS_AS((void)solver.distance(std::initializer_list<Index>{}), InvalidInput);
+}
+
+TEST_CASE_TEMPLATE("solve, rows and Voronoi take vertices in braces, and one source", T, float,
+                   double) {
+  const auto mesh = icosphere<T>(3);
+  const Source<T> source{edge_point<T>(mesh.faces[9][0], mesh.faces[9][1], T(0.25)), T(0.5)};
+  const std::vector<Source<T>> sources{source};
+  const std::vector<Index> vertices{0, 5};
+  const std::span<const Source<T>> one(sources);
+  const auto holds = [&](const auto& solver, const auto& distances_of) {
+    CHECK(distances_of(solver.solve({0, 5})) == solver.distance(vertices));
+    CHECK(distances_of(solver.solve(source)) == solver.distance(one));
+    CHECK(solver.distance(source) == solver.distance(one));
+    std::vector<T> out(mesh.positions.size());
+    solver.distance_into(out, source);
+    CHECK(out == solver.distance(one));
+    CHECK(distance_matrix(solver, {0, 5}) == distance_matrix(solver, vertices));
+    std::vector<T> row;
+    distance_rows(solver, {5},
+                  [&](Index, std::span<const T> d) { row.assign(d.begin(), d.end()); });
+    CHECK(row == solver.distance(5));
+  };
+  const ExactSolver exact(mesh);
+  holds(exact, [](const auto& field) { return field.distances(); });
+  holds(HeatSolver(mesh), [](const auto& result) { return result.distance; });
+  holds(DistancePlanner(mesh), [](const auto& result) { return result.distance; });
+  holds(SmoothDistanceSolver(mesh), [](const auto& result) { return result.distance; });
+  CHECK(exact.solve({0, 5}, {.keep_windows = true}).distances() == exact.distance(vertices));
+  CHECK(voronoi(exact, {0, 5}) == voronoi(exact, vertices));
 }

@@ -3,10 +3,14 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "gelight/core/error.hpp"
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/isoline.hpp"
+#include "gelight/geodesic/segment.hpp"
 #include "gelight/geodesic/shortest_path.hpp"
+#include "gelight/geodesic/trace.hpp"
 #include "gelight/mesh/shapes.hpp"
 
 using gelight::edge_point;
@@ -51,6 +55,29 @@ TEST_CASE("a path of floats on a surface of doubles, as of solvers on a mesh of 
   CHECK(faces.front() == 0);
   CHECK_THROWS_AS((void)gelight::positions(solver.surface(), Path<float>{vertex_point<float>(16)}),
                   InvalidInput);
+}
+
+TEST_CASE("isolines, straight paths and sources along a path, of floats on a surface of doubles") {
+  const auto mesh = gelight::grid<float>(4, 4, 4, 4);
+  const gelight::ExactSolver solver(mesh);
+  const auto field = solver.solve(0);
+  // A straight path across the sheet, and a quarter of a circle about its end.
+  const Path<float> path = gelight::trace_geodesic(solver.surface(), vertex_point<float>(0),
+                                                   {1, 2, 0}, std::sqrt(20.0F));
+  REQUIRE(path.size() > 2);
+  CHECK(gelight::length(solver.surface(), path) == doctest::Approx(std::sqrt(20.0)).epsilon(1e-6));
+  CHECK(field.distance(path.back()) == doctest::Approx(std::sqrt(20.0)).epsilon(1e-6));
+  const auto lines = gelight::isolines(solver.surface(), field.distances(), 2.5);
+  REQUIRE(lines.size() == 1);
+  CHECK(gelight::length(solver.surface(), lines[0].points) ==
+        doctest::Approx(2.5 * std::numbers::pi / 2).epsilon(0.03));
+  CHECK(gelight::area_below(solver.surface(), field.distances(), 2.5) ==
+        doctest::Approx(2.5 * 2.5 * std::numbers::pi / 4).epsilon(0.06));
+  const auto sources = gelight::sources_along(solver.surface(), gelight::segments(path), 0.1F);
+  const auto from_path = solver.solve(sources);
+  for (const auto& point : path) CHECK(from_path.distance(point) < 0.01);
+  // The corner (4, 0) is nearest to (0.8, 1.6).
+  CHECK(from_path.distance(4) == doctest::Approx(4 * 2 / std::sqrt(5.0)).epsilon(1e-3));
 }
 
 TEST_CASE("the shortest path between two vertices of a mesh") {

@@ -120,9 +120,11 @@ TEST_CASE("placed turns, then moves; joined keeps the parts apart") {
   const auto box = gelight::box(1.0, 1.0, 1.0);
   Eigen::Matrix3d quarter;  // about z: x becomes y
   quarter << 0, -1, 0, 1, 0, 0, 0, 0, 1;
-  const auto moved = gelight::placed<double>(box, quarter, {10, 0, 0});
+  const auto moved = gelight::placed(box, quarter, {10, 0, 0});
   const Mesh<double> both[] = {box, moved};
   const Surface surface(gelight::joined<double>(both));
+  CHECK(gelight::joined({box, moved}).positions == gelight::joined<double>(both).positions);
+  CHECK(gelight::joined(std::vector{box, moved}).faces == gelight::joined<double>(both).faces);
   CHECK(surface.vertex_count() == 16);
   CHECK(surface.face_count() == 24);
   const auto [x, y, z] = box.positions[1];

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <initializer_list>
 #include <mutex>
 #include <span>
 #include <thread>
@@ -147,6 +148,12 @@ void distance_rows(const Solver& solver, std::span<const Index> sources, const T
 }
 template <class Solver, class Take>
 requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>
+void distance_rows(const Solver& solver, std::initializer_list<Index> sources, const Take& take,
+                   const RowOptions& options = {}) {
+  distance_rows(solver, std::span<const Index>(sources.begin(), sources.size()), take, options);
+}
+template <class Solver, class Take>
+requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>
 void distance_rows(const Solver& solver,
                    std::span<const Source<detail::DistanceScalar<Solver>>> sources,
                    const Take& take, const RowOptions& options = {}) {
@@ -162,6 +169,13 @@ requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>
 [[nodiscard]] auto distance_matrix(const Solver& solver, std::span<const Index> sources,
                                    const RowOptions& options = {}) {
   return detail::matrix_of_rows(solver, sources, options);
+}
+template <class Solver>
+requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>
+[[nodiscard]] auto distance_matrix(const Solver& solver, std::initializer_list<Index> sources,
+                                   const RowOptions& options = {}) {
+  const std::span<const Index> vertices(sources.begin(), sources.size());
+  return detail::matrix_of_rows(solver, vertices, options);
 }
 template <class Solver>
 requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>

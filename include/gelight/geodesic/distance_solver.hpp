@@ -208,8 +208,13 @@ class DistanceQueries {
     return distance(std::span<const Index>(vertices.begin(), vertices.size()));
   }
   ///@}
-  /// Distance of every vertex from the nearest of several points, each with a start distance.
+  /// Distance of every vertex from a point, or the nearest of several, with start distances.
+  ///@{
+  [[nodiscard]] std::vector<T> distance(const Source<T>& source) const {
+    return distance(std::span<const Source<T>>(&source, 1));
+  }
   [[nodiscard]] std::vector<T> distance(std::span<const Source<T>> sources) const;
+  ///@}
 
   /// The same in the caller's memory: `out` has an element per vertex, and is as it was where the
   /// query throws. Nothing is allocated once a query like it has been answered, but by the planner
@@ -220,6 +225,9 @@ class DistanceQueries {
   void distance_into(std::span<T> out, std::span<const Index> vertices) const;
   void distance_into(std::span<T> out, std::initializer_list<Index> vertices) const {
     distance_into(out, std::span<const Index>(vertices.begin(), vertices.size()));
+  }
+  void distance_into(std::span<T> out, const Source<T>& source) const {
+    distance_into(out, std::span<const Source<T>>(&source, 1));
   }
   void distance_into(std::span<T> out, std::span<const Source<T>> sources) const;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <span>
@@ -358,8 +359,20 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   }
   [[nodiscard]] ExactField<T> solve(const SurfacePoint<T>& source,
                                     const ExactOptions<T>& options) const {
-    const Source<T> one{source, 0};
-    return solve(std::span<const Source<T>>(&one, 1), options);
+    return solve(Source<T>{source, 0}, options);
+  }
+  [[nodiscard]] ExactField<T> solve(const Source<T>& source) const {
+    return solve(source, options_);
+  }
+  [[nodiscard]] ExactField<T> solve(const Source<T>& source, const ExactOptions<T>& options) const {
+    return solve(std::span<const Source<T>>(&source, 1), options);
+  }
+  [[nodiscard]] ExactField<T> solve(std::initializer_list<Index> vertices) const {
+    return solve(vertices, options_);
+  }
+  [[nodiscard]] ExactField<T> solve(std::initializer_list<Index> vertices,
+                                    const ExactOptions<T>& options) const {
+    return solve(std::span<const Index>(vertices.begin(), vertices.size()), options);
   }
   [[nodiscard]] ExactField<T> solve(std::span<const Index> vertices) const {
     return solve(vertices, options_);

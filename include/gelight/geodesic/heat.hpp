@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <span>
 #include <type_traits>
@@ -294,6 +295,12 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   ///@{
   [[nodiscard]] HeatResult<T> solve(Index vertex) const {
     return solve(std::span<const Index>(&vertex, 1));
+  }
+  [[nodiscard]] HeatResult<T> solve(std::initializer_list<Index> vertices) const {
+    return solve(std::span<const Index>(vertices.begin(), vertices.size()));
+  }
+  [[nodiscard]] HeatResult<T> solve(const Source<T>& source) const {
+    return solve(std::span<const Source<T>>(&source, 1));
   }
   [[nodiscard]] HeatResult<T> solve(std::span<const Index> vertices) const;
   [[nodiscard]] HeatResult<T> solve(std::span<const Source<T>> sources) const;

@@ -155,20 +155,34 @@ class IsolineTracer {
 /// where values are infinite. Vertices at the level count as above it. `values` has a value for
 /// each vertex. Throws InvalidInput for another number of them, NaN, and a level that is not
 /// finite. Linear in the faces.
+///@{
 template <std::floating_point T>
 [[nodiscard]] std::vector<Isoline<T>> isolines(const Surface<T>& surface,
                                                std::type_identity_t<std::span<const T>> values,
                                                std::type_identity_t<T> level) {
   return detail::IsolineTracer<T>(surface, values, level).lines();
 }
+/// Of a float mesh's values on its solver's surface, which is of doubles.
+[[nodiscard]] inline std::vector<Isoline<double>> isolines(const Surface<double>& surface,
+                                                           std::span<const float> values,
+                                                           double level) {
+  return isolines(surface, std::vector<double>(values.begin(), values.end()), level);
+}
+///@}
 
 /// The area on which a value of the vertices, linear over each face, is below a level: that which
 /// its isolines enclose. Faces with an infinite value are left out. Throws as `isolines` does.
+///@{
 template <std::floating_point T>
 [[nodiscard]] T area_below(const Surface<T>& surface,
                            std::type_identity_t<std::span<const T>> values,
                            std::type_identity_t<T> level) {
   return detail::IsolineTracer<T>(surface, values, level).area_below();
 }
+[[nodiscard]] inline double area_below(const Surface<double>& surface,
+                                       std::span<const float> values, double level) {
+  return area_below(surface, std::vector<double>(values.begin(), values.end()), level);
+}
+///@}
 
 }  // namespace gelight

@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstddef>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -298,6 +299,12 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   ///@{
   [[nodiscard]] PlannedDistances<T> solve(Index vertex) const {
     return solve(std::span<const Index>(&vertex, 1));
+  }
+  [[nodiscard]] PlannedDistances<T> solve(std::initializer_list<Index> vertices) const {
+    return solve(std::span<const Index>(vertices.begin(), vertices.size()));
+  }
+  [[nodiscard]] PlannedDistances<T> solve(const Source<T>& source) const {
+    return solve(std::span<const Source<T>>(&source, 1));
   }
   [[nodiscard]] PlannedDistances<T> solve(std::span<const Index> vertices) const;
   [[nodiscard]] PlannedDistances<T> solve(std::span<const Source<T>> sources) const;

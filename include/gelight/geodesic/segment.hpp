@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstddef>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "gelight/core/array.hpp"
@@ -93,26 +94,35 @@ template <std::floating_point Real, std::floating_point T>
 /// distances are too long by less than spacing^2 / (8 distance), and their own error. Throws
 /// InvalidInput for a segment that leaves its face and a spacing that is not positive, not finite
 /// or less than a millionth of a segment.
-template <std::floating_point T>
-[[nodiscard]] std::vector<Source<T>> sources_along(const Surface<T>& surface,
+///@{
+template <std::floating_point Real, std::floating_point T>
+[[nodiscard]] std::vector<Source<T>> sources_along(const Surface<Real>& surface,
                                                    std::span<const Segment<T>> segments,
-                                                   T spacing) {
+                                                   std::type_identity_t<T> spacing) {
   detail::require(spacing > 0 && std::isfinite(spacing), "the spacing is ", spacing,
                   ", not a positive number");
   std::vector<Source<T>> out;
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const auto front = detail::fronts_of(surface, segments[i], i)[0];
-    const T length = detail::stable_norm(surface.difference(segments[i].begin, segments[i].end));
-    detail::require(length <= T(1e6) * spacing, "the spacing is ", spacing,
+    const Real length = detail::stable_norm(surface.difference(
+        segments[i].begin.template cast<Real>(), segments[i].end.template cast<Real>()));
+    detail::require(length <= Real(1e6) * Real(spacing), "the spacing is ", spacing,
                     ", less than a millionth of segment ", i);
-    const auto pieces = static_cast<Index>(std::ceil(length / spacing));
+    const auto pieces = static_cast<Index>(std::ceil(length / Real(spacing)));
     for (Index k = 0; k <= pieces; ++k) {
-      const T t = pieces > 0 ? static_cast<T>(k) / static_cast<T>(pieces) : T(0);
-      out.push_back(
-          {detail::simplified(surface, face_point(front.face, front.at(t))), segments[i].distance});
+      const Real t = pieces > 0 ? static_cast<Real>(k) / static_cast<Real>(pieces) : Real(0);
+      const auto point = detail::simplified(surface, face_point(front.face, front.at(t)));
+      out.push_back({point.template cast<T>(), segments[i].distance});
     }
   }
   return out;
 }
+template <std::floating_point Real, std::floating_point T>
+[[nodiscard]] std::vector<Source<T>> sources_along(const Surface<Real>& surface,
+                                                   const std::vector<Segment<T>>& segments,
+                                                   std::type_identity_t<T> spacing) {
+  return sources_along(surface, std::span<const Segment<T>>(segments), spacing);
+}
+///@}
 
 }  // namespace gelight

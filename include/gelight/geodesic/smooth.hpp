@@ -5,6 +5,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <initializer_list>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -167,6 +168,12 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
   ///@{
   [[nodiscard]] SmoothDistances<T> solve(Index vertex) const {
     return solve(std::span<const Index>(&vertex, 1));
+  }
+  [[nodiscard]] SmoothDistances<T> solve(std::initializer_list<Index> vertices) const {
+    return solve(std::span<const Index>(vertices.begin(), vertices.size()));
+  }
+  [[nodiscard]] SmoothDistances<T> solve(const Source<T>& source) const {
+    return solve(std::span<const Source<T>>(&source, 1));
   }
   [[nodiscard]] SmoothDistances<T> solve(std::span<const Index> vertices) const {
     return solve_checked(detail::checked_sources(surface(), vertices));

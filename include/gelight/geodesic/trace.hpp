@@ -553,6 +553,7 @@ class StraightWalk {
 ///
 /// K. Polthier, M. Schmies, "Straightest geodesics on polyhedral surfaces", 1998,
 /// doi:10.1007/978-3-662-03567-2_11.
+///@{
 template <TriangleMesh M>
 [[nodiscard]] Path<MeshScalar<M>> trace_geodesic(const M& mesh,
                                                  const SurfacePoint<MeshScalar<M>>& point,
@@ -572,5 +573,21 @@ template <TriangleMesh M>
   return detail::StraightWalk<T>(surface, from, static_cast<double>(length), cancelled)
       .run(direction);
 }
+/// From a point in another precision: of a float mesh on its solver's surface, which is of doubles.
+template <TriangleMesh M, std::floating_point T>
+requires(!std::same_as<T, MeshScalar<M>>)
+    [[nodiscard]] Path<T> trace_geodesic(const M& mesh, const SurfacePoint<T>& point,
+                                         const std::type_identity_t<Vec3<T>>& direction,
+                                         std::type_identity_t<T> length,
+                                         const CancelHook& cancelled = {}) {
+  using Real = MeshScalar<M>;
+  const Path<Real> path =
+      trace_geodesic(mesh, detail::point_of(Surface<Real>(mesh), point), cast<Real>(direction),
+                     static_cast<Real>(length), cancelled);
+  Path<T> out;
+  for (const SurfacePoint<Real>& p : path) out.push_back(p.template cast<T>());
+  return out;
+}
+///@}
 
 }  // namespace gelight

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <initializer_list>
 #include <span>
 #include <vector>
 
@@ -187,6 +188,7 @@ template <class Solver>
 /// By ExactSolver each site is solved where it is nearest alone; any other solver solves from each
 /// anew. Throws InvalidInput for no site and one that is not of the mesh; Cancelled where the hook
 /// says so.
+///@{
 template <class Solver>
 [[nodiscard]] std::vector<Index> voronoi(const Solver& solver, std::span<const Index> sites,
                                          const CancelHook& cancelled = {}) {
@@ -203,5 +205,11 @@ template <class Solver>
   }
   return nearest;
 }
+template <class Solver>
+[[nodiscard]] std::vector<Index> voronoi(const Solver& solver, std::initializer_list<Index> sites,
+                                         const CancelHook& cancelled = {}) {
+  return voronoi(solver, std::span<const Index>(sites.begin(), sites.size()), cancelled);
+}
+///@}
 
 }  // namespace gelight

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <span>
@@ -257,7 +258,8 @@ template <std::floating_point T>
 
 /// A copy of a mesh turned by a rotation, then moved.
 template <std::floating_point T>
-[[nodiscard]] Mesh<T> placed(Mesh<T> mesh, const Eigen::Matrix<T, 3, 3>& rotation,
+[[nodiscard]] Mesh<T> placed(Mesh<T> mesh,
+                             const std::type_identity_t<Eigen::Matrix<T, 3, 3>>& rotation,
                              const std::type_identity_t<Vec3<T>>& translation) {
   using namespace detail::arithmetic;
   for (auto& [x, y, z] : mesh.positions) {
@@ -268,6 +270,7 @@ template <std::floating_point T>
 }
 
 /// Several meshes as one, in the order given, sharing nothing.
+///@{
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> joined(std::span<const Mesh<T>> parts) {
   Mesh<T> whole;
@@ -280,6 +283,15 @@ template <std::floating_point T>
   }
   return whole;
 }
+template <std::floating_point T>
+[[nodiscard]] Mesh<T> joined(const std::vector<Mesh<T>>& parts) {
+  return joined(std::span<const Mesh<T>>(parts));
+}
+template <std::floating_point T>
+[[nodiscard]] Mesh<T> joined(std::initializer_list<Mesh<T>> parts) {
+  return joined(std::span<const Mesh<T>>(parts.begin(), parts.size()));
+}
+///@}
 
 }  // namespace gelight
 
