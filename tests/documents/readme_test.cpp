@@ -181,4 +181,23 @@ TEST_CASE(
   std::filesystem::remove_all(folder);
 }
 
+TEST_CASE("a membrane that one can see through, compiled and run as the simulator's page says") {
+  const auto folder = std::filesystem::temp_directory_path() / "gelight_seen";
+  const std::string said = run("examples/simulator.md", folder, "seen.cpp", "seen.png");
+  CHECK(said.empty());
+  // Beside the contact, of light that the ball beyond reflects: nothing, all of it, a half.
+  const auto rim = [&](const char* name) {
+    const auto image = gelight::read_png((folder / name).string());
+    REQUIRE(image.width() == 480);
+    return image(350, 180);
+  };
+  CHECK(rim("seen.png") == gelight::Rgb8{220, 140, 40});
+  const auto felt = rim("felt.png"), both = rim("both.png");
+  for (std::size_t c = 0; c < 3; ++c) {
+    const int mean = (rim("seen.png")[c] + felt[c]) / 2;
+    CHECK(std::abs(both[c] - mean) <= 1);
+  }
+  std::filesystem::remove_all(folder);
+}
+
 #endif

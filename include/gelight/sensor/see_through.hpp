@@ -72,8 +72,10 @@ struct SeeThroughOptions {
 
 /// Four lights at the image's edges, each shining straight across the gel and `tilt` (radians)
 /// towards it: red from the right, green from the left, blue from below, white from above, with the
-/// coefficients of the STS paper: diffuse 1, specular 0.5, shininess 5. Throws InvalidInput for a
-/// camera that is not valid and a tilt outside [0, pi/2].
+/// coefficients of the STS paper: diffuse 1, specular 0.5, shininess 5. By the defaults of the
+/// renderer and LightLevels::tactile() a flat gel before the camera is as bright as images get from
+/// a tilt of some 0.2 on; 0.1 leaves room for contacts. Throws InvalidInput for a camera that is
+/// not valid and a tilt outside [0, pi/2].
 template <std::floating_point T>
 [[nodiscard]] std::vector<Light<T>> edge_lights(const Camera<T>& camera, double tilt) {
   camera.require_valid();
