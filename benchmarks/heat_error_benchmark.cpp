@@ -90,6 +90,52 @@ BENCHMARK(heat_error)
     ->Iterations(1)
     ->Unit(benchmark::kMillisecond);
 
+// The same of 2 to 8 vertices at once, one of them of a border where there is one.
+void heat_of_several_error(benchmark::State& state) {
+  Mean answers, vertices;
+  double off = 0, silent = 0;
+  test::Random random(5);
+  for (auto _ : state) {
+    for (const auto& mesh : meshes(state.range(0))) {
+      const ExactSolver exact(mesh);
+      const HeatSolver solver(mesh, options(state.range(1)));
+      const Surface<double>& surface = exact.surface();
+      std::vector<Index> border;
+      for (Index h = 0; h < surface.halfedge_count(); ++h) {
+        if (surface.is_border(h)) border.push_back(surface.origin(h));
+      }
+      for (int i = 0; i < 30; ++i) {
+        std::vector<Index> sources(static_cast<std::size_t>(2 + i % 7));
+        for (Index& s : sources) s = test::uniform_index(random, surface.vertex_count());
+        if (!border.empty()) {
+          sources[0] = border[static_cast<std::size_t>(
+              test::uniform_index(random, static_cast<Index>(border.size())))];
+        }
+        const auto truth = exact.distance(sources);
+        const auto found = solver.solve(sources);
+        Mean mean;
+        for (std::size_t v = 0; v < truth.size(); ++v) {
+          if (!(truth[v] > 0 && truth[v] < unreachable<double>)) continue;
+          mean.add(std::abs(found.distance[v] / truth[v] - 1));
+        }
+        answers.add(mean.value());
+        vertices.add(mean.most);
+        off += mean.value() > 0.1;
+        silent += mean.value() > 0.1 && found.is_reliable;
+      }
+    }
+  }
+  state.counters["mean_%"] = 100 * answers.value();
+  state.counters["worst_mean_%"] = 100 * answers.most;
+  state.counters["max_%"] = 100 * vertices.most;
+  state.counters["off"] = off;
+  state.counters["silent"] = silent;
+}
+BENCHMARK(heat_of_several_error)
+    ->ArgsProduct({{0, 1}, {0, 1}})
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
+
 void vector_heat_error(benchmark::State& state) {
   Mean radius, direction, transport;
   double off = 0, silent = 0, good = 0, flagged = 0;
