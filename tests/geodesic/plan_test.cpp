@@ -954,3 +954,37 @@ TEST_CASE("what methods cost decides, and can be measured where the program runs
   request.costs = costs;
   CHECK(DistancePlanner(mesh, request).solve(0).satisfies);
 }
+
+TEST_CASE(
+    "where a march is tried in vain the cheapest that is sure follows, and more time serves") {
+  const auto mesh = icosphere<double>(4);
+  const auto truth = ExactSolver(mesh).distance(7);
+  const auto mean_error = [&](const std::vector<double>& found) {
+    double sum = 0;
+    for (std::size_t v = 0; v < truth.size(); ++v) {
+      if (truth[v] > 0) sum += std::abs(found[v] / truth[v] - 1);
+    }
+    return sum / static_cast<double>(truth.size() - 1);
+  };
+  PlanRequest request{.tolerance = 1e-3, .assurance = Assurance::expected};
+  // A march costs a tenth, virtual sources a third of exact distances.
+  request.costs.exact = {0, 10000, 0, 1};
+  request.costs.virtual_source = {0, 3300, 0, 1};
+  request.costs.fast_marching = {0, 1000, 0, 1};
+  request.costs.paths = {0, 300, 0, 1};
+  const double exact_seconds = 1e-9 * 10000 * 2562;
+  bool was_satisfied = false;
+  for (const double share : {0.05, 0.2, 0.35, 0.45, 0.5, 0.9, 1.0, 1.2, 2.0, 10.0}) {
+    request.time_limit = share * exact_seconds;
+    const DistancePlanner planner(mesh, request);
+    const auto found = planner.solve(7);
+    CAPTURE(share);
+    CAPTURE(found.reason);
+    CHECK(found.satisfies == planner.plan().expected_to_satisfy);
+    CHECK((found.satisfies || !was_satisfied));
+    was_satisfied = found.satisfies;
+    if (found.satisfies) CHECK(mean_error(found.distance) <= 1e-3);
+    CHECK(found.satisfies == (share > 0.33));
+    if (found.satisfies) CHECK(found.method == "virtual_source");
+  }
+}

@@ -234,8 +234,9 @@ class PlannedSolvers {
 }  // namespace detail
 
 /// Distances to a given error rather than by a given method: chooses the cheapest method expected
-/// to satisfy a request, runs it, checks what it was asked to check, and escalates to the exact
-/// solver where that fails. Exact distances are sampled, not certified.
+/// to satisfy a request, runs it, checks what it was asked to check, and where that fails escalates
+/// to the cheapest method that is sure, in the end the exact one. Exact distances are sampled, not
+/// certified.
 ///
 /// What each promise means, for mean errors:
 /// - expected: what experience says is within the tolerance (of fast marching: within a quarter),
@@ -253,8 +254,8 @@ class PlannedSolvers {
 /// Not every promise need hold, least of all an expectation in float that rounding alone nearly
 /// takes. Of 3,000 requests at random, half of them in float, for meshes of all kinds of
 /// tests/support/plan_requests.hpp, with tolerances down to 1e-12 and start distances of both
-/// signs, against ExactSolver<double>, all held that were said to be satisfied: 189 certified,
-/// 1,324 sampled, 1,225 expected, 713 of them by an approximate method (benchmarks/claims.cpp).
+/// signs, against ExactSolver<double>, all held that were said to be satisfied: 132 certified,
+/// 1,366 sampled, 1,240 expected, 667 of them by an approximate method (benchmarks/claims.cpp).
 ///
 /// What a method is expected to be off is for the worst source of the mesh, since the planner
 /// chooses before it knows any, and meshes that look alike differ tenfold. So where fast
@@ -341,9 +342,9 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   // What comparing numbers takes.
   static constexpr double arithmetic = 8 * std::numeric_limits<double>::epsilon();
   static constexpr std::size_t own = static_cast<std::size_t>(Method::own);  // how many are ours
-  // The shares of a query after which a method and all of its checks are done, where exact
-  // distances may have to follow; and of one method that the solver takes.
-  static constexpr double first_method = 0.3, solving = 0.6;
+  // The shares of a query after which a method, and the next, and all of their checks are done,
+  // where others may have to follow; and of one method that the solver takes.
+  static constexpr double first_method = 0.3, second_method = 0.6, solving = 0.6;
   // And of a certificate its lower bounds.
   static constexpr double lower_bounds = 0.4;
 
@@ -410,6 +411,9 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   [[nodiscard]] const PlanMethod* own_method(Method method) const {
     return method < Method::own ? nullptr : &request_.methods[number_of(method)];
   }
+  void for_each_method(auto&& visit) const {
+    for (std::size_t i = 0; i < own + request_.methods.size(); ++i) visit(static_cast<Method>(i));
+  }
   static std::size_t number_of(Method method) { return static_cast<std::size_t>(method) - own; }
   [[nodiscard]] std::string name_of(Method method) const {
     return method < Method::own ? detail::name_of(method) : own_method(method)->name;
@@ -463,8 +467,27 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   }
   // Whether a method is worth a look though more is expected of it than is allowed.
   [[nodiscard]] bool may_be_tried(Method method) const {
-    return method == Method::fast_marching && request_.norm == ErrorNorm::mean &&
-           floor() < request_.tolerance && within_limits(Method::exact);
+    if (method != Method::fast_marching || request_.norm != ErrorNorm::mean) return false;
+    const double in_vain = seconds(cost_of(method)) + seconds(request_.costs.paths);
+    return floor() < request_.tolerance && is_allowed(Method::exact, 0) &&
+           is_allowed(fallback(1), in_vain);
+  }
+  // Whether a method keeps the limits after some seconds, checks apart.
+  [[nodiscard]] bool is_allowed(Method method, double after) const {
+    return after + seconds(cost_of(method)) <= request_.time_limit &&
+           surface_.vertex_count() * cost_of(method).bytes <= request_.memory_limit;
+  }
+  // What follows where a method's error is found to be too large: the cheapest that is sure.
+  [[nodiscard]] Method fallback(std::size_t sources) const {
+    Method cheapest = Method::exact;
+    const bool is_mean = request_.norm == ErrorNorm::mean;
+    if (asked() == Assurance::certified) return cheapest;
+    if (asked() == Assurance::sampled && !is_mean && !checks_all()) return cheapest;
+    for_each_method([&](Method method) {
+      if (!is_sure(method, sources) || !is_allowed(method, 0)) return;
+      if (seconds(cost_of(method)) < seconds(cost_of(cheapest))) cheapest = method;
+    });
+    return cheapest;
   }
   // Whether all that matters is checked exactly.
   [[nodiscard]] bool checks_all() const {
@@ -480,7 +503,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   [[nodiscard]] double seconds(const MethodCost& cost) const {
     return request_.slowness * cost.seconds(surface_.vertex_count(), request_.sources);
   }
-  // With what it costs on average that the exact solver has to be called where paths tell so.
+  // With what it costs on average that another method has to follow where paths tell so.
   [[nodiscard]] double seconds_with_checks(Method method) const {
     const Check check = check_of(method, 1);
     double sum = seconds(cost_of(method));
@@ -488,7 +511,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     if (has_paths(check)) {
       const double share = expected_error(method) / share_of_method();
       sum += seconds(request_.costs.paths);
-      sum += std::min(1.0, (is_familiar() ? failing : 1) * share) * seconds(cost_of(Method::exact));
+      sum += std::min(1.0, (is_familiar() ? failing : 1) * share) * seconds(cost_of(fallback(1)));
     }
     if (has_samples(check)) {
       sum += request_.samples * request_.costs.sample_share * seconds(cost_of(Method::exact));
@@ -522,14 +545,13 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     const auto is_quicker = [&](Method method, const auto& than) {
       return !than || seconds_with_checks(method) < seconds_with_checks(*than);
     };
-    for (std::size_t i = 0; i < own + request_.methods.size(); ++i) {
-      const auto method = static_cast<Method>(i);
+    for_each_method([&](Method method) {
       if (bytes(method) < bytes(smallest)) smallest = method;
       if (bytes(method) <= request_.memory_limit && is_quicker(method, quickest)) quickest = method;
-      if (!within_limits(method)) continue;
+      if (!within_limits(method)) return;
       if (satisfies(method) && is_quicker(method, cheapest)) cheapest = method;
       if (!best || expected_error(method) < expected_error(*best)) best = method;
-    }
+    });
     chosen_ = cheapest ? *cheapest : best ? *best : quickest ? *quickest : smallest;
     plan_.method = name_of(chosen_);
     plan_.expected_to_satisfy = cheapest.has_value() && floor() < request_.tolerance;
@@ -982,9 +1004,20 @@ auto DistancePlanner<T>::run(detail::Array<Source<Real>> sources) const -> Plann
   const CancelHook& hook = request_.cancelled;
   PlannedDistances<T> result = attempt(chosen_, query, is_last ? hook : hook.part(0, first_method));
   if (result.satisfies || is_last) return result;
-  PlannedDistances<T> exact = attempt(Method::exact, query, hook.part(first_method, 1));
-  exact.reason = result.reason + "; escalated: " + exact.reason;
-  return exact;
+  const auto escalate = [&](Method method, const CancelHook& part) {
+    PlannedDistances<T> next = attempt(method, query, part);
+    next.reason = result.reason + "; escalated: " + next.reason;
+    result = std::move(next);
+  };
+  double done = first_method;
+  const Method next = fallback(query.sources.size());
+  if (next != Method::exact && next != chosen_) {
+    escalate(next, hook.part(done, second_method));
+    if (result.satisfies) return result;
+    done = second_method;
+  }
+  escalate(Method::exact, hook.part(done, 1));
+  return result;
 }
 
 template <TriangleMesh M>
