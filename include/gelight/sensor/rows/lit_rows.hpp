@@ -18,8 +18,8 @@
 
 namespace gelight::detail {
 
-/// The two terms of Phong's equation for a light along a row: N.L, less `tangent`, where that is
-/// positive, and R.V before its power, 0 where it is not above `least`.
+/// The two terms of Phong's equation for a light along a row: N.L where it is more than `tangent`,
+/// and R.V before its power, 0 where it is not above `least`.
 template <class T>
 void face_light(T* __restrict toward, T* __restrict mirrored, const DirectionRow<T>& n,
                 const std::array<const T*, 3>& to_light, const T* u, T v, const T* inverse_ray,
@@ -27,11 +27,12 @@ void face_light(T* __restrict toward, T* __restrict mirrored, const DirectionRow
   const T *const nx = n.x, *const ny = n.y, *const nz = n.z, *const facing = n.facing;
   const T *const lx = to_light[0], *const ly = to_light[1], *const lz = to_light[2];
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const T past = nx[i] * lx[i] + ny[i] * ly[i] + nz[i] * lz[i] - tangent;
-    const T lit = (past + std::abs(past)) / 2;  // exactly max(0, past), and vectorised
+    const T cosine = nx[i] * lx[i] + ny[i] * ly[i] + nz[i] * lz[i];
+    const T lit = (cosine + std::abs(cosine)) / 2;  // exactly max(0, cosine), and vectorised
     toward[i] = lit;
     mirrored[i] = inverse_ray[i] * (lx[i] * u[i] + ly[i] * v + lz[i] - 2 * lit * facing[i]);
   }
+  for (std::ptrdiff_t i = 0; i < count; ++i) toward[i] = toward[i] > tangent ? toward[i] : 0;
   for (std::ptrdiff_t i = 0; i < count; ++i) mirrored[i] = mirrored[i] > least ? mirrored[i] : 0;
 }
 
@@ -47,8 +48,8 @@ void add_terms(T* __restrict sum, const T* toward, const T* shine, T diffuse, T 
   for (std::ptrdiff_t i = 0; i < count; ++i) sum[i] += diffuse * toward[i] + specular * shine[i];
 }
 
-/// Phong's equation for some lights, a run of a row at a time, on unit normals. N.L counts for
-/// `tangent` less: as much as rounding may leave of a light along the membrane.
+/// Phong's equation for some lights, a run of a row at a time, on unit normals. A
+/// light along the membrane has an N.L of up to `tangent`, by rounding alone, and counts for none.
 template <std::floating_point T>
 class LitRows {
  public:
