@@ -265,8 +265,8 @@ struct HeatResult {
 /// meet, heat is off by a share of an edge, which counts for more where they are near: of 2 to 8 at
 /// once 2.5 and 23 % on those icospheres, 3.3 and 50 % on the rough ones. (The least of
 /// `distance_from_each` is as exact as one source alone, for a solve each.) Graded meshes are
-/// worst, since the time is that of the mean edge: `solve` tells. Heat alone improves as spheres are
-/// refined, with order 0.4 to 0.7: in a time of one squared edge heat never forgets the mesh.
+/// worst, since the time is that of the mean edge: `solve` tells. Heat alone improves as spheres
+/// are refined, with order 0.4 to 0.7: in a time of one squared edge heat never forgets the mesh.
 /// Set-up takes about n^1.5, a query n log n; and what ExactSolver takes within the exact radius,
 /// which is much where thousands of long faces meet at a vertex.
 template <std::floating_point T>
