@@ -4,6 +4,6 @@
 #if !defined(GELIGHT_COMPILED)
 #define GELIGHT_COMPILED
 #endif
-#define GELIGHT_ONCE
+#define GELIGHT_MAKES_COMPILED
 
 #include "gelight/gelight.hpp"

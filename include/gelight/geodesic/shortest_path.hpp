@@ -7,21 +7,21 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/compiled.hpp"
-#include "gelight/core/error.hpp"
 #include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/path.hpp"
-#include "gelight/geodesic/shortest_path/edge_search.hpp"
-#include "gelight/geodesic/shortest_path/straightener.hpp"
-#include "gelight/mesh/neighbourhood.hpp"
-#include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
 namespace gelight {
+
+namespace detail {
+template <std::floating_point Real>
+class EdgeSearch;
+}  // namespace detail
 
 /// Paths between pairs of points, without distances of the whole mesh.
 ///
@@ -65,10 +65,7 @@ class PathSolver {
   [[nodiscard]] Path<T> straight_path(Index from, Index to) const {
     return straight_path(vertex_point<T>(from), vertex_point<T>(to));
   }
-  [[nodiscard]] Path<T> straight_path(const SurfacePoint<T>& from,
-                                      const SurfacePoint<T>& to) const {
-    return cast(straight(checked(from), checked(to)));
-  }
+  [[nodiscard]] Path<T> straight_path(const SurfacePoint<T>& from, const SurfacePoint<T>& to) const;
   ///@}
 
   /// A path made locally shortest, between its own ends: straight over faces and edges, with at
@@ -98,59 +95,15 @@ class PathSolver {
     return options;
   }
 
-  [[nodiscard]] Point checked(const SurfacePoint<T>& point) const {
-    surface().require_point(point);
-    return detail::simplified(surface(), point.template cast<Real>());
-  }
-  [[nodiscard]] static Path<T> cast(const std::vector<Point>& path) {
-    Path<T> out;
-    out.reserve(path.size());
-    for (const Point& p : path) out.push_back(p.template cast<T>());
-    return out;
-  }
-  [[nodiscard]] std::vector<Point> straight(const Point& from, const Point& to) const {
-    if (from == to) return {from};
-    if (detail::share_face(surface(), from, to)) return {from, to};
-    std::vector<Point> path;
-    {
-      const typename Pool::Borrowed search(*searches_);
-      path = (*search).path(surface(), from, to, cancelled_);
-    }
-    if (path.size() < 3) return path;
-    return detail::Straightener<Real>(surface(), *exact_.faces_)(path, cancelled_);
-  }
+  [[nodiscard]] static std::shared_ptr<Pool> new_pool();
+  [[nodiscard]] Point checked(const SurfacePoint<T>& point) const;
+  [[nodiscard]] static Path<T> cast(const std::vector<Point>& path);
+  [[nodiscard]] std::vector<Point> straight(const Point& from, const Point& to) const;
 
   CancelHook cancelled_;
   ExactSolver<T> exact_;
-  std::shared_ptr<Pool> searches_ = std::make_shared<Pool>();
+  std::shared_ptr<Pool> searches_ = new_pool();
 };
-
-template <std::floating_point T>
-auto PathSolver<T>::shortest_path(const SurfacePoint<T>& from, const SurfacePoint<T>& to) const
-    -> Path<T> {
-  const Point a = checked(from), b = checked(to);
-  const std::vector<Point> straight_one = straight(a, b);
-  if (straight_one.size() < 3) return cast(straight_one);
-  const Real longest = length(surface(), straight_one);
-  const std::vector<Point> path = exact_.path_within(a, b, longest * (1 + slack));
-  // Where faces are so thin that the search loses its way, the straight path stays.
-  const bool is_found = !path.empty() && length(surface(), path) <= longest;
-  return cast(is_found ? path : straight_one);
-}
-
-template <std::floating_point T>
-auto PathSolver<T>::straightened(const Path<T>& path) const -> Path<T> {
-  detail::require(!path.empty(), "the path has no points");
-  std::vector<Point> points;
-  for (const auto& p : path) {
-    const Point point = checked(p);
-    if (!points.empty() && points.back() == point) continue;
-    detail::require(points.empty() || detail::share_face(surface(), points.back(), point),
-                    "no face holds point ", points.size() - 1, " of the path and the next");
-    points.push_back(point);
-  }
-  return cast(detail::Straightener<Real>(surface(), *exact_.faces_)(points, cancelled_));
-}
 
 template <TriangleMesh M>
 explicit PathSolver(const M&) -> PathSolver<MeshScalar<M>>;
@@ -184,9 +137,6 @@ template <TriangleMesh M>
 
 }  // namespace gelight
 
-#if defined(GELIGHT_COMPILED)
-namespace gelight {
-GELIGHT_ONCE template class PathSolver<float>;
-GELIGHT_ONCE template class PathSolver<double>;
-}  // namespace gelight
+#if defined(GELIGHT_BODIES)
+#include "gelight/geodesic/shortest_path/body.hpp"
 #endif
