@@ -3,7 +3,7 @@
 cmake_minimum_required(VERSION 3.22)
 get_filename_component(root "${CMAKE_CURRENT_LIST_DIR}/../include" ABSOLUTE)
 file(GLOB headers RELATIVE "${root}" "${root}/gelight/*/*.hpp")
-list(FILTER headers EXCLUDE REGEX "/io/|/light/traced\\.hpp|/sensor/(calibrat|plan)|/shading/fitted|/membrane/(layer|layer_membrane|fftw)\\.hpp|/mesh/cholmod\\.hpp|/views/(cgal|eigen|opencv|openmesh)\\.hpp")
+list(FILTER headers EXCLUDE REGEX "/io/|/geodesic/heat_engine\\.hpp|/light/traced\\.hpp|/sensor/(calibrat|plan)|/shading/fitted|/membrane/(layer|layer_membrane|fftw)\\.hpp|/mesh/(cholmod|sparse_factor)\\.hpp|/views/(cgal|eigen|opencv|openmesh)\\.hpp")
 file(READ "${root}/gelight/gelight.hpp" umbrella)
 foreach(header ${headers})
   string(FIND "${umbrella}" "#include \"${header}\"" place)

@@ -91,7 +91,6 @@
 #include "gelight/mesh/repair.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/simplified.hpp"
-#include "gelight/mesh/sparse_factor.hpp"
 #include "gelight/mesh/sparse_matrix.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
