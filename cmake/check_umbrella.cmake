@@ -1,5 +1,5 @@
 # cmake -P cmake/check_umbrella.cmake: gelight.hpp includes every door but the opt-in ones. Rooms,
-# the folders behind doors, come with these.
+# the folders behind doors, come with these, as do heat_engine.hpp and sparse_factor.hpp.
 cmake_minimum_required(VERSION 3.22)
 get_filename_component(root "${CMAKE_CURRENT_LIST_DIR}/../include" ABSOLUTE)
 file(GLOB headers RELATIVE "${root}" "${root}/gelight/*/*.hpp")

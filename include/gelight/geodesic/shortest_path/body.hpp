@@ -6,6 +6,7 @@
 
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact/engine.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/geodesic/shortest_path.hpp"
 #include "gelight/geodesic/shortest_path/edge_search.hpp"
@@ -51,7 +52,7 @@ auto PathSolver<T>::straight(const Point& from, const Point& to) const -> std::v
     path = (*search).path(surface(), from, to, cancelled_);
   }
   if (path.size() < 3) return path;
-  return detail::Straightener<Real>(surface(), *exact_.faces_)(path, cancelled_);
+  return detail::Straightener<Real>(surface(), exact_.engine_->faces())(path, cancelled_);
 }
 
 template <std::floating_point T>
@@ -61,7 +62,7 @@ auto PathSolver<T>::shortest_path(const SurfacePoint<T>& from, const SurfacePoin
   const std::vector<Point> straight_one = straight(a, b);
   if (straight_one.size() < 3) return cast(straight_one);
   const Real longest = length(surface(), straight_one);
-  const std::vector<Point> path = exact_.path_within(a, b, longest * (1 + slack));
+  const std::vector<Point> path = exact_.engine_->path_within(a, b, longest * (1 + slack));
   // Where faces are so thin that the search loses its way, the straight path stays.
   const bool is_found = !path.empty() && length(surface(), path) <= longest;
   return cast(is_found ? path : straight_one);
@@ -78,7 +79,7 @@ auto PathSolver<T>::straightened(const Path<T>& path) const -> Path<T> {
                     "no face holds point ", points.size() - 1, " of the path and the next");
     points.push_back(point);
   }
-  return cast(detail::Straightener<Real>(surface(), *exact_.faces_)(points, cancelled_));
+  return cast(detail::Straightener<Real>(surface(), exact_.engine_->faces())(points, cancelled_));
 }
 
 }  // namespace gelight
