@@ -4,22 +4,25 @@
 #include <concepts>
 #include <cstddef>
 #include <initializer_list>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
-#include "gelight/geodesic/exact/planar_faces.hpp"
-#include "gelight/geodesic/exact/window_propagation.hpp"
-#include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
 namespace gelight {
+
+namespace detail {
+template <std::floating_point T>
+class GrowingEngine;
+}  // namespace detail
 
 /// Exact distances from sources that are added one by one: each is solved only where it is nearer
 /// than those before.
@@ -27,11 +30,8 @@ template <std::floating_point T>
 class GrowingDistances {
  public:
   /// On the surface of a solver, with no source yet.
-  explicit GrowingDistances(const ExactSolver<T>& solver)
-      : surface_(solver.surface()),
-        faces_(surface_),
-        longest_way_(detail::longest_way(surface_)),
-        starts_(static_cast<std::size_t>(surface_.vertex_count()), unreachable<Real>) {}
+  explicit GrowingDistances(const ExactSolver<T>& solver);
+
   /// Not copied: what it works with refers to its own surface.
   ///@{
   GrowingDistances(const GrowingDistances&) = delete;
@@ -45,66 +45,18 @@ class GrowingDistances {
   std::vector<Index> add(Index vertex, const CancelHook& cancelled = {}) {
     return add(Source<T>{vertex_point<T>(vertex), 0}, cancelled);
   }
-  std::vector<Index> add(const Source<T>& source, const CancelHook& cancelled = {}) {
-    sources_ = detail::checked_sources(surface_, std::span<const Source<T>>(&source, 1));
-    sources_[0].point = detail::simplified(surface_, sources_[0].point);
-    limits_.cancelled = cancelled;
-    sources_[0].distance -= start_of_part(sources_[0]);
-    // So late that others have been everywhere.
-    if (sources_[0].distance > longest_way_) return {};
-    if (is_first_) {
-      propagation_.run(surface_, faces_, sources_, limits_);
-    } else {
-      propagation_.run_further(sources_, limits_);
-    }
-    is_first_ = false;
-    std::vector<Index> nearer;
-    for (const Index v : propagation_.reached()) {
-      if (propagation_.came_nearer(v)) nearer.push_back(v);
-    }
-    return nearer;
-  }
+  std::vector<Index> add(const Source<T>& source, const CancelHook& cancelled = {});
   ///@}
 
   /// Distance of a vertex from the nearest source so far, +infinity where there is none. Throws
   /// InvalidInput for a vertex that is not of the surface, and a distance that T cannot hold.
-  [[nodiscard]] T distance(Index vertex) const {
-    surface_.require_vertex(vertex);
-    if (is_first_) return unreachable<T>;
-    const Real start = starts_[surface_.components()[vertex]];
-    return detail::distance_as<T>(start + propagation_.distances[vertex], "vertex ", vertex);
-  }
+  [[nodiscard]] T distance(Index vertex) const;
 
   /// The surface.
-  [[nodiscard]] const Surface<double>& surface() const { return surface_; }
+  [[nodiscard]] const Surface<double>& surface() const;
 
  private:
-  using Real = typename detail::WorkingPrecision<T>::Real;
-
-  // What the distances of a source's part count from: its earliest source, this one with it. So
-  // none is negative, and numbers are no larger than the part.
-  [[nodiscard]] Real start_of_part(const Source<Real>& source) {
-    const Index part = detail::part_of(surface_, source.point);
-    Real& start = starts_[part];
-    if (!(source.distance < start)) return start;
-    const bool is_first_there = start == unreachable<Real>;
-    const Real later = start - source.distance;
-    start = source.distance;
-    if (is_first_there) return start;
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (surface_.components()[v] == part) propagation_.distances[v] += later;
-    }
-    return start;
-  }
-
-  Surface<Real> surface_;
-  detail::PlanarFaces<Real> faces_;
-  Real longest_way_;
-  detail::Array<Real> starts_;  // of each part, at its number
-  detail::WindowPropagation<Real> propagation_;
-  detail::PropagationLimits<Real> limits_;
-  detail::Array<Source<Real>> sources_;
-  bool is_first_ = true;
+  std::shared_ptr<detail::GrowingEngine<T>> engine_;
 };
 
 namespace detail {
@@ -213,3 +165,7 @@ template <class Solver>
 ///@}
 
 }  // namespace gelight
+
+#if defined(GELIGHT_BODIES)
+#include "gelight/geodesic/voronoi/body.hpp"
+#endif
