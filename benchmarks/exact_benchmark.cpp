@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/exact/planar_faces.hpp"
+#include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/spheres.hpp"
 

@@ -14,6 +14,7 @@
 
 #include "gelight/geodesic/distance_rows.hpp"
 #include "gelight/geodesic/heat.hpp"
+#include "gelight/geodesic/heat_engine.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/timing.hpp"
 

@@ -24,6 +24,7 @@
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
+#include "gelight/geodesic/heat_engine.hpp"
 #include "gelight/geodesic/plan.hpp"
 #include "gelight/geodesic/planning/target_search.hpp"
 #include "gelight/geodesic/smooth.hpp"

@@ -17,7 +17,9 @@
 #include <string>
 #include <vector>
 
+#include "gelight/geodesic/backtrace.hpp"
 #include "gelight/geodesic/measured_plan_costs.hpp"
+#include "gelight/geodesic/planning/path_error.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
 #include "support/hard_meshes.hpp"

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "gelight/light/plane/plane_cut.hpp"
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/hard_meshes.hpp"

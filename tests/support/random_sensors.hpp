@@ -11,6 +11,7 @@
 
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/sensor/plan.hpp"
+#include "gelight/sensor/presets/pad.hpp"
 
 // Sensors and requests for a planner at random, and what its plans are worth on contacts that it
 // has not seen: by the public renderers, and by all that it might have chosen.

@@ -20,10 +20,16 @@
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/exact/window_solution.hpp"
-#include "gelight/geodesic/exact_isoline.hpp"
 #include "gelight/geodesic/segment.hpp"
 #include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
+
+namespace gelight {
+template <std::floating_point T>
+struct ExactIsoline;
+template <std::floating_point T>
+struct CircularArc;
+}  // namespace gelight
 
 namespace gelight::detail {
 

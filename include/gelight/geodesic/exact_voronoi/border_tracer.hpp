@@ -20,13 +20,19 @@
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/exact/window_solution.hpp"
-#include "gelight/geodesic/exact_voronoi.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/geodesic/segment.hpp"
 #include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
+
+namespace gelight {
+template <std::floating_point T>
+struct VoronoiEdge;
+template <std::floating_point T>
+struct VoronoiEdgeOptions;
+}  // namespace gelight
 
 namespace gelight::detail {
 

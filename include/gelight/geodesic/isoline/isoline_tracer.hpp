@@ -13,10 +13,14 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/isoline.hpp"
 #include "gelight/geodesic/path.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
+
+namespace gelight {
+template <std::floating_point T>
+struct Isoline;
+}  // namespace gelight
 
 namespace gelight::detail {
 
