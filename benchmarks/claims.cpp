@@ -22,6 +22,7 @@
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/geodesic/heat.hpp"
 #include "gelight/geodesic/plan.hpp"
+#include "gelight/geodesic/planning/method_models.hpp"
 #include "gelight/geodesic/smooth.hpp"
 #include "gelight/geodesic/smooth/curved_faces.hpp"
 #include "gelight/geodesic/smooth/fans.hpp"

@@ -459,7 +459,9 @@ class HeatEngine {
     }
   }
 
-  // The angle of the faces around a vertex as a share of a whole turn; 1 where there are none.
+  // The angle of the faces around a vertex as a share of a whole turn; 1 where there are none. At a
+  // tip sharper than a corner of a rectangle it is that corner's: heat that has left the tip
+  // spreads as from any other place.
   [[nodiscard]] Real share_of_turn(Index v) const {
     using namespace arithmetic;
     Real angle = 0;
@@ -468,7 +470,8 @@ class HeatEngine {
       const Vec3<Real> b = surface_.position(surface_.apex(h)) - surface_.position(v);
       angle += std::atan2(norm(cross<Real>(a, b)), dot(a, b));
     }
-    return angle > 0 ? angle / (2 * std::numbers::pi_v<Real>) : 1;
+    constexpr Real least = 0.25;
+    return angle > 0 ? std::max(least, angle / (2 * std::numbers::pi_v<Real>)) : 1;
   }
 
   // Heat that is held at zero at the border.
