@@ -455,6 +455,31 @@ TEST_CASE("solve gives the same vectors and coordinates, and tells good ones fro
   }
 }
 
+TEST_CASE("directions from a border and beside one come nearer as a sheet is refined") {
+  // In degrees, the mean over the vertices of a flat sheet.
+  const auto off = [](Index cells, Index column, Index row) {
+    const VectorHeatSolver solver(grid<double>(cells, cells, 1.0, 1.0));
+    const Index source = row * (cells + 1) + column;
+    const auto found = solver.radial(source);
+    const Surface<double>& surface = solver.surface();
+    double sum = 0;
+    for (Index v = 0; v < surface.vertex_count(); ++v) {
+      if (v == source) continue;
+      const Vec3<double> way = surface.position(v) - surface.position(source);
+      const auto& direction = found[static_cast<std::size_t>(v)];
+      CHECK(direction.norm() == doctest::Approx(1));
+      sum += std::acos(std::clamp(direction.dot(way) / way.norm(), -1.0, 1.0));
+    }
+    return sum / (surface.vertex_count() - 1) * 180 / std::numbers::pi;
+  };
+  for (const auto& [column, row] : {std::array{0, 8}, {0, 0}, {16, 0}, {1, 8}}) {
+    const double coarse = off(16, column, row);
+    const double fine = off(32, column == 1 ? 1 : 2 * column, 2 * row);
+    CHECK(coarse < 8);
+    CHECK(fine < 0.8 * coarse);
+  }
+}
+
 TEST_CASE("a cancelled query leaves the solver as it was") {
   const auto mesh = icosphere<double>(3);
   int left = 1 << 20;

@@ -146,9 +146,8 @@ class GeodesicLight {
 };
 
 /// Light that keeps its direction as far as the membrane lets it: see `transport_field`. Without an
-/// emission it leaves the LED, which is one point then, in all directions, some 20 degrees off
-/// where that lies on the membrane's border (`radial_transport_field`); GeodesicLight is exact
-/// there.
+/// emission it leaves the LED, which is one point then, in all directions, as GeodesicLight has
+/// them exactly.
 template <std::floating_point T>
 class TransportLight {
  public:

@@ -90,9 +90,8 @@ template <std::floating_point T>
 }
 
 /// Light that leaves the LED in all directions of its tangent plane, each carried along: the radial
-/// direction of the LED's log map. From an LED on a border it is some 20 degrees off, as
-/// VectorHeatSolver::radial says: `geodesic_field` has the same directions exactly. Otherwise as
-/// `transport_field`.
+/// direction of the LED's log map, on a border less exact (VectorHeatSolver::radial).
+/// `geodesic_field` has the same directions exactly. Otherwise as `transport_field`.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> radial_transport_field(const VectorHeatSolver<T>& solver, Index led,
                                                    PointSpan<T> points,

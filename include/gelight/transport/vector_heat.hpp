@@ -118,10 +118,10 @@ class VectorHeatSolver {
   ///@}
 
   /// Unit vectors that point away from a vertex, along the shortest paths from it; zero at itself
-  /// and where no path leads. Along an edge from the vertex they are exact. From a vertex of a
-  /// border they are 6 to 23 degrees off on average on a flat sheet, however fine, from one beside
-  /// a border 11, and from 2 edges inside on 4 and less: what the heat's gradient does at a border
-  /// is not what carried vectors do. `solve_log_map` tells; ExactField::direction is exact.
+  /// and where no path leads. Along an edge from the vertex they are exact. From a vertex on a
+  /// border or beside one they are the gradient of HeatSolver's distance: 6 degrees off on average
+  /// on a flat sheet of 16 x 16 cells, 4 on one of 32 x 32, where they are 2.4 and 1.7 from its
+  /// middle. ExactField::direction is exact.
   [[nodiscard]] std::vector<Vec3<T>> radial(Index vertex) const;
 
   /// Coordinates of each vertex in the tangent plane of another, along its `tangent_basis`: as far
@@ -131,9 +131,9 @@ class VectorHeatSolver {
   /// radius and direction are 0.3 to 0.4 % and 0.3 to 0.5 degrees off on average on icospheres of
   /// 2,562 and 10,242 vertices, 0.35 % and 1 degree on the GelTip membrane (at most 4.1 % and, at
   /// the cut locus, any angle), 1.3 % and 7 degrees on rough meshes like a scanner's (the median of
-  /// 24), and far off from a vertex on a border or beside one (see `radial`) and on thin triangles
-  /// with obtuse corners at the border: `solve_log_map` tells. ExactLogMapSolver is exact
-  /// everywhere, in some thirty times the time.
+  /// 24), less exact from a vertex on a border (see `radial`), and far off on thin triangles with
+  /// obtuse corners at the border: `solve_log_map` tells. ExactLogMapSolver is exact everywhere, in
+  /// some thirty times the time.
   [[nodiscard]] std::vector<Vec2<T>> log_map(Index vertex) const;
 
   /// The same coordinates as `log_map` gives, with an estimate of their error, which `log_map`

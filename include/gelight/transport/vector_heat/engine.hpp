@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <complex>
@@ -109,7 +110,9 @@ class VectorHeatEngine {
   [[nodiscard]] std::vector<Vec3<T>> radial(Index vertex) const {
     surface_.require_vertex(vertex);
     require_faces(vertex);
-    return embedded(radial_directions(vertex, asked_in_query()));
+    const CancelHook cancelled = asked_in_query();
+    if (!is_beside_border(vertex)) return embedded(radial_directions(vertex, cancelled));
+    return embedded(gradient_directions(vertex, distance_from(vertex, cancelled)));
   }
 
   [[nodiscard]] std::vector<Vec2<T>> log_map(Index vertex) const {
@@ -249,6 +252,11 @@ class VectorHeatEngine {
                      cancelled.part(0.5, 1));
   }
 
+  [[nodiscard]] Array<Real> distance_from(Index vertex, const CancelHook& cancelled) const {
+    const auto& heat = lazy_->heat.get([&] { return shared_heat(cancelled.part(0, 0.5)); });
+    return heat.solution({{vertex_point<Real>(vertex), 0}}, cancelled.part(0.5, 1)).distance;
+  }
+
   // Coordinates, exact near the vertex.
   [[nodiscard]] Map mapped(Index vertex) const {
     surface_.require_vertex(vertex);
@@ -257,10 +265,10 @@ class VectorHeatEngine {
     Field load(vertex_count(), 0);
     load[vertex] = 1;
     const auto axis = unit_directions(flow(load, cancelled.part(0, 0.4)));
-    const auto radial = radial_directions(vertex, cancelled.part(0.4, 0.6));
-    const auto& heat = lazy_->heat.get([&] { return shared_heat(cancelled.part(0.6, 0.8)); });
-    const auto distance =
-        heat.solution({{vertex_point<Real>(vertex), 0}}, cancelled.part(0.8, 1)).distance;
+    const auto distance = distance_from(vertex, cancelled.part(0.4, 0.8));
+    const auto radial = is_beside_border(vertex)
+                            ? gradient_directions(vertex, distance)
+                            : radial_directions(vertex, cancelled.part(0.8, 1));
     Map map{std::vector<Vec2<T>>(vertex_count()), Array<char>(vertex_count(), 0)};
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       const std::complex<Real> direction = radial[v] * std::conj(axis[v]);
@@ -382,13 +390,16 @@ class VectorHeatEngine {
   }
 
   [[nodiscard]] static Field unit_directions(ScaledField<std::complex<Real>> heat) {
-    for (auto& z : heat.value) {
+    make_unit(heat.value);
+    return std::move(heat.value);
+  }
+  static void make_unit(Field& field) {
+    for (auto& z : field) {
       const Real most = magnitude(z);
       if (most == 0) continue;
       z /= most;
       z /= std::sqrt(z.real() * z.real() + z.imag() * z.imag());
     }
-    return std::move(heat.value);
   }
 
   // Quotient of two heat flows: a mean of value / share, weighted by nearness. NaN where no heat.
@@ -498,6 +509,12 @@ class VectorHeatEngine {
       if (system_->origins[h] == vertex) add_radial_load(h, load);
     }
     auto field = unit_directions(flow(load, cancelled));
+    set_round(vertex, field);
+    return field;
+  }
+
+  // Exact along the edges from the vertex.
+  void set_round(Index vertex, Field& field) const {
     field[vertex] = 0;
     const auto& frames = planes_.frames();
     for (const Index h : surface_.corners(vertex)) {
@@ -505,6 +522,43 @@ class VectorHeatEngine {
       field[surface_.tip(h)] = std::polar(1.0, frames.angle_back(h) + std::numbers::pi);
       field[surface_.origin(back)] = std::polar(1.0, frames.angle(back) + std::numbers::pi);
     }
+  }
+
+  // Whether a vertex or a neighbour lies on a border. What runs against the border is held there in
+  // the heat's gradient, and is not in a field that is carried, so that the flow of such a source's
+  // load would not be that gradient.
+  [[nodiscard]] bool is_beside_border(Index vertex) const {
+    const auto is_at_border = [&](Index v) {
+      const auto corners = surface_.corners(v);
+      return std::any_of(corners.begin(), corners.end(), [&](Index h) {
+        return surface_.is_border(h) || surface_.is_border(surface_.previous(h));
+      });
+    };
+    const auto corners = surface_.corners(vertex);
+    return is_at_border(vertex) || std::any_of(corners.begin(), corners.end(), [&](Index h) {
+             return is_at_border(surface_.tip(h)) || is_at_border(surface_.apex(h));
+           });
+  }
+
+  // The directions of the distance's gradient, the mean of the faces at each vertex, by area.
+  [[nodiscard]] Field gradient_directions(Index vertex, const Array<Real>& distance) const {
+    Field field(vertex_count(), 0);
+    for (Index f = 0; f < surface_.face_count(); ++f) {
+      const auto corners = surface_.face(f);
+      if (!(distance[corners[0]] < unreachable<Real>)) continue;
+      const Index h = 3 * f;
+      const auto [x1, x2, y2] = laid_out(
+          mollified({surface_.length(h), surface_.length(h + 1), surface_.length(h + 2)}, 1));
+      const Real rise1 = distance[corners[1]] - distance[corners[0]];
+      const Real rise2 = distance[corners[2]] - distance[corners[0]];
+      const Real x = y2 * rise1, y = x1 * rise2 - x2 * rise1;  // times twice the area
+      for (const Index v : corners) {
+        field[v] += std::polar(std::hypot(x, y),
+                               planes_.angle_at(vertex_point<Real>(v), f, std::atan2(y, x)));
+      }
+    }
+    make_unit(field);
+    set_round(vertex, field);
     return field;
   }
 
