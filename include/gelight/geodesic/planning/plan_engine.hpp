@@ -176,11 +176,11 @@ class PlanEngine {
 
   // Of the method, and of what T cannot hold: of ways from the start, or as found of distances.
   [[nodiscard]] double expected_error(Method method) const {
-    constexpr double rounding = std::numeric_limits<T>::epsilon() / 2;
-    return expected_error(method, in_norm({rounding / 2, rounding}));
+    constexpr double of_type = std::numeric_limits<T>::epsilon() / 2;
+    return expected_error(method, in_norm({of_type / 2, of_type}));
   }
-  [[nodiscard]] double expected_error(Method method, double rounding) const {
-    return in_norm(error_of(method)) + rounding;
+  [[nodiscard]] double expected_error(Method method, double of_type) const {
+    return in_norm(error_of(method)) + of_type;
   }
   [[nodiscard]] double provable(Method method) const {
     return in_norm(Models(statistics_).provable(error_of(method)));
@@ -477,13 +477,13 @@ class PlanEngine {
     const Check check = check_of(method, query.sources.size());
     const std::vector<Real> ways = ways_of(method, query, answer);
     if (check == Check::certificate) return certify(query, answer, ways, hook);
-    const double rounding = rounding_of(answer);
+    const double of_answer = rounding_of(answer);
     if (is_reach_wrong(method, query, answer)) {
       return {Assurance::expected, unreachable<double>,
               "a target is missed to which a path leads, or reached where none does"};
     }
     if (check == Check::none) {
-      const double error = expected_error(method, rounding);
+      const double error = expected_error(method, of_answer);
       return {Assurance::expected, error,
               "expected to be within " + in_words(error + floor()) + ", not checked"};
     }
@@ -495,7 +495,7 @@ class PlanEngine {
     Finding traced{Assurance::expected, 0, ""};
     if (has_paths(check)) {
       traced = trace(query, answer, targets, hook.part(0, 0.5));
-      traced.error += rounding;
+      traced.error += of_answer;
       const bool is_beyond = traced.error > share_of_method();
       if (check == Check::paths || (is_beyond && may_escalate())) return traced;
       traced.words += ", ";
@@ -506,7 +506,7 @@ class PlanEngine {
     sampled.words = traced.words + sampled.words;
     if (sampled.checked == std::ssize(targets)) return sampled;
     // The others are off by what the method is expected to be, and rounding besides.
-    const double others = has_paths(check) ? traced.error : expected_error(method, rounding);
+    const double others = has_paths(check) ? traced.error : expected_error(method, of_answer);
     sampled.error = std::max(sampled.error, others);
     return sampled;
   }
