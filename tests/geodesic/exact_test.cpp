@@ -1080,6 +1080,15 @@ TEST_CASE("departures: on a flat sheet the angle is that of the straight line") 
   }
 }
 
+TEST_CASE("an edge seen from 1e45 times its length away lets no line through on the wrong side") {
+  const Mesh<double> mesh{{{0, -1e37, 0}, {0, 0, 0}, {0, 0, 1e25}, {1e-8, 1e-8, 0}, {0, -6e-3, 0}},
+                          {{1, 4, 2}, {4, 3, 1}, {4, 3, 2}, {1, 3, 0}}};
+  const auto distance = gelight::ExactSolver(mesh).distance(0);
+  for (std::size_t v = 1; v < distance.size(); ++v) {
+    CHECK(distance[v] == doctest::Approx(1e37).epsilon(2e-12));  // 1e25 is on the way
+  }
+}
+
 TEST_CASE("in float: as exact as the output can tell, far from the origin too") {
   const Mesh<double> sphere = gelight::icosphere<double>(3);
   Mesh<float> mesh;

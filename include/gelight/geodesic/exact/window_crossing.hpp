@@ -136,7 +136,7 @@ class FaceCrossing {
     for (std::ptrdiff_t i = 0; i < count; ++i) {
       if (!(list.end[i] < aim_[i])) out.end[i] = list.begin[i] < aim_[i] ? length : 0;
     }
-    if (is_short(length)) {
+    if (is_doubtful(length)) {
       close_before(count, length, out,
                    [&](std::ptrdiff_t i) { return ux * list.y[i] - uy * list.x[i]; });
     }
@@ -168,7 +168,7 @@ class FaceCrossing {
       const std::ptrdiff_t o = i - first;
       if (!(list.begin[i] > aim_[i])) out.begin[o] = list.end[i] > aim_[i] ? 0 : length;
     }
-    if (is_short(length)) {
+    if (is_doubtful(length)) {
       close_before(size_ - first, length, out, [&](std::ptrdiff_t o) {
         return ux * list.y[first + o] - uy * (base_ - list.x[first + o]);
       });
@@ -180,9 +180,13 @@ class FaceCrossing {
   // A window of fewer units in the last place is no window.
   static constexpr Real narrow = 4 * std::numeric_limits<Real>::epsilon();
 
-  // Whether the apex is next to an end of the base, at a side of this length: on which side of it a
-  // line passes is rounding then.
-  [[nodiscard]] bool is_short(Real length) const { return length < next_to_vertex * base_; }
+  // Whether it is rounding on which side of the apex a line passes: where that is next to an end of
+  // the base, at a side of this length, or where the base is next to nothing as seen from the
+  // images. (Those of a list are about as far as each other.)
+  [[nodiscard]] bool is_doubtful(Real length) const {
+    constexpr Real far = 64 * std::numeric_limits<Real>::epsilon();
+    return length < next_to_vertex * base_ || base_ < far * nearest_.distance;
+  }
 
   // Closes the windows on such a side whose images lie before it, by a height above it that is no
   // rounding: lines from there do not cross it.
