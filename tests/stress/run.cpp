@@ -93,8 +93,10 @@ void check_invariants(const Method& method, const Problem& problem,
   const double eps = precision == Precision::in_float
                          ? 4 * double{std::numeric_limits<float>::epsilon()}
                          : 64 * std::numeric_limits<double>::epsilon();
+  // Windows lie in the frames of the edges that they cross, whose lengths are rounded.
   const double rounding =
-      absolute + (precision == Precision::in_float ? eps * largest_coordinate(mesh) : 0.0);
+      absolute +
+      eps * (precision == Precision::in_float ? largest_coordinate(mesh) : longest_edge(mesh));
   // Solvers that work on lengths make a face without area a little longer.
   const double lengthened = method.slack > 1e-9 ? 1e-7 * longest_edge(mesh) : 0;
   const auto room = [&](double d) {

@@ -4,7 +4,6 @@
 #include <initializer_list>
 #include <memory>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "gelight/concepts/mesh.hpp"

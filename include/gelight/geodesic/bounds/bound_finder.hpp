@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <concepts>
-#include <cstddef>
 #include <utility>
-#include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"

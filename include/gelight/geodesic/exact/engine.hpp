@@ -5,8 +5,6 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <initializer_list>
-#include <limits>
 #include <memory>
 #include <span>
 #include <utility>
@@ -20,14 +18,11 @@
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/exact/path_backtrace.hpp"
-#include "gelight/geodesic/exact/path_directions.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/point_query.hpp"
-#include "gelight/geodesic/exact/search_back.hpp"
 #include "gelight/geodesic/exact/window_list.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/exact/window_solution.hpp"
-#include "gelight/geodesic/path.hpp"
 #include "gelight/geodesic/segment.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/simplified.hpp"
@@ -89,6 +84,7 @@ class ExactEngine {
     }
     return out;
   }
+
   [[nodiscard]] std::shared_ptr<const Solution> solve_checked(
       Sources sources, const ExactOptions<T>& options, Array<SegmentFront<Real>> fronts = {}) const;
 
@@ -98,6 +94,7 @@ class ExactEngine {
     solution.max_memory = options.max_memory;
     return solution;
   }
+
   // Solves from the solution's sources into its memory; of segments, from its fronts besides.
   void solve_into(Solution& solution, const ExactOptions<T>& options) const;
 

@@ -1,37 +1,22 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <initializer_list>
-#include <limits>
-#include <memory>
-#include <span>
-#include <utility>
 #include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
-#include "gelight/core/pool.hpp"
-#include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/exact/path_backtrace.hpp"
 #include "gelight/geodesic/exact/path_directions.hpp"
-#include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/point_query.hpp"
 #include "gelight/geodesic/exact/search_back.hpp"
-#include "gelight/geodesic/exact/window_list.hpp"
-#include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/exact/window_solution.hpp"
 #include "gelight/geodesic/path.hpp"
-#include "gelight/geodesic/segment.hpp"
-#include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/simplified.hpp"
-#include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
 namespace gelight::detail {

@@ -6,7 +6,6 @@
 #include <concepts>
 #include <cstddef>
 #include <numbers>
-#include <type_traits>
 #include <utility>
 #include <vector>
 

@@ -1,13 +1,10 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <span>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "gelight/core/array.hpp"

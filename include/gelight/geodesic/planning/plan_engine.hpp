@@ -4,12 +4,9 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <functional>
-#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>

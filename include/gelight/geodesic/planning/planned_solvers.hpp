@@ -1,40 +1,24 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <functional>
-#include <initializer_list>
-#include <limits>
-#include <memory>
-#include <optional>
 #include <span>
-#include <string>
-#include <string_view>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "gelight/core/error.hpp"
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
-#include "gelight/geodesic/certify.hpp"
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
-#include "gelight/geodesic/plan_costs.hpp"
-#include "gelight/geodesic/planning/measured_costs.hpp"
-#include "gelight/geodesic/planning/mesh_statistics.hpp"
 #include "gelight/geodesic/planning/method_models.hpp"
-#include "gelight/geodesic/planning/path_error.hpp"
-#include "gelight/geodesic/planning/target_search.hpp"
 #include "gelight/geodesic/smooth.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
-#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
 
 namespace gelight {
 struct PlanMethod;

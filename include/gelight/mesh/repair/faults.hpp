@@ -8,7 +8,6 @@
 #include <functional>
 #include <limits>
 #include <numeric>
-#include <type_traits>
 #include <unordered_map>
 #include <utility>
 #include <vector>

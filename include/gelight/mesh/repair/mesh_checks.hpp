@@ -1,12 +1,9 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
-#include <ostream>
 #include <utility>
-#include <vector>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/progress.hpp"

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <span>
