@@ -18,7 +18,6 @@
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
-#include "gelight/image/filter.hpp"
 #include "gelight/image/mask.hpp"
 #include "gelight/image/plane_fit.hpp"
 #include "gelight/image/plane_fit_rows.hpp"
@@ -27,8 +26,6 @@
 #include "gelight/sensor/frame/output.hpp"
 #include "gelight/sensor/frame/store.hpp"
 #include "gelight/sensor/rows/lit_rows.hpp"
-#include "gelight/sensor/rows/row_runs.hpp"
-#include "gelight/sensor/rows/shaded_rows.hpp"
 #include "gelight/shading/phong.hpp"
 #include "gelight/views/image_view.hpp"
 
@@ -254,40 +251,13 @@ class SeeThroughRenderer {
     if (background.is_image()) {
       detail::require_camera_size(background.image(), camera, "the background image");
     }
-    const auto in_range = [](bool valid, const char* name, double value, const char* range) {
-      detail::require(valid, name, ' ', value, " is not ", range);
-    };
-    const auto is_share = [](double value) { return value >= 0 && value <= 1; };
-    const double r = options.reflectance, t = options.transmittance;
-    in_range(options.thickness > 0, "thickness", options.thickness, "positive");
-    in_range(options.normal_radius >= 1, "normal radius", options.normal_radius, "at least 1");
-    in_range(std::isfinite(options.ambient), "ambient", options.ambient, "finite");
-    detail::require(std::abs(options.ambient) <= most_light, "ambient ", options.ambient,
-                    " is more than the images' type can hold");
-    in_range(is_share(options.darkening), "darkening", options.darkening, "in [0, 1]");
-    in_range(options.darkening_depth > 0, "darkening depth", options.darkening_depth, "positive");
-    in_range(static_cast<T>(options.darkening_depth) >= std::numeric_limits<T>::min(),
-             "darkening depth", options.darkening_depth, "large enough to divide by");
-    in_range(is_share(r), "reflectance", r, "in [0, 1]");
-    in_range(is_share(t), "transmittance", t, "in [0, 1]");
-    detail::require(r + t <= 1, "reflectance ", r, " and transmittance ", t, " are more than 1");
-    in_range(options.exposure > 0 && std::isfinite(options.exposure), "exposure", options.exposure,
-             "positive and finite");
-    detail::require(options.exposure <= most_light, "exposure ", options.exposure,
-                    " is more than the images' type can hold");
-    require_level(options.levels.inner, "inner", options);
-    require_level(options.levels.outer, "outer", options);
+    require_valid(options);
     detail::require_lights(lights, camera, Specular::gated);
     return options;
   }
 
-  static void require_level(double level, const char* side, const SeeThroughOptions& options) {
-    detail::require(level >= 0 && std::isfinite(level), side, " light level ", level,
-                    " is negative or not finite");
-    detail::require(level <= most_light && level * options.exposure <= most_light, side,
-                    " light level ", level, " at exposure ", options.exposure,
-                    " is more than the images' type can hold");
-  }
+  static void require_valid(const SeeThroughOptions& options);
+  static void require_level(double level, const char* side, const SeeThroughOptions& options);
 
   template <class V>
   void require_colours(const V& visual) const {
@@ -309,18 +279,7 @@ class SeeThroughRenderer {
     return static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
   }
 
-  [[nodiscard]] Workspace make_workspace() const {
-    const std::vector<T> row(static_cast<std::size_t>(camera_.width));
-    return {Image<T>(camera_.width, camera_.height),
-            {},
-            planes_,
-            lights_.make_workspace(),
-            {row, row, row, row},
-            {row, row, row},
-            {row, row, row},
-            row,
-            std::vector<std::int32_t>(row.size())};
-  }
+  [[nodiscard]] Workspace make_workspace() const;
 
   template <class D, class V>
   void render_checked(ImageView<Rgb8> out, const D& depth, const V& visual,
@@ -331,7 +290,7 @@ class SeeThroughRenderer {
     workspaces_.lend([this] { return make_workspace(); },
                      [&](Workspace& work) {
                        press(work, depth);
-                       detail::vectorised([&] { render_rows(out, visual, levels, work); });
+                       render_rows(out, visual, levels, work);
                      });
   }
 
@@ -365,29 +324,9 @@ class SeeThroughRenderer {
   }
 
   // The membrane's colours, as shares of 255 of what the camera sees of them in full light.
-  void keep_colour(const Background<T>& background) {
-    const T scale = static_cast<T>(255 * options_.exposure * options_.reflectance);
-    for (Index y = 0; y < camera_.height; ++y) {
-      for (Index x = 0; x < camera_.width; ++x) {
-        const auto& rgb = background.is_image() ? background.image()(x, y) : background.solid();
-        for (std::size_t c = 0; c < 3; ++c) colour_[offset(y, c) + x] = scale * rgb[c];
-      }
-    }
-  }
-
+  void keep_colour(const Background<T>& background);
   // What the membrane throws back at rest.
-  void light_rest() {
-    Workspace work = make_workspace();
-    work.gel = rest_;
-    work.changed = {0, 0, camera_.width, camera_.height};
-    start_fit(work);
-    for (Index y = 0; y < camera_.height; ++y) {
-      light_row(work, y);
-      for (std::size_t c = 0; c < 3; ++c) {
-        std::copy_n(work.lit[c].data(), camera_.width, rest_light_.data() + offset(y, c));
-      }
-    }
-  }
+  void light_rest();
 
   [[nodiscard]] std::ptrdiff_t offset(Index y, std::size_t c) const {
     return (static_cast<std::ptrdiff_t>(c) * camera_.height + y) * camera_.width;
@@ -399,70 +338,25 @@ class SeeThroughRenderer {
   }
   [[nodiscard]] Index reach() const { return planes_.radius(); }
 
-  void start_fit(Workspace& work) const {
-    work.planes.start(work.changed.left, work.changed.right);
-    const Index seen = std::min(camera_.height, work.changed.top + reach());
-    for (Index y = first_seen(work.changed); y < work.changed.top + reach(); ++y) {
-      work.planes.enter(y < seen ? work.gel.row(y) : nullptr, y);
-    }
-  }
-
+  void start_fit(Workspace& work) const;
   // The light that the membrane throws back in the changed columns of a row, the next one.
-  void light_row(Workspace& work, Index y) const {
-    const detail::Run run{work.changed.left, work.changed.right};
-    const std::ptrdiff_t begin = run.begin, count = run.end - run.begin;
-    const detail::DirectionRow<T> n{work.normals[0].data(), work.normals[1].data(),
-                                    work.normals[2].data(), work.normals[3].data()};
-    const Index below = y + reach();
-    work.planes.enter(below < camera_.height ? work.gel.row(below) : nullptr, below);
-    work.planes.fit(n, y);
-    const T *const gel = work.gel.row(y) + begin, *const rest = rest_.row(y) + begin;
-    for (T* const coordinate : {n.x, n.y, n.z, n.facing}) clear_unknown(coordinate, gel, count);
-    const auto light = lights_.light(work.lights, y, run, n);
-    T* const kept = work.kept.data();
-    for (std::ptrdiff_t i = 0; i < count; ++i) kept[i] = rest[i] - gel[i];
-    detail::keep_row(kept, static_cast<T>(options_.darkening),
-                     static_cast<T>(options_.darkening_depth), count);
-    for (std::size_t c = 0; c < 3; ++c) {
-      T* const out = work.lit[c].data() + begin;
-      detail::multiply_rows(out, light[c], kept, count);
-      scale_row(out, colour_.data() + offset(y, c) + begin, count);
-    }
-  }
-
-  static void clear_unknown(T* __restrict row, const T* depth, std::ptrdiff_t count) {
-    for (std::ptrdiff_t i = 0; i < count; ++i) row[i] = depth[i] > 0 ? row[i] : 0;
-  }
-
-  static void scale_row(T* __restrict row, const T* scale, std::ptrdiff_t count) {
-    for (std::ptrdiff_t i = 0; i < count; ++i) row[i] *= scale[i];
-  }
+  void light_row(Workspace& work, Index y) const;
+  static void clear_unknown(T* __restrict row, const T* depth, std::ptrdiff_t count);
+  static void scale_row(T* __restrict row, const T* scale, std::ptrdiff_t count);
 
   template <class V>
   void render_rows(ImageView<Rgb8> out, const V& visual, const LightLevels& levels,
                    Workspace& work) const {
     const T inner = static_cast<T>(levels.inner);
     const T through = light_through(levels);
-    const Box box = inner > 0 ? work.changed : Box{};
-    if (!box.is_empty()) start_fit(work);
     for (Index y = 0; y < camera_.height; ++y) {
-      const bool changed = y >= box.top && y < box.bottom;
-      if (changed) light_row(work, y);
-      see_row(work, visual, y, through);
-      for (std::size_t c = 0; c < 3 && inner > 0; ++c) {
-        T* const sum = work.seen[c].data();
-        const T *const at_rest = rest_light_.data() + offset(y, c), *const lit = work.lit[c].data();
-        const Index left = changed ? box.left : camera_.width;
-        const Index right = changed ? box.right : camera_.width;
-        detail::add_scaled(sum, at_rest, inner, left);
-        detail::add_scaled(sum + left, lit + left, inner, right - left);
-        detail::add_scaled(sum + right, at_rest + right, inner, camera_.width - right);
-      }
-      detail::pack_row(work.packed.data(), work.seen[0].data(), work.seen[1].data(),
-                       work.seen[2].data(), camera_.width);
-      detail::write_run(out, work.packed.data(), y, {0, camera_.width});
+      detail::vectorised([&] { see_row(work, visual, y, through); });
+      write_row(out, work, y, inner);
     }
   }
+
+  // Adds to what comes through a row what the membrane throws back of the light inside.
+  void write_row(ImageView<Rgb8> out, Workspace& work, Index y, T inner) const;
 
   // What comes through the membrane.
   template <class V>
@@ -498,9 +392,6 @@ SeeThroughRenderer(const Camera<T>&, const Rest&...) -> SeeThroughRenderer<T>;
 
 }  // namespace gelight
 
-#if defined(GELIGHT_COMPILED)
-namespace gelight {
-GELIGHT_ONCE template class SeeThroughRenderer<float>;
-GELIGHT_ONCE template class SeeThroughRenderer<double>;
-}  // namespace gelight
+#if defined(GELIGHT_BODIES)
+#include "gelight/sensor/see_through/body.hpp"
 #endif
