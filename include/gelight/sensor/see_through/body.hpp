@@ -12,6 +12,7 @@
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
+#include "gelight/image/filter.hpp"
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/frame/output.hpp"
 #include "gelight/sensor/rows/row_runs.hpp"
