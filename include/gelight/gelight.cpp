@@ -7,3 +7,5 @@
 #define GELIGHT_MAKES_COMPILED
 
 #include "gelight/gelight.hpp"
+
+#include "gelight/membrane/layer.hpp"

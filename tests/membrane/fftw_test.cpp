@@ -6,6 +6,7 @@
 #include <random>
 
 #include "gelight/membrane/layer.hpp"
+#include "gelight/membrane/layer/eigen_fourier.hpp"
 
 using namespace gelight;
 

@@ -1,36 +1,32 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "gelight/concepts/image.hpp"
-#include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/membrane/fourier.hpp"
 #include "gelight/membrane/gel.hpp"
-#include "gelight/membrane/layer/contact.hpp"
-#include "gelight/membrane/layer/eigen_fourier.hpp"
-#include "gelight/membrane/layer/green.hpp"
-#include "gelight/membrane/layer/pressed_layer.hpp"
-#include "gelight/membrane/springs/spring_sums.hpp"
 #include "gelight/views/image_view.hpp"
 
-// Opt-in: includes Eigen's unsupported FFT.
+// Opt-in: includes Eigen's unsupported FFT, but where GELIGHT_COMPILED is defined.
 
 namespace gelight {
+namespace detail {
+class PressedLayer;
+struct RigidObject;
+struct LayerState;
+struct Effort;
+}  // namespace detail
 
 /// How an elastic layer is pressed.
 struct LayerOptions {
@@ -139,9 +135,7 @@ class ElasticLayer {
         gel_(gel),
         options_(options),
         mean_rest_(mean(rest_)),
-        layer_(std::make_shared<const detail::PressedLayer>(
-            grid(), gel.friction,
-            options.fourier != nullptr ? options.fourier : detail::eigen_backend)) {}
+        layer_(made()) {}
 
   /// The same for a gel that is flat, across the camera's axis.
   ElasticLayer(const Camera<T>& camera, std::type_identity_t<T> rest_depth, const Gel& gel = {},
@@ -175,292 +169,61 @@ class ElasticLayer {
   [[nodiscard]] LayerContact<T> press(const D& depth, const LayerLoad& load = {},
                                       const LayerContact<T>* previous = nullptr) const {
     detail::require_camera_size(depth, camera_, "the depth image");
-    detail::require(!load.force || (*load.force >= 0 && std::isfinite(*load.force)), "force ",
-                    load.force.value_or(0), " is negative or not finite");
-    detail::require(!load.centre || load.force, "a force's centre is given, but there is no force");
-    detail::require(!load.centre || load.centre->allFinite(), "the force's centre (",
-                    load.centre.value_or(Vec2<double>(0, 0)).x(), ", ",
-                    load.centre.value_or(Vec2<double>(0, 0)).y(), ") is not finite");
-    detail::require(std::abs(load.shift.x()) <= farthest && std::abs(load.shift.y()) <= farthest &&
-                        std::abs(load.twist) <= farthest,
-                    "the sideways motion (", load.shift.x(), ", ", load.shift.y(), ") turning by ",
-                    load.twist, " is not finite or beyond ", farthest);
-    const auto [object, unknown_pixels] = see(depth, load);
-    detail::Effort effort{options_.cancelled, options_.tolerance, options_.most_iterations};
-    detail::require(load.force || object.deepest * pixel().x() < gel_.thickness, "at pixel (",
-                    object.x, ", ", object.y, ") the object stands ", object.deepest * pixel().x(),
-                    " m in the gel, which is ", gel_.thickness, " m thick");
-    const detail::LayerState start = state_of(previous);
-    const detail::LayerState state = load.force ? balance(object, load, start, effort)
-                                                : layer_->settle(object, 0, start, effort);
-    LayerContact<T> contact = report(state, unknown_pixels, effort);
-    // First: where there is no gel, zero and negative depths stand for that.
-    if (unknown_pixels > 0) clear_unknown(contact, depth);
-    for (const T z : contact.depth.pixels()) {
-      detail::require(!(z <= 0), "a force of ", load.force.value_or(0),
-                      " N would bring the gel's surface behind the camera");
-    }
-    return contact;
+    return pressed(read(depth), load, previous);
   }
 
  private:
   static constexpr T unknown = std::numeric_limits<T>::quiet_NaN();
 
-  static Image<T> flat(const Camera<T>& camera, T rest_depth) {
-    camera.require_valid();
-    detail::require(rest_depth > 0 && std::isfinite(rest_depth), "rest depth ", rest_depth,
-                    " is not positive and finite");
-    return Image<T>(camera.width, camera.height, rest_depth);
-  }
+  static Image<T> flat(const Camera<T>& camera, T rest_depth);
 
   template <class R>
   static Image<T> seen(const Camera<T>& camera, const R& rest_depth) {
     camera.require_valid();
     detail::require_camera_size(rest_depth, camera, "the rest depth");
-    Image<T> image(camera.width, camera.height);
-    for (Index y = 0; y < camera.height; ++y) {
-      for (Index x = 0; x < camera.width; ++x) {
-        image(x, y) = static_cast<T>(ImageTraits<R>::pixel(rest_depth, x, y));
+    return read(rest_depth);
+  }
+
+  template <class D>
+  static Image<T> read(const D& depth) {
+    Image<T> image(ImageTraits<D>::width(depth), ImageTraits<D>::height(depth));
+    for (Index y = 0; y < image.height(); ++y) {
+      for (Index x = 0; x < image.width(); ++x) {
+        image(x, y) = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
       }
     }
     return image;
   }
 
-  // Checks what the layer is made of on the way.
-  [[nodiscard]] detail::LayerGrid grid() const {
-    require_valid();
-    return {camera_.width, camera_.height, pixel().y() / pixel().x(), gel_.thickness / pixel().x(),
-            gel_.poisson_ratio};
-  }
+  [[nodiscard]] LayerContact<T> pressed(const Image<T>& depth, const LayerLoad& load,
+                                        const LayerContact<T>* previous) const;
+
+  // What the layer is made into, by what it is made of, which is checked.
+  [[nodiscard]] std::shared_ptr<const detail::PressedLayer> made() const;
+  void require_valid() const;
 
   static bool is_known(T depth) { return depth > 0 && std::isfinite(depth); }
-
-  static double mean(const Image<T>& depth) {
-    double sum = 0;
-    std::size_t known = 0;
-    for (const T z : depth.pixels()) {
-      sum += is_known(z) ? double{z} : 0;
-      known += is_known(z) ? 1 : 0;
-    }
-    detail::require(known > 0, "the rest depth is known nowhere");
-    return sum / static_cast<double>(known);
-  }
-
-  void require_valid() const {
-    detail::require(gel_.elastic_modulus > 0 && std::isfinite(gel_.elastic_modulus),
-                    "elastic modulus ", gel_.elastic_modulus, " is not positive and finite");
-    detail::require(gel_.poisson_ratio >= 0 && gel_.poisson_ratio <= 0.5, "Poisson ratio ",
-                    gel_.poisson_ratio, " is not between 0 and 0.5");
-    detail::require(gel_.thickness >= 0.1 * pixel().maxCoeff(), "gel thickness ", gel_.thickness,
-                    " is not positive, or below a tenth of a pixel, which is ", pixel().maxCoeff(),
-                    " wide");
-    detail::require(gel_.friction >= 0, "friction ", gel_.friction, " is negative or NaN");
-    detail::require(gel_.tension >= 0 && std::isfinite(gel_.tension), "tension ", gel_.tension,
-                    " is negative or not finite");
-    detail::require(options_.tolerance > 0 && options_.tolerance < 1, "tolerance ",
-                    options_.tolerance, " is not between 0 and 1");
-    detail::require(options_.most_iterations > 0, "number of iterations ", options_.most_iterations,
-                    " is not positive");
-  }
+  static double mean(const Image<T>& depth);
 
   // A sideways motion whose square is a number, in m and in pixels.
   static constexpr double farthest = 1e100;
 
   // What the object is to the layer, in pixels' widths, and how many pixels' depth is not known.
-  template <class D>
-  [[nodiscard]] std::pair<detail::RigidObject, Index> see(const D& depth,
-                                                          const LayerLoad& load) const {
-    using namespace detail::arithmetic;
-    detail::RigidObject object;
-    object.shift = load.shift / pixel().x();
-    object.twist = load.twist;
-    object.axis = {double{camera_.cx}, double{camera_.cy}};
-    Index unknown_pixels = 0;
-    for (Index y = 0; y < camera_.height; ++y) {
-      for (Index x = 0; x < camera_.width; ++x) {
-        const T z = static_cast<T>(ImageTraits<D>::pixel(depth, x, y)), rest = rest_(x, y);
-        object.overlap.push_back(detail::RigidObject::nothing);
-        if (!(z > 0) || !is_known(rest)) ++unknown_pixels;
-        if (!is_known(z) || !is_known(rest)) continue;
-        const double overlap = (double{rest} - double{z}) / pixel().x();
-        object.overlap.back() = overlap;
-        if (!(overlap > object.deepest)) continue;
-        object.deepest = overlap;
-        object.x = x;
-        object.y = y;
-      }
-    }
-    return {std::move(object), unknown_pixels};
-  }
-
+  [[nodiscard]] std::pair<detail::RigidObject, Index> see(const Image<T>& depth,
+                                                          const LayerLoad& load) const;
   // The loads of a contact, in shear moduli, to start from.
-  [[nodiscard]] detail::LayerState state_of(const LayerContact<T>* contact) const {
-    detail::LayerState state;
-    if (contact == nullptr) return state;
-    detail::require_camera_size(contact->pressure, camera_, "the previous contact's pressure");
-    detail::require(std::isfinite(contact->travel), "the previous contact's travel ",
-                    contact->travel, " is not finite");
-    state.box = {0, 0, camera_.width, camera_.height};
-    state.travel = contact->travel / pixel().x();
-    for (const T p : contact->pressure.pixels()) {
-      detail::require(!std::isinf(p), "the previous contact's pressure is infinite at a pixel");
-      state.pressure.push_back(p > 0 ? double{p} / gel_.shear_modulus() : 0);
-    }
-    if (contact->traction.pixels().size() != contact->pressure.pixels().size()) return state;
-    for (const int k : {0, 1}) {
-      for (const Vec2<T>& q : contact->traction.pixels()) {
-        detail::require(!std::isinf(q[k]),
-                        "the previous contact's traction is infinite at a pixel");
-        state.traction.push_back(std::isfinite(q[k]) ? double{q[k]} / gel_.shear_modulus() : 0);
-      }
-    }
-    return state;
-  }
-
+  [[nodiscard]] detail::LayerState state_of(const LayerContact<T>* contact) const;
   [[nodiscard]] detail::LayerState balance(const detail::RigidObject& object, const LayerLoad& load,
                                            const detail::LayerState& start,
-                                           detail::Effort& effort) const {
-    using namespace detail::arithmetic;
-    const double force = *load.force;
-    if (force == 0) {
-      // Where the object begins to touch.
-      detail::LayerState state;
-      if (std::isfinite(object.deepest)) state.travel = -object.deepest;
-      return state;
-    }
-    detail::require(std::isfinite(object.deepest), "there is no object to bear a force of ", force,
-                    " N");
-    if (load.centre) require_under(object, *load.centre);
-    const double pixels = force / (gel_.shear_modulus() * pixel().prod());
-    auto state = load.centre ? layer_->balance_tilting(object, pixels, *load.centre / pixel().x(),
-                                                       start, effort)
-                             : layer_->balance(object, pixels, start, effort);
-    detail::require(state.has_value(), "a force of ", force,
-                    " N would bring the object through the gel, which is ", gel_.thickness,
-                    " m thick");
-    return std::move(*state);
-  }
-
-  // However an object tilts, the gel presses on its pixels alone: in their hull lies its force.
-  void require_under(const detail::RigidObject& object, const Vec2<double>& centre) const {
-    std::vector<detail::SpringRow> rows(static_cast<std::size_t>(camera_.height));
-    for (Index y = 0; y < camera_.height; ++y) {
-      const double* const line = &object.overlap[std::ptrdiff_t{y} * camera_.width];
-      auto& row = rows[static_cast<std::size_t>(y)];
-      for (Index x = 0; x < camera_.width; ++x) {
-        if (!std::isfinite(line[x])) continue;
-        if (row.end == 0) row.begin = x;
-        row.end = x + 1;
-      }
-    }
-    const Vec2<double> place = object.axis + centre.cwiseQuotient(pixel());
-    detail::require(detail::is_under_object(rows, place.x(), place.y()), "the force's centre (",
-                    centre.x(), ", ", centre.y(), "), at pixel (", place.x(), ", ", place.y(),
-                    "), lies beside the object, which would tip over");
-  }
-
+                                           detail::Effort& effort) const;
+  void require_under(const detail::RigidObject& object, const Vec2<double>& centre) const;
   [[nodiscard]] LayerContact<T> report(const detail::LayerState& state, Index unknown_pixels,
-                                       detail::Effort& effort) const {
-    using namespace detail::arithmetic;
-    const double scale = pixel().x(), modulus = gel_.shear_modulus();
-    const auto surface = layer_->surface(state, options_.sideways, effort);
-    LayerContact<T> contact;
-    const Image<T> blank(camera_.width, camera_.height);
-    contact.indentation = contact.depth = contact.pressure = blank;
-    if (!state.traction.empty()) contact.traction = {camera_.width, camera_.height};
-    if (options_.sideways) contact.displacement = {camera_.width, camera_.height};
-    const std::ptrdiff_t pixels = std::ptrdiff_t{camera_.width} * camera_.height;
-    for (Index y = 0; y < camera_.height; ++y) {
-      for (Index x = 0; x < camera_.width; ++x) {
-        const std::ptrdiff_t i = std::ptrdiff_t{y} * camera_.width + x;
-        const double down = scale * surface[i];
-        contact.indentation(x, y) = static_cast<T>(down);
-        contact.depth(x, y) = static_cast<T>(double{rest_(x, y)} - down);
-        if (!options_.sideways) continue;
-        contact.displacement(x, y) = {static_cast<T>(scale * surface[pixels + i]),
-                                      static_cast<T>(scale * surface[2 * pixels + i]),
-                                      static_cast<T>(-down)};
-      }
-    }
-    const detail::Box& box = state.box;
-    const auto area = static_cast<std::ptrdiff_t>(box.area());
-    for (Index y = box.top; y < box.top + box.height; ++y) {
-      for (Index x = box.left; x < box.left + box.width; ++x) {
-        const std::ptrdiff_t i = box.place(x, y);
-        Vec3<double> load(0, 0, -modulus * state.pressure[i]);
-        if (!state.traction.empty()) {
-          load.head<2>() = modulus * Vec2<double>(state.traction[i], state.traction[area + i]);
-          contact.traction(x, y) = load.head<2>().cast<T>();
-        }
-        contact.pressure(x, y) = static_cast<T>(-load.z());
-        load *= pixel().prod();
-        contact.force += load;
-        const Vec3<double> arm((x - double{camera_.cx}) * pixel().x(),
-                               (y - double{camera_.cy}) * pixel().y(), 0);
-        contact.moment += cross(arm, load);
-      }
-    }
-    contact.bend = bend(contact.pressure);
-    contact.is_bent_too_far = contact.bend > most_bend;
-    contact.travel = scale * state.travel;
-    contact.tilt = state.tilt;
-    contact.residual = state.residual;
-    contact.converged = state.residual <= options_.tolerance;
-    contact.iterations = effort.iterations;
-    contact.convolutions = effort.convolutions;
-    contact.unknown = unknown_pixels;
-    return contact;
-  }
-
+                                       detail::Effort& effort) const;
   // The normal of the gel at rest at a pixel, of any length; none where that is not known.
-  [[nodiscard]] std::optional<Vec3<double>> normal(Index x, Index y) const {
-    using namespace detail::arithmetic;
-    const auto point = [&](Index u, Index v) -> Vec3<double> {
-      u = std::clamp(u, Index{0}, camera_.width - 1);
-      v = std::clamp(v, Index{0}, camera_.height - 1);
-      const double z = is_known(rest_(u, v)) ? double{rest_(u, v)} : double{unknown};
-      return camera_.template cast<double>().unproject(u, v, z);
-    };
-    const Vec3<double> result =
-        cross<double>(point(x + 1, y) - point(x - 1, y), point(x, y + 1) - point(x, y - 1));
-    if (!(norm(result) > 0)) return {};
-    return result;
-  }
-
-  [[nodiscard]] double bend(const Image<T>& pressure) const {
-    using namespace detail::arithmetic;
-    const auto for_touched = [&](const auto& work) {
-      for (Index y = 0; y < camera_.height; ++y) {
-        for (Index x = 0; x < camera_.width; ++x) {
-          if (!(pressure(x, y) > 0)) continue;
-          if (const auto here = normal(x, y)) work(x, y, *here);
-        }
-      }
-    };
-    Vec3<double> mean = Vec3<double>(0, 0, 0);
-    for_touched([&](Index x, Index y, const Vec3<double>& here) {
-      mean += double{pressure(x, y)} / norm(here) * here;
-    });
-    double most = 0;
-    for_touched([&](Index, Index, const Vec3<double>& here) {
-      most = std::max(most, std::atan2(norm(cross<double>(mean, here)), dot(mean, here)));
-    });
-    return most;
-  }
-
+  [[nodiscard]] std::optional<Vec3<double>> normal(Index x, Index y) const;
+  [[nodiscard]] double bend(const Image<T>& pressure) const;
   // Nothing is known of the surface where the object is not known.
-  template <class D>
-  void clear_unknown(LayerContact<T>& contact, const D& depth) const {
-    for (Index y = 0; y < camera_.height; ++y) {
-      for (Index x = 0; x < camera_.width; ++x) {
-        if (static_cast<T>(ImageTraits<D>::pixel(depth, x, y)) > 0 && is_known(rest_(x, y)))
-          continue;
-        contact.indentation(x, y) = contact.depth(x, y) = contact.pressure(x, y) = unknown;
-        if (!contact.traction.pixels().empty()) contact.traction(x, y).fill(unknown);
-        if (options_.sideways) contact.displacement(x, y).fill(unknown);
-      }
-    }
-  }
+  void clear_unknown(LayerContact<T>& contact, const Image<T>& depth) const;
 
   Camera<T> camera_;
   Image<T> rest_;
@@ -474,3 +237,7 @@ template <std::floating_point T, class R, class... Others>
 ElasticLayer(const Camera<T>&, const R&, const Others&...) -> ElasticLayer<T>;
 
 }  // namespace gelight
+
+#if defined(GELIGHT_BODIES)
+#include "gelight/membrane/layer/body.hpp"
+#endif
