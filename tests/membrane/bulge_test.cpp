@@ -2,7 +2,6 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -17,6 +16,7 @@
 #include "gelight/membrane/elastic.hpp"
 #include "gelight/membrane/layer.hpp"
 #include "gelight/membrane/layer_membrane.hpp"
+#include "support/dense.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -99,7 +99,7 @@ TEST_CASE("a sum of products is the function itself, or as near as so few can be
     for (Index y = 0; y < height; ++y) {
       for (Index x = 0; x < width; ++x) matrix(y, x) = green.down(x, y);
     }
-    const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>(matrix).singularValues();
+    const DenseVector<double> singular = singular_values(matrix);
     for (const int terms : {1, 2, 3, 5, 100}) {
       const detail::SeparableKernel<double> kernel(
           width, height, terms, [&](Index x, Index y) { return green.down(x, y); });

@@ -3,7 +3,6 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "gelight/membrane/layer.hpp"
+#include "support/dense.hpp"
 
 using namespace gelight;
 
@@ -69,7 +69,7 @@ double response(const BallLayer& layer, int n) {
   const Eigen::Vector4d size = equations.colwise().norm();
   equations = equations * size.cwiseInverse().asDiagonal();
   const Eigen::Vector4d amount =
-      equations.fullPivLu().solve(Eigen::Vector4d(0, 0, -1, 0)).cwiseQuotient(size);
+      by_elimination<double>(equations, Eigen::Vector4d(0, 0, -1, 0)).cwiseQuotient(size);
   return -surface.dot(amount);
 }
 
@@ -156,7 +156,7 @@ BallContact touch(const BallLayer& layer, const Eigen::MatrixXd& sinks, double b
             sinks(touching[static_cast<std::size_t>(a)], touching[static_cast<std::size_t>(b)]);
       }
     }
-    const Eigen::VectorXd solved = part.partialPivLu().solve(sought);
+    const Eigen::VectorXd solved = by_elimination<double>(part, sought);
     pressure.setZero();
     for (Eigen::Index a = 0; a < size; ++a)
       pressure[touching[static_cast<std::size_t>(a)]] = solved[a];

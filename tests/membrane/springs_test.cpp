@@ -2,7 +2,6 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "support/dense.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -298,7 +298,7 @@ Eigen::VectorXd displacement_by_elimination(Index width, Index height, double co
       if (v + 1 < height) couple(v * width + u, (v + 1) * width + u);
     }
   }
-  return equations.llt().solve(forces);
+  return by_elimination<double>(equations, forces);
 }
 
 }  // namespace

@@ -29,6 +29,15 @@ double angle_between(const Vec& a, const Vec& b) { return std::atan2(a.cross(b).
 
 constexpr double degree = pi / 180;
 
+// The least turn that takes one direction to another, not its opposite.
+Eigen::Matrix3d turn_between(const Vec& from, const Vec& to) {
+  const Vec axis = from.cross(to);
+  Eigen::Matrix3d across;
+  across << 0, -axis.z(), axis.y(), axis.z(), 0, -axis.x(), -axis.y(), axis.x(), 0;
+  const double cosine = from.dot(to);
+  return cosine * Eigen::Matrix3d::Identity() + across + axis * axis.transpose() / (1 + cosine);
+}
+
 struct Worst {
   double mean = 0, max = 0;
   int count = 0;
@@ -84,7 +93,7 @@ TEST_CASE("on spheres: angle to parallel transport along great circles") {
     for (std::size_t v = 0; v < carried.size(); ++v) {
       const Vec p = at(mesh, v);
       if (v == 7 || (p + pole).norm() < 1e-9) continue;
-      const auto turn = Eigen::Quaterniond::FromTwoVectors(pole, p);
+      const Eigen::Matrix3d turn = turn_between(pole, p);
       transport.add(angle_between(turn * start, carried[v]) / degree);
       away.add(angle_between(turn * (p - p.dot(pole) * pole), radial[v]) / degree);
     }

@@ -2,17 +2,18 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <complex>
 #include <vector>
+
+#include "support/dense.hpp"
 
 using namespace gelight;
 
 namespace {
 
 template <class Scalar>
-using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+using Matrix = DenseMatrix<Scalar>;
 
 /// Columns of a factor with the right-hand side's rows, some values into their memory.
 template <class Scalar>
@@ -72,14 +73,14 @@ TEST_CASE_TEMPLATE("columns are solved as the dense matrix is, wherever they lie
       const Matrix<Scalar> side = Matrix<Scalar>::Random(height, 1);
 
       const Index below = height - count;
-      const Matrix<Scalar> top =
-          Matrix<Scalar>(factor.topRows(count)).template triangularView<Eigen::Lower>();
+      Matrix<Scalar> top = factor.topRows(count);
+      for (Index j = 0; j < count; ++j) top.col(j).head(j).setZero();
       const Matrix<Scalar> bottom = factor.bottomRows(below);
       Matrix<Scalar> down = side, up = side;
-      down.topRows(count) = top.inverse() * side.topRows(count);
-      down.bottomRows(below) -= bottom * down.topRows(count);
-      up.topRows(count) = top.adjoint().inverse() *
-                          (side.topRows(count) - bottom.adjoint() * side.bottomRows(below));
+      down.topRows(count) = by_elimination<Scalar>(top, side.topRows(count));
+      down.bottomRows(below) -= bottom.lazyProduct(down.topRows(count));
+      up.topRows(count) -= bottom.adjoint().lazyProduct(side.bottomRows(below));
+      up.topRows(count) = by_elimination<Scalar>(top.adjoint(), up.topRows(count));
 
       std::vector<Matrix<Scalar>> eliminated, substituted;
       for (Index offset = 0; offset < 8; ++offset) {

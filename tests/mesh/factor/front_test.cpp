@@ -2,24 +2,25 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
 #include <complex>
 #include <limits>
 #include <stdexcept>
 #include <type_traits>
 #include <vector>
 
+#include "support/dense.hpp"
+
 using namespace gelight;
 
 namespace {
 
 template <class Scalar>
-using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+using Matrix = DenseMatrix<Scalar>;
 
 template <class Scalar>
 Matrix<Scalar> positive_definite(Index size) {
   const Matrix<Scalar> a = Matrix<Scalar>::Random(size, size);
-  return a * a.adjoint() + Matrix<Scalar>::Identity(size, size);
+  return a.lazyProduct(a.adjoint()) + Matrix<Scalar>::Identity(size, size);
 }
 
 // Values of a matrix, and what a front may read behind them.
@@ -41,13 +42,14 @@ void check_against_dense_elimination(Index own, Index height) {
   auto update = with_overhang<Scalar>(matrix.bottomRightCorner(border, border));
   detail::Front<Scalar>(block.data(), own, height, update.data()).eliminate();
 
-  const Matrix<Scalar> factor = matrix.llt().matrixL();
+  const Matrix<Scalar> factor = cholesky<Scalar>(matrix);
   const Eigen::Map<const Matrix<Scalar>> found(block.data(), height, own);
   const Matrix<Scalar> off = (found - factor.leftCols(own)).template triangularView<Eigen::Lower>();
   CHECK(off.norm() <= 1e-13 * height * factor.norm());
 
   const Matrix<Scalar> below = factor.bottomLeftCorner(border, own);
-  const Matrix<Scalar> rest = matrix.bottomRightCorner(border, border) - below * below.adjoint();
+  const Matrix<Scalar> rest =
+      matrix.bottomRightCorner(border, border) - below.lazyProduct(below.adjoint());
   const Eigen::Map<const Matrix<Scalar>> left(update.data(), border, border);
   const Matrix<Scalar> rest_off = (left - rest).template triangularView<Eigen::Lower>();
   CHECK(rest_off.norm() <= 1e-13 * height * matrix.norm());

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/factor/numbers.hpp"
 
@@ -40,14 +41,7 @@ class Front {
 
   /// Turns the block into the columns of the Cholesky factor, and subtracts from the update what
   /// they change there. Throws std::runtime_error where a pivot is not positive.
-  void eliminate() const {
-    if (own_ == 0) return;
-    if (height_ <= small_height) {
-      eliminate_small();
-    } else {
-      eliminate_large();
-    }
-  }
+  void eliminate() const;
 
  private:
   using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
@@ -57,21 +51,7 @@ class Front {
   static constexpr Index small_height = 128;
   static_assert(2 * width + tile_columns <= overhang);
 
-  void eliminate_large() const {
-    Eigen::Map<Matrix> block(block_, height_, own_);
-    using Pivots = Eigen::Ref<Matrix, 0, Eigen::OuterStride<>>;
-    Pivots pivots = block.topRows(own_);
-    const Eigen::LLT<Pivots> factor(pivots);
-    // Eigen lets a pivot pass that is not a number; all that follow are none then.
-    require_positive(factor.info() == Eigen::Success && std::real(pivots(own_ - 1, own_ - 1)) > 0);
-    if (border_ == 0) return;
-    auto below = block.bottomRows(border_);
-    pivots.template triangularView<Eigen::Lower>()
-        .adjoint()
-        .template solveInPlace<Eigen::OnTheRight>(below);
-    Eigen::Map<Matrix> rest(update_, border_, border_);
-    rest.template selfadjointView<Eigen::Lower>().rankUpdate(below, Scalar(-1));
-  }
+  void eliminate_large() const;
 
   // A few columns at a time, from the left: for blocks too small to repay Eigen's preparations.
   void eliminate_small() const {
@@ -173,4 +153,37 @@ class Front {
   Scalar* update_;
 };
 
+template <class Scalar>
+void Front<Scalar>::eliminate() const {
+  if (own_ == 0) return;
+  if (height_ <= small_height) {
+    eliminate_small();
+  } else {
+    eliminate_large();
+  }
+}
+
+template <class Scalar>
+void Front<Scalar>::eliminate_large() const {
+  Eigen::Map<Matrix> block(block_, height_, own_);
+  using Pivots = Eigen::Ref<Matrix, 0, Eigen::OuterStride<>>;
+  Pivots pivots = block.topRows(own_);
+  const Eigen::LLT<Pivots> factor(pivots);
+  // Eigen lets a pivot pass that is not a number; all that follow are none then.
+  require_positive(factor.info() == Eigen::Success && std::real(pivots(own_ - 1, own_ - 1)) > 0);
+  if (border_ == 0) return;
+  auto below = block.bottomRows(border_);
+  pivots.template triangularView<Eigen::Lower>().adjoint().template solveInPlace<Eigen::OnTheRight>(
+      below);
+  Eigen::Map<Matrix> rest(update_, border_, border_);
+  rest.template selfadjointView<Eigen::Lower>().rankUpdate(below, Scalar(-1));
+}
+
 }  // namespace gelight::detail
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class detail::Front<double>;
+GELIGHT_ONCE template class detail::Front<std::complex<double>>;
+}  // namespace gelight
+#endif
