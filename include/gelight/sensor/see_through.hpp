@@ -341,6 +341,8 @@ class SeeThroughRenderer {
   void start_fit(Workspace& work) const;
   // The light that the membrane throws back in the changed columns of a row, the next one.
   void light_row(Workspace& work, Index y) const;
+  // The same, in the registers that light_row has chosen.
+  void fit_and_light(Workspace& work, Index y) const;
   static void clear_unknown(T* __restrict row, const T* depth, std::ptrdiff_t count);
   static void scale_row(T* __restrict row, const T* scale, std::ptrdiff_t count);
 

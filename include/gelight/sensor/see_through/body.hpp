@@ -89,15 +89,12 @@ void SeeThroughRenderer<T>::light_rest() {
   Workspace work = make_workspace();
   work.gel = rest_;
   work.changed = {0, 0, camera_.width, camera_.height};
-  detail::vectorised([&] {
-    start_fit(work);
-    for (Index y = 0; y < camera_.height; ++y) {
-      light_row(work, y);
-      for (std::size_t c = 0; c < 3; ++c) {
-        std::copy_n(work.lit[c].data(), camera_.width, rest_light_.data() + offset(y, c));
-      }
+  for (Index y = 0; y < camera_.height; ++y) {
+    light_row(work, y);
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::copy_n(work.lit[c].data(), camera_.width, rest_light_.data() + offset(y, c));
     }
-  });
+  }
 }
 
 template <std::floating_point T>
@@ -111,6 +108,14 @@ void SeeThroughRenderer<T>::start_fit(Workspace& work) const {
 
 template <std::floating_point T>
 void SeeThroughRenderer<T>::light_row(Workspace& work, Index y) const {
+  detail::vectorised([&] {
+    if (y == work.changed.top) start_fit(work);
+    fit_and_light(work, y);
+  });
+}
+
+template <std::floating_point T>
+void SeeThroughRenderer<T>::fit_and_light(Workspace& work, Index y) const {
   const detail::Run run{work.changed.left, work.changed.right};
   const std::ptrdiff_t begin = run.begin, count = run.end - run.begin;
   const detail::DirectionRow<T> n{work.normals[0].data(), work.normals[1].data(),
@@ -147,9 +152,8 @@ void SeeThroughRenderer<T>::write_row(ImageView<Rgb8> out, Workspace& work, Inde
                                       T inner) const {
   const Box box = inner > 0 ? work.changed : Box{};
   const bool changed = !box.is_empty() && y >= box.top && y < box.bottom;
+  if (changed) light_row(work, y);
   detail::vectorised([&] {
-    if (changed && y == box.top) start_fit(work);
-    if (changed) light_row(work, y);
     for (std::size_t c = 0; c < 3 && inner > 0; ++c) {
       T* const sum = work.seen[c].data();
       const T *const at_rest = rest_light_.data() + offset(y, c), *const lit = work.lit[c].data();
