@@ -18,6 +18,10 @@ add_library(gelight_once INTERFACE)
 if(GELIGHT_BUILD_COMPILED)
   target_link_libraries(gelight_once INTERFACE gelight::compiled)
 endif()
+# What they say of what they cannot do.
+add_library(gelight_words STATIC EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/examples/support/plain_words.cpp)
+target_compile_features(gelight_words PRIVATE cxx_std_20)
+target_link_libraries(gelight_once INTERFACE gelight_words)
 set(GELIGHT_PROGRAM_OPTIONS "" CACHE STRING
   "Compiler options of benchmarks and examples that are compiled to see that they compile")
 

@@ -16,6 +16,7 @@
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/lesson.hpp"
+#include "support/scale.hpp"
 #include "support/view.hpp"
 
 using gelight::Index;

@@ -24,6 +24,7 @@
 #include "gelight/mesh/shapes.hpp"
 #include "support/animation.hpp"
 #include "support/lesson.hpp"
+#include "support/scale.hpp"
 #include "support/view.hpp"
 
 using gelight::Index;
