@@ -150,6 +150,8 @@ TEST_CASE("sigma from nothing to far more than the image") {
                        InvalidInput);
   CHECK_THROWS_AS((void)gaussian(image, std::numeric_limits<double>::infinity()), InvalidInput);
   CHECK_THROWS_WITH_AS((void)gaussian(image, 1, -2), "radius -2 is negative", InvalidInput);
+  CHECK_THROWS_WITH_AS((void)gaussian(image, 1, std::numeric_limits<Index>::max()),
+                       "radius 2147483647 is beyond 2^26 pixels", InvalidInput);
 }
 
 TEST_CASE("images of one pixel, one row, one column and none") {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -154,4 +155,23 @@ TEST_CASE("shapes that cannot be are refused") {
   CHECK_THROWS_AS((void)gelight::torus(1.0, 2.0, 10, 10), InvalidInput);
   const gelight::ProfilePoint<double> axis[] = {{0, 0}, {0, 1}};
   CHECK_THROWS_AS((void)gelight::revolve<double>(axis, 0.1), InvalidInput);
+}
+
+TEST_CASE("shapes without an end are refused") {
+  for (const double none :
+       {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    CHECK_THROWS_AS((void)gelight::grid(1, 1, none, 1.0), InvalidInput);
+    CHECK_THROWS_AS((void)gelight::grid(1, 1, 1.0, none), InvalidInput);
+    CHECK_THROWS_AS((void)gelight::icosphere(1, none), InvalidInput);
+    CHECK_THROWS_AS((void)gelight::box(1.0, none, 1.0), InvalidInput);
+    CHECK_THROWS_AS((void)gelight::box(1.0, 1.0, none), InvalidInput);
+    CHECK_THROWS_AS((void)gelight::membrane(none, 0.05, 0.001), InvalidInput);
+    CHECK_THROWS_AS((void)gelight::membrane(0.01, none, 0.01), InvalidInput);
+    CHECK_THROWS_AS((void)gelight::membrane(none, none, none), InvalidInput);
+    CHECK_THROWS_AS((void)gelight::torus(none, 1.0, 10, 10), InvalidInput);
+    const gelight::ProfilePoint<double> wide[] = {{1, 0}, {none, 1}}, high[] = {{1, 0}, {1, none}};
+    CHECK_THROWS_AS((void)gelight::revolve<double>(wide, 0.1), InvalidInput);
+    CHECK_THROWS_AS((void)gelight::revolve<double>(high, 0.1), InvalidInput);
+    CHECK_THROWS_AS((void)gelight::revolve<double>(wide, none), InvalidInput);
+  }
 }

@@ -116,12 +116,14 @@ void symmetric_sums(T* __restrict first, T* __restrict second, const T* middle,
 
 /// Half of a Gaussian's weights, from the middle outwards, cut off beyond `radius` and scaled so
 /// that the whole kernel, both sides, sums to 1. A sigma of 0 is the identity.
-/// Throws InvalidInput for a sigma that is negative or not finite and for a negative radius.
+/// Throws InvalidInput for a sigma that is negative or not finite, and for a radius that is
+/// negative or beyond 2^26 pixels.
 template <std::floating_point T>
 [[nodiscard]] std::vector<T> gaussian_weights(double sigma, Index radius) {
   detail::require(std::isfinite(sigma) && sigma >= 0, "sigma ", sigma,
                   " is negative or not finite");
   detail::require(radius >= 0, "radius ", radius, " is negative");
+  detail::require(radius <= 1 << 26, "radius ", radius, " is beyond 2^26 pixels");
   std::vector<double> exact{1};
   double sum = 1;
   for (Index k = 1; k <= radius; ++k) {

@@ -14,17 +14,18 @@ namespace gelight {
 
 /// A flat sheet over [0, width] x [0, height], with columns x rows cells of two triangles.
 /// Throws InvalidInput for no cells, more vertices than can be counted, or a size that is not
-/// positive.
+/// positive and finite.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> grid(Index columns, Index rows, T width = 1, T height = 1);
 
 /// A sphere about the origin: an icosahedron whose faces are split into four `level` times, which
 /// makes 10 4^level + 2 vertices. Throws InvalidInput for a level outside 0 to 12 or a radius that
-/// is not positive.
+/// is not positive and finite.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> icosphere(int level, T radius = 1);
 
 /// An axis-aligned box about the origin, of 8 vertices and 12 faces, with these edge lengths.
+/// Throws InvalidInput for one that is not positive and finite.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> box(T x, T y, T z);
 
@@ -39,22 +40,22 @@ struct ProfilePoint {
 /// as its points allow: each point becomes a ring of vertices about `edge_length` apart, or a
 /// single vertex on the axis. An outline that runs upwards on the outside has its normals outwards.
 ///
-/// Throws InvalidInput for fewer than two points, a negative radius, two neighbours on the axis, or
-/// an edge length that is not positive or makes more vertices than can be counted. Cost is linear
-/// in the vertices made.
+/// Throws InvalidInput for fewer than two points, a negative radius, a number that is not finite,
+/// two neighbours on the axis, or an edge length that is not positive or makes more vertices than
+/// can be counted. Cost is linear in the vertices made.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> revolve(std::span<const ProfilePoint<T>> profile, T edge_length);
 
 /// The membrane of a fingertip sensor: an open cylinder about the z axis from z = 0, closed by a
 /// hemisphere whose tip is at z = length. The defaults are the GelTip's (Gomes, Paoletti, Luo), in
-/// metres. Throws InvalidInput unless 0 < edge_length <= radius <= length, and where that makes
-/// more vertices than can be counted.
+/// metres. Throws InvalidInput unless 0 < edge_length <= radius <= length < infinity, and where
+/// that makes more vertices than can be counted.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> membrane(T radius = T(0.01146), T length = T(0.0455),
                                T edge_length = T(0.001));
 
-/// A ring about the z axis. Throws InvalidInput unless 0 < minor_radius < major_radius, and for
-/// fewer than 3 vertices in a direction or more in all than can be counted.
+/// A ring about the z axis. Throws InvalidInput unless 0 < minor_radius < major_radius < infinity,
+/// and for fewer than 3 vertices in a direction or more in all than can be counted.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> torus(T major_radius, T minor_radius, Index around, Index across);
 

@@ -20,11 +20,17 @@
 #include "gelight/views/mesh_view.hpp"
 
 namespace gelight {
+namespace detail {
+
+[[nodiscard]] bool is_size(std::floating_point auto x) { return x > 0 && std::isfinite(x); }
+
+}  // namespace detail
 
 template <std::floating_point T>
 Mesh<T> grid(Index columns, Index rows, T width, T height) {
   detail::require(columns > 0 && rows > 0, "grid of ", columns, " x ", rows, " cells");
-  detail::require(width > 0 && height > 0, "grid of size ", width, " x ", height);
+  detail::require(detail::is_size(width) && detail::is_size(height), "grid of size ", width, " x ",
+                  height);
   detail::require((columns + 1.0) * (rows + 1.0) < std::numeric_limits<Index>::max(), "grid of ",
                   columns, " x ", rows, " cells, which has more vertices than can be counted");
   Mesh<T> mesh;
@@ -49,7 +55,7 @@ template <std::floating_point T>
 Mesh<T> icosphere(int level, T radius) {
   using namespace detail::arithmetic;
   detail::require(level >= 0 && level <= 12, "icosphere of level ", level);
-  detail::require(radius > 0, "icosphere of radius ", radius);
+  detail::require(detail::is_size(radius), "icosphere of radius ", radius);
   using Real = std::common_type_t<T, double>;
   const double phi = std::numbers::phi;
   detail::Array<Vec3<Real>> points{{-1, phi, 0}, {1, phi, 0}, {-1, -phi, 0}, {1, -phi, 0},
@@ -99,7 +105,8 @@ Mesh<T> icosphere(int level, T radius) {
 
 template <std::floating_point T>
 Mesh<T> box(T x, T y, T z) {
-  detail::require(x > 0 && y > 0 && z > 0, "box of size ", x, " x ", y, " x ", z);
+  detail::require(detail::is_size(x) && detail::is_size(y) && detail::is_size(z), "box of size ", x,
+                  " x ", y, " x ", z);
   Mesh<T> mesh;
   for (int i = 0; i < 8; ++i) {
     mesh.positions.push_back({(i & 1 ? x : -x) / 2, (i & 2 ? y : -y) / 2, (i & 4 ? z : -z) / 2});
@@ -112,7 +119,7 @@ Mesh<T> box(T x, T y, T z) {
 template <std::floating_point T>
 Mesh<T> revolve(std::span<const ProfilePoint<T>> profile, T edge_length) {
   detail::require(profile.size() >= 2, "outline of ", profile.size(), " points");
-  detail::require(edge_length > 0, "edge length ", edge_length);
+  detail::require(detail::is_size(edge_length), "edge length ", edge_length);
   struct Ring {
     Index first = 0, count = 0;
     double turn = 0;  // angle of the first vertex, as a share of the whole turn
@@ -124,7 +131,10 @@ Mesh<T> revolve(std::span<const ProfilePoint<T>> profile, T edge_length) {
   double vertices = 0;
   for (std::size_t i = 0; i < profile.size(); ++i) {
     const T radius = profile[i].radius;
-    detail::require(radius >= 0, "point ", i, " of the outline has radius ", radius);
+    detail::require(radius >= 0 && std::isfinite(radius), "point ", i,
+                    " of the outline has radius ", radius);
+    detail::require(std::isfinite(profile[i].z), "point ", i, " of the outline has height ",
+                    profile[i].z);
     vertices += radius > 0 ? around(radius) : 1;
     detail::require(around(radius) < 1e8, "ring of ", around(radius), " vertices");
     detail::require(vertices < std::numeric_limits<Index>::max(),
@@ -173,7 +183,8 @@ template <std::floating_point T>
 Mesh<T> membrane(T radius, T length, T edge_length) {
   detail::require(edge_length > 0 && edge_length <= radius, "membrane with edge length ",
                   edge_length, " and radius ", radius);
-  detail::require(radius <= length, "membrane with radius ", radius, " and length ", length);
+  detail::require(radius <= length && std::isfinite(length), "membrane with radius ", radius,
+                  " and length ", length);
   // Of its area, 2 pi radius length, each vertex has that of two equilateral triangles.
   detail::require(2 * std::numbers::pi / std::sqrt(0.75) * (double{radius} / double{edge_length}) *
                           (double{length} / double{edge_length}) <
@@ -202,8 +213,8 @@ Mesh<T> membrane(T radius, T length, T edge_length) {
 
 template <std::floating_point T>
 Mesh<T> torus(T major_radius, T minor_radius, Index around, Index across) {
-  detail::require(minor_radius > 0 && minor_radius < major_radius, "torus with radii ",
-                  major_radius, " and ", minor_radius);
+  detail::require(minor_radius > 0 && minor_radius < major_radius && std::isfinite(major_radius),
+                  "torus with radii ", major_radius, " and ", minor_radius);
   detail::require(around >= 3 && across >= 3 &&
                       static_cast<double>(around) * across < std::numeric_limits<Index>::max(),
                   "torus of ", around, " x ", across, " vertices");
