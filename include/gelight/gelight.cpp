@@ -9,3 +9,4 @@
 #include "gelight/gelight.hpp"
 
 #include "gelight/membrane/layer.hpp"
+#include "gelight/sensor/calibrate.hpp"

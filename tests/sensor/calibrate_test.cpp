@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "gelight/io/presses.hpp"
+#include "gelight/sensor/calibration/ball_surface.hpp"
+#include "gelight/sensor/calibration/circles.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;

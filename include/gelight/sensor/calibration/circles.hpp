@@ -10,17 +10,10 @@
 
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/sensor/calibration/circle.hpp"
 #include "gelight/views/image_view.hpp"
 
-namespace gelight {
-
-/// A circle in an image, in pixels.
-struct Circle {
-  double x = 0, y = 0;  ///< its centre
-  double radius = 0;
-};
-
-namespace detail {
+namespace gelight::detail {
 
 /// Where a ball may touch, and whether its rim stands out clearly.
 struct CircleProposal {
@@ -150,5 +143,4 @@ struct CircleProposal {
   return best;
 }
 
-}  // namespace detail
-}  // namespace gelight
+}  // namespace gelight::detail

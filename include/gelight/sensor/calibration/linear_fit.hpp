@@ -8,6 +8,7 @@
 
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/sensor/calibration/smoothness.hpp"
 #include "gelight/shading/fitted.hpp"
 
 namespace gelight::detail {
@@ -100,12 +101,6 @@ struct NormalEquations {
   require(factor.info() == Eigen::Success, "the presses do not determine the reflectance");
   return factor.solve(right);
 }
-
-/// How a linear model is kept smooth: weights of the squares of its second differences along the
-/// normal, for the constant term of the place; a power of `place` more for each degree in it.
-struct Smoothness {
-  double normal = 1, place = 3;
-};
 
 // Of a pixel's weight, so that a table's node that no pixel tells anything of is a number.
 inline constexpr double least_penalty = 1e-3;
