@@ -121,6 +121,12 @@ GELIGHT_INLINE void require_press(const BallPress& press, const Image<Rgb8>& bac
                                                                   double ball_radius,
                                                                   const Change& level = {});
 
+/// How high above rest the gel stands at the rim of a ball's contact, in pixels as all of it: so
+/// much deeper than its cap a ball goes into a TensionMembrane of that length. Throws InvalidInput
+/// for a circle that is none of the ball's, and a length that is negative or above 1e4.
+[[nodiscard]] GELIGHT_INLINE double rim_height(double contact_radius, double ball_radius,
+                                               double length);
+
 }  // namespace gelight
 
 #if defined(GELIGHT_BODIES)

@@ -93,18 +93,3 @@ class BallSurface {
 };
 
 }  // namespace gelight::detail
-
-namespace gelight {
-
-/// How high above rest the gel stands at the rim of a ball's contact, in pixels as all of it: so
-/// much deeper than its cap a ball goes into a TensionMembrane of that length. Throws InvalidInput
-/// for a circle that is none of the ball's, and a length that is negative or above 1e4.
-[[nodiscard]] inline double rim_height(double contact_radius, double ball_radius, double length) {
-  const double slope = detail::slope_at_rim(contact_radius, ball_radius);
-  detail::require_bulge(length);
-  if (length == 0) return 0;
-  const auto k = detail::scaled_bessel_k(contact_radius / length);
-  return slope * length * k.k0 / k.k1;
-}
-
-}  // namespace gelight

@@ -771,4 +771,12 @@ GELIGHT_INLINE Image<std::array<double, 3>> predict(const CalibratedSensor& sens
   return out;
 }
 
+GELIGHT_INLINE double rim_height(double contact_radius, double ball_radius, double length) {
+  const double slope = detail::slope_at_rim(contact_radius, ball_radius);
+  detail::require_bulge(length);
+  if (length == 0) return 0;
+  const auto k = detail::scaled_bessel_k(contact_radius / length);
+  return slope * length * k.k0 / k.k1;
+}
+
 }  // namespace gelight
