@@ -189,84 +189,67 @@ class LaneDrawing {
   LaneScreen<T, lanes> screen_;
 };
 
-/// Draws the faces of a batch from one on, but for those that may be held back, in their order;
-/// which is the first that has to be cut before it is drawn.
-template <Index lanes, class T>
-[[nodiscard]] std::size_t draw_in_order(const RasterTarget<T>& target, Index width, Index height,
-                                        const FaceBatch& batch, const FaceMeasures& measures,
-                                        std::size_t from, HeldFaces* held) {
-  LaneDrawing<T, lanes> drawing(target, width, batch, measures);
-  std::size_t i = from;
-  for (; i < batch.count; ++i) {
-    const double area = measures.areas[i];
-    if (area != 0 && width >= lanes) {
-      const PixelBox box = measures.box(i);
-      if (box.is_empty()) continue;
-      if (area > 0 && held != nullptr) {
-        held->add(batch.faces[i], measures.least[i], box);
-        continue;
-      }
-      if (drawing.draw(i)) continue;
-    } else if (!batch.is_near(i)) {
-      break;
-    }
-    drawing.finish();
-    draw_one(target, width, height, batch, i);
-  }
-  drawing.finish();
-  return i;
-}
-
-/// The faces of a batch that are to be drawn, those that are drawn in as many steps together: so
-/// the processor foretells how often loops go round, and depths are not read again at once.
-class SortedFaces {
+/// The order in which the faces of a batch are drawn: that of the mesh; or those together that are
+/// drawn in as many steps, so that the processor foretells how often loops go round, and depths are
+/// not read again at once.
+class DrawingOrder {
  public:
+  explicit DrawingOrder(bool is_free) : is_free_(is_free) {}
+
   void add(std::size_t face, const PixelBox& box, Index rows_at_once) {
     const Index steps = (box.last_row - box.first_row) / rows_at_once;
     const bool is_wide = box.last_column - box.first_column >= pixels_at_once;
-    const auto kind = static_cast<std::size_t>(is_wide ? kinds - 1 : std::min(steps, kinds - 2));
-    faces_[kind][counts_[kind]] = static_cast<std::uint8_t>(face);
-    ++counts_[kind];
+    const Index kind = is_wide ? kinds - 1 : std::min(steps, kinds - 2);
+    auto& faces = faces_[static_cast<std::size_t>(is_free_ ? kind : 0)];
+    faces.numbers[faces.count] = static_cast<std::uint8_t>(face);
+    ++faces.count;
   }
   template <class Work>
   void each(const Work& work) const {
-    for (std::size_t kind = 0; kind < counts_.size(); ++kind) {
-      for (std::size_t n = 0; n < counts_[kind]; ++n) work(std::size_t{faces_[kind][n]});
+    for (const Faces& faces : faces_) {
+      for (std::size_t n = 0; n < faces.count; ++n) work(std::size_t{faces.numbers[n]});
     }
   }
 
  private:
   static constexpr Index kinds = 5;
   static_assert(FaceBatch::size <= 256);
-  std::array<std::array<std::uint8_t, FaceBatch::size>, kinds> faces_;
-  std::array<std::size_t, kinds> counts_{};
+  struct Faces {
+    std::size_t count = 0;
+    std::array<std::uint8_t, FaceBatch::size> numbers;
+  };
+  bool is_free_;
+  std::array<Faces, kinds> faces_;
 };
 
-/// The same of a batch without faces that have to be cut, in any order.
+/// Draws the faces of a batch from one on, but for those that may be held back; which is the first
+/// that has to be cut before it is drawn, for which those behind it wait.
 template <Index lanes, class T>
-void draw_sorted(const RasterTarget<T>& target, Index width, Index height, const FaceBatch& batch,
-                 const FaceMeasures& measures, HeldFaces* held) {
-  SortedFaces sorted;
-  for (std::size_t i = 0; i < batch.count; ++i) {
-    const double area = measures.areas[i];
-    const PixelBox box = measures.box(i);
-    if (box.is_empty()) {
-      continue;
-    } else if (area == 0) {
-      draw_one(target, width, height, batch, i);
-    } else if (area > 0 && held != nullptr) {
-      held->add(batch.faces[i], measures.least[i], box);
+[[nodiscard]] std::size_t draw_in_lanes(const RasterTarget<T>& target, Index width, Index height,
+                                        const FaceBatch& batch, const FaceMeasures& measures,
+                                        std::size_t from, HeldFaces* held) {
+  const bool is_roomy = width >= lanes;
+  DrawingOrder order(batch.are_usual && target.order_is_free());
+  std::size_t end = from;
+  for (; end < batch.count; ++end) {
+    const bool is_exact = measures.areas[end] == 0 || !is_roomy;
+    if (is_exact && !batch.is_near(end)) break;
+    const PixelBox box = measures.box(end);
+    if (box.is_empty()) continue;
+    if (measures.areas[end] > 0 && !is_exact && held != nullptr) {
+      held->add(batch.faces[end], measures.least[end], box);
     } else {
-      sorted.add(i, box, lanes / pixels_at_once);
+      order.add(end, box, lanes / pixels_at_once);
     }
   }
   LaneDrawing<T, lanes> drawing(target, width, batch, measures);
-  sorted.each([&](std::size_t i) {
-    if (drawing.draw(i)) return;
+  order.each([&](std::size_t i) {
+    if (measures.areas[i] != 0 && is_roomy && drawing.draw(i)) return;
     drawing.finish();
     draw_one(target, width, height, batch, i);
   });
   drawing.finish();
+  return end;
 }
 #endif
 
@@ -291,11 +274,7 @@ template <class T>
     if (works_in_lanes()) {
       return vectorised_in_lanes(
           [&target, width, height, &batch, &measures, from, held](auto lanes) {
-            if (batch.are_usual && width >= lanes() && target.order_is_free()) {
-              draw_sorted<lanes()>(target, width, height, batch, measures, held);
-              return batch.count;
-            }
-            return draw_in_order<lanes()>(target, width, height, batch, measures, from, held);
+            return draw_in_lanes<lanes()>(target, width, height, batch, measures, from, held);
           });
     }
   }
