@@ -140,8 +140,8 @@ class Surface {
   /// The face of a half-edge, and the half-edges after and before it round that face.
   ///@{
   [[nodiscard]] static Index face_of(Index h) { return h / 3; }
-  [[nodiscard]] static Index next(Index h) { return h % 3 == 2 ? h - 2 : h + 1; }
-  [[nodiscard]] static Index previous(Index h) { return h % 3 == 0 ? h + 2 : h - 1; }
+  [[nodiscard]] static Index next(Index h) { return h + 1 - 3 * Index{h % 3 == 2}; }
+  [[nodiscard]] static Index previous(Index h) { return h - 1 + 3 * Index{h % 3 == 0}; }
   ///@}
 
   /// The vertex where h starts, where it ends, and the one across the face.

@@ -15,10 +15,13 @@ namespace gelight::detail {
 /// Four numbers that are worked on at once, in the processor's registers where those are known.
 /// (Array expressions do the same, and take a second to compile; compilers' own vector types are
 /// slow where the processor has no registers of four numbers.) `min` and `max` are those of the
-/// standard library, of numbers that are none, too.
+/// standard library, of numbers that are none, too. `less` has a bit for each number, the lowest
+/// for the first; `if_less` takes each number from one or the other as a < b or not.
 class Lane {
  public:
   static constexpr std::ptrdiff_t size = 4;
+
+  friend Lane abs(Lane a) { return max(a, 0.0 - a); }
 
 #if defined(__AVX__)
   Lane(double x) : all_(_mm256_set1_pd(x)) {}
@@ -33,6 +36,13 @@ class Lane {
   friend Lane min(Lane a, Lane b) { return Lane(_mm256_min_pd(b.all_, a.all_)); }
   friend Lane max(Lane a, Lane b) { return Lane(_mm256_max_pd(b.all_, a.all_)); }
   friend Lane sqrt(Lane a) { return Lane(_mm256_sqrt_pd(a.all_)); }
+  friend unsigned less(Lane a, Lane b) {
+    return static_cast<unsigned>(_mm256_movemask_pd(_mm256_cmp_pd(a.all_, b.all_, _CMP_LT_OQ)));
+  }
+  friend Lane if_less(Lane a, Lane b, Lane then, Lane otherwise) {
+    return Lane(
+        _mm256_blendv_pd(otherwise.all_, then.all_, _mm256_cmp_pd(a.all_, b.all_, _CMP_LT_OQ)));
+  }
 
  private:
   explicit Lane(__m256d all) : all_(all) {}
@@ -66,8 +76,19 @@ class Lane {
     return {_mm_max_pd(b.low_, a.low_), _mm_max_pd(b.high_, a.high_)};
   }
   friend Lane sqrt(Lane a) { return {_mm_sqrt_pd(a.low_), _mm_sqrt_pd(a.high_)}; }
+  friend unsigned less(Lane a, Lane b) {
+    return static_cast<unsigned>(_mm_movemask_pd(_mm_cmplt_pd(a.low_, b.low_)) |
+                                 _mm_movemask_pd(_mm_cmplt_pd(a.high_, b.high_)) << 2);
+  }
+  friend Lane if_less(Lane a, Lane b, Lane then, Lane otherwise) {
+    return {chosen(_mm_cmplt_pd(a.low_, b.low_), then.low_, otherwise.low_),
+            chosen(_mm_cmplt_pd(a.high_, b.high_), then.high_, otherwise.high_)};
+  }
 
  private:
+  static __m128d chosen(__m128d mask, __m128d then, __m128d otherwise) {
+    return _mm_or_pd(_mm_and_pd(mask, then), _mm_andnot_pd(mask, otherwise));
+  }
   Lane(__m128d low, __m128d high) : low_(low), high_(high) {}
   __m128d low_, high_;
 #else
@@ -101,6 +122,17 @@ class Lane {
   friend Lane sqrt(Lane a) {
     return each(a, a, [](double x, double) { return std::sqrt(x); });
   }
+  friend unsigned less(const Lane& a, const Lane& b) {
+    unsigned bits = 0;
+    for (std::ptrdiff_t i = 0; i < size; ++i) bits |= (a.all_[i] < b.all_[i] ? 1U : 0U) << i;
+    return bits;
+  }
+  friend Lane if_less(const Lane& a, const Lane& b, Lane then, const Lane& otherwise) {
+    for (std::ptrdiff_t i = 0; i < size; ++i) {
+      if (!(a.all_[i] < b.all_[i])) then.all_[i] = otherwise.all_[i];
+    }
+    return then;
+  }
 
  private:
   static Lane each(Lane a, const Lane& b, const auto& apply) {
@@ -110,5 +142,10 @@ class Lane {
   double all_[size];
 #endif
 };
+
+/// A bit for each of a lane's numbers, of which so many count.
+[[nodiscard]] inline unsigned first_bits(std::ptrdiff_t count) {
+  return (1U << std::min(count, Lane::size)) - 1;
+}
 
 }  // namespace gelight::detail

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include "gelight/core/array.hpp"
@@ -102,6 +103,21 @@ class PlanarFaces {
 
   [[nodiscard]] const Vec2<Real>& apex(Index h) const { return apex_[h]; }
 
+  /// Has the processor fetch the apexes of h's face. (Always inlined, as prefetch.)
+  [[gnu::always_inline]] void expect(Index h) const {
+    prefetch(&apex_[h / 3 * 3], 3 * sizeof(Vec2<Real>));
+  }
+
+  /// Whether h's face has its apex on h, but for rounding, and so no area; and whether any that is
+  /// laid flat has.
+  ///@{
+  [[nodiscard]] bool is_line(const Surface<Real>& surface, Index h) const {
+    constexpr Real lowest = 16 * std::numeric_limits<Real>::epsilon();
+    return apex_[h].y() <= lowest * (surface.length(h) + std::fabs(apex_[h].x()));
+  }
+  [[nodiscard]] bool has_lines() const { return has_lines_; }
+  ///@}
+
   /// The apex as seen from h's tip: how far back along h, and how high. Exact by itself, where the
   /// apex is so near to the tip that its place as counted from the origin does not tell.
   [[nodiscard]] Vec2<Real> apex_from_tip(const Surface<Real>& surface, Index h) const {
@@ -161,6 +177,7 @@ class PlanarFaces {
       const Real length = lengths[k];
       if (length == 0) {
         apex = {lengths[previous], 0};
+        has_lines_ = true;
         continue;
       }
       const Vec3<Real> along = ways[k] / length;
@@ -168,6 +185,7 @@ class PlanarFaces {
       const Real x = lengths[previous] < lengths[next] ? -dot(along, ways[previous])
                                                        : length + dot(along, ways[next]);
       apex = {x, doubled_area / length};
+      has_lines_ |= is_line(surface, first + static_cast<Index>(k));
     }
   }
 
@@ -236,6 +254,7 @@ class PlanarFaces {
   Array<Vec2<Real>> apex_;
   Array<Bend> bends_;
   Real longest_edge_ = 0;
+  bool has_lines_ = false;
   // Where not all were laid flat at once: which are, and which vertices' bends are known.
   Array<char> is_flat_, is_classified_;
   FacesNear<Real> patch_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -77,9 +78,9 @@ class FaceCrossing {
     }
     nearest_ = {};
     for (std::ptrdiff_t i = 0; i < size_; ++i) {
-      if (!(distance_[i] < nearest_.distance)) continue;
-      nearest_.distance = distance_[i];
-      nearest_.window = i;
+      const bool is_nearer = distance_[i] < nearest_.distance;
+      nearest_.distance = is_nearer ? distance_[i] : nearest_.distance;
+      nearest_.window = is_nearer ? i : nearest_.window;
     }
     const std::ptrdiff_t n = nearest_.window;
     if (n < 0) return nearest_;
@@ -94,24 +95,26 @@ class FaceCrossing {
   // crosses the path of n is a shortest one. Hence windows right of the path leave by the right
   // side only, and windows left of it by the left one.
 
-  /// How many windows at the start of the list may leave by the left side of the face.
-  [[nodiscard]] std::ptrdiff_t left_count(const List& list) const {
-    std::ptrdiff_t count = size_;
-    while (count > nearest_.window + 1 &&
-           !(list.begin[count - 1] < std::min(aim_[count - 1], nearest_.crossing))) {
-      --count;
+  /// Which windows of the list may leave by the left side of the face, and which by the right.
+  struct Sides {
+    std::ptrdiff_t left_count = 0;   // at the start of the list
+    std::ptrdiff_t right_begin = 0;  // from there to its end
+  };
+  [[nodiscard]] Sides sides(const List& list) const {
+    Sides sides{0, size_};
+    const Lane nearest(static_cast<Real>(nearest_.window)), crossing(nearest_.crossing);
+    for (std::ptrdiff_t i = 0; i < size_; i += lane_size) {
+      const Lane number = Lane(0, 1, 2, 3) + static_cast<Real>(i), aim = Lane::load(&aim_[i]);
+      const Lane left_end = if_less(nearest, number, min(aim, crossing), aim);
+      const Lane right_end = if_less(number, nearest, max(aim, crossing), aim);
+      const unsigned windows = first_bits(size_ - i);
+      const unsigned left = less(Lane::load(list.begin + i), left_end) & windows;
+      const unsigned right = less(right_end, Lane::load(list.end + i)) & windows;
+      if (left != 0) sides.left_count = i + std::bit_width(left);
+      const bool is_first = right != 0 && sides.right_begin == size_;
+      if (is_first) sides.right_begin = i + std::countr_zero(right);
     }
-    while (count > 0 && !(list.begin[count - 1] < aim_[count - 1])) --count;
-    return count;
-  }
-
-  /// The first window that may leave by the right side.
-  [[nodiscard]] std::ptrdiff_t right_begin(const List& list) const {
-    std::ptrdiff_t first = 0;
-    while (first < nearest_.window && !(list.end[first] > std::max(aim_[first], nearest_.crossing)))
-      ++first;
-    while (first < size_ && !(list.end[first] > aim_[first])) ++first;
-    return first;
+    return sides;
   }
 
   // A window that passes the apex leaves up to the side's end. That is not computed: where the
@@ -123,24 +126,29 @@ class FaceCrossing {
                                           const Columns& out) const {
     const Real ax = apex_.x(), ay = apex_.y(), norm = std::sqrt(ax * ax + ay * ay);
     const Real ux = ax / norm, uy = ay / norm;
+    bool are_windows = true;
     for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
       const Lane x = Lane::load(list.x + i), y = Lane::load(list.y + i), aim = Lane::load(&aim_[i]);
+      const Lane from = Lane::load(list.begin + i), to = Lane::load(list.end + i);
       const auto share = [&](Lane p) {
         return min(max((y * p) / (ax * y - ay * (x - p)), 0.0), 1.0);
       };
-      (share(min(Lane::load(list.begin + i), aim)) * length).store(out.begin + i);
-      (share(min(Lane::load(list.end + i), aim)) * length).store(out.end + i);
+      const Lane begin = share(min(from, aim)) * length;
+      const Lane whole = if_less(from, aim, length, 0.0);
+      const Lane end = if_less(to, aim, share(min(to, aim)) * length, whole);
+      begin.store(out.begin + i);
+      end.store(out.end + i);
       (ux * x + uy * y).store(out.x + i);
       min(ux * y - uy * x, -on_line * length).store(out.y + i);
+      are_windows &= are_all_windows(end - begin, length, count - i);
     }
-    for (std::ptrdiff_t i = 0; i < count; ++i) {
-      if (!(list.end[i] < aim_[i])) out.end[i] = list.begin[i] < aim_[i] ? length : 0;
-    }
+    std::copy_n(list.origin, count, out.origin);
     if (is_doubtful(length)) {
       close_before(count, length, out,
                    [&](std::ptrdiff_t i) { return ux * list.y[i] - uy * list.x[i]; });
+      are_windows = false;
     }
-    return compact(list, 0, count, length, out);
+    return are_windows ? count : compact(count, length, out);
   }
 
   /// Windows [first, size) of the list as they leave by the right side of the face, of a given
@@ -151,29 +159,34 @@ class FaceCrossing {
                                            const Columns& out) const {
     const Real ax = apex_from_tip.x(), ay = apex_from_tip.y();
     const Real norm = std::sqrt(ax * ax + ay * ay), ux = ax / norm, uy = ay / norm;
+    bool are_windows = true;
     for (std::ptrdiff_t i = first; i < size_; i += lane_size) {
       const std::ptrdiff_t o = i - first;
       const Lane x = base_ - Lane::load(list.x + i), y = Lane::load(list.y + i);
       const Lane aim = Lane::load(&aim_[i]);
+      const Lane from = Lane::load(list.begin + i), to = Lane::load(list.end + i);
       const auto share = [&](Lane position) {
         const Lane p = base_ - position;
         return min(max((y * p) / (ax * y - ay * (x - p)), 0.0), 1.0);
       };
-      (length - share(max(Lane::load(list.begin + i), aim)) * length).store(out.begin + o);
-      (length - share(max(Lane::load(list.end + i), aim)) * length).store(out.end + o);
+      const Lane whole = if_less(aim, to, 0.0, length);
+      const Lane begin = if_less(aim, from, length - share(max(from, aim)) * length, whole);
+      const Lane end = length - share(max(to, aim)) * length;
+      begin.store(out.begin + o);
+      end.store(out.end + o);
       (length - (ux * x + uy * y)).store(out.x + o);
       min(ux * y - uy * x, -on_line * length).store(out.y + o);
+      are_windows &= are_all_windows(end - begin, length, size_ - i);
     }
-    for (std::ptrdiff_t i = first; i < size_; ++i) {
-      const std::ptrdiff_t o = i - first;
-      if (!(list.begin[i] > aim_[i])) out.begin[o] = list.end[i] > aim_[i] ? 0 : length;
-    }
+    const std::ptrdiff_t count = size_ - first;
+    std::copy_n(list.origin + first, count, out.origin);
     if (is_doubtful(length)) {
-      close_before(size_ - first, length, out, [&](std::ptrdiff_t o) {
+      close_before(count, length, out, [&](std::ptrdiff_t o) {
         return ux * list.y[first + o] - uy * (base_ - list.x[first + o]);
       });
+      are_windows = false;
     }
-    return compact(list, first, size_ - first, length, out);
+    return are_windows ? count : compact(count, length, out);
   }
 
  private:
@@ -198,9 +211,15 @@ class FaceCrossing {
     }
   }
 
-  static std::ptrdiff_t compact(const List& list, std::ptrdiff_t first, std::ptrdiff_t count,
-                                Real length, const Columns& out) {
-    std::copy_n(list.origin + first, count, out.origin);
+  // Whether the next four are windows on a side of this length, given their widths, or as many of
+  // them as are left.
+  static bool are_all_windows(Lane width, Real length, std::ptrdiff_t left) {
+    const unsigned windows = first_bits(left);
+    return (less(narrow * length, width) & windows) == windows;
+  }
+
+  // Drops what is no window.
+  static std::ptrdiff_t compact(std::ptrdiff_t count, Real length, const Columns& out) {
     std::ptrdiff_t kept = 0;
     for (std::ptrdiff_t i = 0; i < count; ++i) {
       if (!(out.end[i] - out.begin[i] > narrow * length)) continue;

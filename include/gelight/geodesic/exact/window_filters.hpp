@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -8,6 +9,7 @@
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact/lane.hpp"
 #include "gelight/geodesic/exact/window_list.hpp"
 
 namespace gelight::detail {
@@ -28,19 +30,26 @@ struct EdgeBounds {
 template <std::floating_point Real>
 inline void drop_useless(const EdgeBounds& edge, WindowList<Real>& list) {
   const auto useless = [&](std::ptrdiff_t i) {
-    const Real b = list.begin[i], e = list.end[i], x = list.x[i], yy = list.y[i] * list.y[i];
-    const Real by_origin = edge.at_origin + e - list.start[i];
-    const Real by_tip = edge.at_tip + (edge.length - b) - list.start[i];
-    const Real to_end = (e - x) * (e - x) + yy, to_begin = (b - x) * (b - x) + yy;
-    return (by_origin * std::fabs(by_origin) < to_end * clearly_shorter) |
-           (by_tip * std::fabs(by_tip) < to_begin * clearly_shorter);
+    const Lane begin = Lane::load(list.begin + i), end = Lane::load(list.end + i);
+    const Lane x = Lane::load(list.x + i), y = Lane::load(list.y + i);
+    const Lane start = Lane::load(list.start + i);
+    const Lane by_origin = edge.at_origin + end - start;
+    const Lane by_tip = edge.at_tip + (edge.length - begin) - start;
+    const Lane to_end = (end - x) * (end - x) + y * y, to_begin = (begin - x) * (begin - x) + y * y;
+    return (less(by_origin * abs(by_origin), to_end * clearly_shorter) |
+            less(by_tip * abs(by_tip), to_begin * clearly_shorter)) &
+           first_bits(list.size - i);
   };
+  unsigned any = 0;
+  for (std::ptrdiff_t i = 0; i < list.size; i += lane_size) any |= useless(i);
+  if (any == 0) return;
   std::ptrdiff_t count = 0;
-  for (std::ptrdiff_t i = 0; i < list.size; ++i) count += useless(i) ? 0 : 1;
-  if (count == list.size) return;
-  count = 0;
-  for (std::ptrdiff_t i = 0; i < list.size; ++i) {
-    if (!useless(i)) list.move(count++, i);
+  for (std::ptrdiff_t i = 0; i < list.size; i += lane_size) {
+    const unsigned those = useless(i);
+    const std::ptrdiff_t end = std::min(i + lane_size, list.size);
+    for (std::ptrdiff_t k = i; k < end; ++k) {
+      if ((those >> (k - i) & 1) == 0) list.move(count++, k);
+    }
   }
   list.size = count;
 }
@@ -71,6 +80,13 @@ inline void drop_beyond(Real bound, const EdgeBounds& left, WindowList<Real>& li
 template <std::floating_point Real>
 inline void sort_windows(WindowList<Real>& list) {
   const auto middle = [&](std::ptrdiff_t i) { return list.begin[i] + list.end[i]; };
+  unsigned unsorted = 0;
+  for (std::ptrdiff_t i = 0; i + 1 < list.size; i += lane_size) {
+    const Lane here = Lane::load(list.begin + i) + Lane::load(list.end + i);
+    const Lane there = Lane::load(list.begin + i + 1) + Lane::load(list.end + i + 1);
+    unsorted |= less(there, here) & first_bits(list.size - 1 - i);
+  }
+  if (unsorted == 0) return;
   for (std::ptrdiff_t i = 1; i < list.size; ++i) {
     if (!(middle(i) < middle(i - 1))) continue;
     const Real key = middle(i);
@@ -91,14 +107,25 @@ class WindowTrimmer {
 
   void trim() {
     std::ptrdiff_t top = 0;
+    bool is_untouched = true;  // the window at the top is as it was
     for (std::ptrdiff_t i = 1; i < list_.size; ++i) {
+      if (is_untouched) {
+        const std::ptrdiff_t count = first_to_part(i - 1) + 1 - i;
+        if (top + 1 != i) list_.move(top + 1, i, count);
+        top += count;
+        i += count;
+        if (i == list_.size) break;
+      }
+      const Real begin = list_.begin[i], end = list_.end[i];
       Verdict verdict = Verdict::keep;
       while (top >= 0) {
         verdict = part(top, i);
         if (verdict != Verdict::drop_left) break;
         --top;
       }
-      if (verdict == Verdict::drop_right) continue;
+      is_untouched = verdict != Verdict::drop_right;
+      if (!is_untouched) continue;
+      is_untouched = begin == list_.begin[i] && end == list_.end[i];
       if (++top != i) list_.move(top, i);
     }
     list_.size = std::min(top + 1, list_.size);
@@ -112,6 +139,27 @@ class WindowTrimmer {
   static constexpr Real worth_parting = 0.5;
   // A gap of this share is rounding.
   static constexpr Real touching = 1e-12;
+
+  // The first window from one on that `part` may have to do with, beside the next one; the last of
+  // the list if there is none. Few are, so they are sought several at a time.
+  [[nodiscard]] std::ptrdiff_t first_to_part(std::ptrdiff_t first) const {
+    const std::ptrdiff_t last = list_.size - 1;
+    for (std::ptrdiff_t i = first; i < last; i += lane_size) {
+      const Lane begin_a = Lane::load(list_.begin + i), end_a = Lane::load(list_.end + i);
+      const Lane begin_b = Lane::load(list_.begin + i + 1), end_b = Lane::load(list_.end + i + 1);
+      const Lane overlap = min(end_a, end_b) - max(begin_a, begin_b);
+      const Lane narrower = min(end_a - begin_a, end_b - begin_b);
+      const Lane x = Lane::load(list_.x + i), y = Lane::load(list_.y + i);
+      const Lane dx = x - Lane::load(list_.x + i + 1), dy = y - Lane::load(list_.y + i + 1);
+      const Lane to_end = x - end_a;
+      const unsigned overlaps = less(worth_parting * narrower, overlap);
+      const unsigned are_apart =
+          less(rounding * rounding * (to_end * to_end + y * y), dx * dx + dy * dy);
+      const unsigned found = (overlaps | ~are_apart) & first_bits(last - i);
+      if (found != 0) return i + std::countr_zero(found);
+    }
+    return last;
+  }
 
   // Parts windows a and b, whose middle does not lie before that of a.
   Verdict part(std::ptrdiff_t a, std::ptrdiff_t b) {
@@ -203,15 +251,11 @@ class WindowTrimmer {
       const Real p = low - at_low * (high - low) / (at_high - at_low);
       if (!(p > low && p < high)) break;
       const Real at_p = distance_at(a, p) - distance_at(b, p);
-      if (at_p <= 0) {
-        low = p;
-        at_low = at_p;
-        at_high /= 2;
-      } else {
-        high = p;
-        at_high = at_p;
-        at_low /= 2;
-      }
+      const bool is_a_nearer = at_p <= 0;  // as often as not: chosen without branching
+      low = is_a_nearer ? p : low;
+      high = is_a_nearer ? high : p;
+      at_low = is_a_nearer ? at_p : at_low / 2;
+      at_high = is_a_nearer ? at_high / 2 : at_p;
     }
     return split_between(a, b, low, high);
   }

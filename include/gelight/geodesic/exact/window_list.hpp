@@ -103,6 +103,10 @@ struct WindowList : WindowColumns<Real> {
     this->copy(to, *this, i);
     start[to] = start[i];
   }
+  /// Several, to the front.
+  void move(std::ptrdiff_t to, std::ptrdiff_t first, std::ptrdiff_t count) {
+    for (std::ptrdiff_t i = 0; i < count; ++i) move(to + i, first + i);
+  }
 
  private:
   std::ptrdiff_t capacity_ = 0;

@@ -17,6 +17,7 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/exact/lane.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/shadow.hpp"
 #include "gelight/geodesic/exact/window_crossing.hpp"
@@ -205,7 +206,8 @@ class WindowPropagation {
   // What unfolding leaves in doubt of a path's direction, in radians; where it is short in its last
   // face, as much more as that is shorter than the edge before.
   static constexpr Real angle_rounding = 1e-12;
-  // A face no higher than this share of its edge has its apex on the edge, but for rounding.
+  // An image no farther than this share of the edge from a point of it is that point, but for
+  // rounding.
   static constexpr Real on_edge = 16 * std::numeric_limits<Real>::epsilon();
 
   void ask(double done) const { limits_->cancelled.check(done, "the exact solve"); }
@@ -392,6 +394,7 @@ class WindowPropagation {
     if (heap_.empty()) return;
     for (const Index out : surface_->corners(heap_.top())) {
       surface_->expect(out);
+      faces_->expect(out);
       waiting_.expect(out);
     }
   }
@@ -574,7 +577,7 @@ class WindowPropagation {
 
   [[gnu::always_inline]] void expect_list(Index h) const {
     waiting_.expect_windows(h);
-    prefetch(&faces_->apex(h), sizeof(Vec2<Real>));
+    faces_->expect(h);
   }
 
   [[noreturn]] void refuse_memory() const {
@@ -648,16 +651,19 @@ class WindowPropagation {
 
   void propagate(Index h) {
     waiting_.take_all(h, list_);
-    for (std::ptrdiff_t i = 0; i < list_.size; ++i) {
-      list_.start[i] = origins[list_.origin[i]].start;
+    std::fill_n(list_.origin + list_.size, lane_size, list_.origin[0]);
+    for (std::ptrdiff_t i = 0; i < list_.size; i += lane_size) {
+      const auto start = [&](std::ptrdiff_t k) { return origins[list_.origin[i + k]].start; };
+      Lane(start(0), start(1), start(2), start(3)).store(list_.start + i);
     }
     ++counts.lists;
     ++lists_in_turn_;
     counts.loaded += list_.size;
     const Real length = surface_->length(h);
     const bool sees_through_a_point = snap_images(h);
-    drop_useless({length, reach_of(surface_->origin(h), length, is_flat(h)),
-                  reach_of(surface_->tip(h), length, is_flat(h))},
+    const bool is_line = faces_->is_line(*surface_, h);
+    drop_useless({length, reach_of(surface_->origin(h), length, is_line),
+                  reach_of(surface_->tip(h), length, is_line)},
                  list_);
     if (bound_ < unreachable<Real>) drop_beyond(bound_at(surface_->origin(h)), rest_at(h), list_);
     if (limits_->ring < unreachable<Real>) drop_behind_rings(length);
@@ -679,9 +685,12 @@ class WindowPropagation {
   // whether there is one: all that lies beyond is seen through that one point, where its distance
   // ties with others.
   bool snap_images(Index h) {
-    bool is_behind_flat = false;
-    for (Index t = surface_->twin(h); t != h; t = surface_->twin(t)) is_behind_flat |= is_flat(t);
-    return is_behind_flat && snap_images(surface_->length(h));
+    if (!faces_->has_lines()) return false;
+    bool is_behind_line = false;
+    for (Index t = surface_->twin(h); t != h; t = surface_->twin(t)) {
+      is_behind_line |= faces_->is_line(*surface_, t);
+    }
+    return is_behind_line && snap_images(surface_->length(h));
   }
 
   bool snap_images(Real length) {
@@ -695,12 +704,6 @@ class WindowPropagation {
       any = true;
     }
     return any;
-  }
-
-  // Whether a face has no area, but for rounding.
-  [[nodiscard]] bool is_flat(Index h) const {
-    const Vec2<Real>& apex = faces_->apex(h);
-    return apex.y() <= on_edge * (surface_->length(h) + std::fabs(apex.x()));
   }
 
   // Windows go on for one edge behind the ring, to reach all vertices there.
@@ -719,11 +722,11 @@ class WindowPropagation {
   // the end; and where the window enters a face without area, into which it looks along the edge.
   // Else windows would circle for ever round vertices whose angles sum to nothing, as where edges
   // have no length, at the tips of needles, and round what is a line.
-  [[nodiscard]] Real reach_of(Index vertex, Real length, bool is_flat) const {
+  [[nodiscard]] Real reach_of(Index vertex, Real length, bool is_line) const {
     const Real distance = distances[vertex];
     const auto bend = faces_->bend(vertex);
     const bool is_enough =
-        is_flat || bend == PlanarFaces::Bend::any || bend == PlanarFaces::Bend::tip;
+        is_line || bend == PlanarFaces::Bend::any || bend == PlanarFaces::Bend::tip;
     return is_enough ? distance - tie * (distance + length) : distance;
   }
 
@@ -743,13 +746,14 @@ class WindowPropagation {
 
   void cross(Index h) {
     const Index left = Mesh::previous(h), right = Mesh::next(h);
-    const std::ptrdiff_t left_count = can_cross(left) ? crossing_.left_count(list_) : 0;
+    const auto sides = crossing_.sides(list_);
+    const std::ptrdiff_t left_count = can_cross(left) ? sides.left_count : 0;
     if (left_count > 0) {
       const typename WindowStore::Batch batch = waiting_.allocate(left_count);
       deliver(left, batch,
               crossing_.cross_left(list_, left_count, surface_->length(left), batch.windows));
     }
-    const std::ptrdiff_t first = can_cross(right) ? crossing_.right_begin(list_) : list_.size;
+    const std::ptrdiff_t first = can_cross(right) ? sides.right_begin : list_.size;
     if (first < list_.size) {
       const typename WindowStore::Batch batch = waiting_.allocate(list_.size - first);
       deliver(right, batch,
