@@ -161,6 +161,31 @@ TEST_CASE("several vectors: each near its source, lengths blended") {
   }
 }
 
+TEST_CASE("what is carried from a border, or much longer, ends halfway to the next source") {
+  constexpr Index cells = 32, side = cells + 1, middle = cells / 2;
+  const auto mesh = grid<double>(cells, cells, 1.0, 1.0);
+  const VectorHeatSolver solver(mesh);
+  const auto vertex = [&](Index x, Index y) { return y * side + x; };
+  const std::array<std::array<Index, 2>, 4> pairs{{{vertex(0, 0), vertex(middle, middle)},
+                                                   {vertex(middle, 0), vertex(middle, middle)},
+                                                   {vertex(middle, 0), vertex(0, cells)},
+                                                   {vertex(8, middle), vertex(24, middle)}}};
+  for (const auto& [a, b] : pairs) {
+    const auto extended = solver.extend(std::vector<Index>{a, b}, std::vector<double>{0, 1});
+    for (const double length : {1e-6, 1.0, 1e6}) {
+      const auto carried = solver.transport(std::vector<VectorSource<double>>{
+          {vertex_point<double>(a), {1, 0, 0}}, {vertex_point<double>(b), {0, length, 0}}});
+      for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        const double to_a = (at(mesh, v) - at(mesh, static_cast<std::size_t>(a))).norm();
+        const double to_b = (at(mesh, v) - at(mesh, static_cast<std::size_t>(b))).norm();
+        if (std::abs(to_a - to_b) < 0.5 / cells) continue;
+        CHECK((extended[v] > 0.5) == (to_b < to_a));
+        CHECK((carried[v].y() > carried[v].x()) == (to_b < to_a));
+      }
+    }
+  }
+}
+
 TEST_CASE("log map of a flat sheet is the difference of positions") {
   const auto mesh = grid<double>(40, 40);
   const VectorHeatSolver solver(mesh);

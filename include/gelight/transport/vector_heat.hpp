@@ -105,7 +105,9 @@ class VectorHeatSolver {
   /// surface, and a vertex out of range or without faces.
   [[nodiscard]] std::vector<Vec3<T>> transport(Index vertex, const Vec3<T>& vector) const;
 
-  /// Carries each vector over the region nearest to its source, blended between them.
+  /// Carries each vector over the region nearest to its source, blended between them: directions
+  /// over an edge or two, whatever the lengths; lengths as means of all, weighted by heat, so that
+  /// one k times as long as its neighbour is felt some ln(k) mean edges beyond halfway.
   [[nodiscard]] std::vector<Vec3<T>> transport(std::span<const VectorSource<T>> sources) const;
 
   /// The same vectors as `transport` gives, with an estimate of their error, which `transport`

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -444,8 +443,7 @@ class HeatEngine {
     return {u[v[0]], u[v[1]], u[v[2]]};
   }
 
-  // Fronts meet halfway where as much heat arrives from one point as from another. It spreads in
-  // the angle that the faces make around a vertex: half a turn at a border takes half the heat.
+  // Fronts meet halfway where as much heat arrives from one point as from another.
   void put_load(std::span<const Point> points, Array<Real>& load) const {
     using Kind = typename Point::Kind;
     load.assign(static_cast<std::size_t>(surface_.vertex_count()), 0);
@@ -454,24 +452,9 @@ class HeatEngine {
       if (point.kind == Kind::face) vertices = surface_.face(point.element[0]);
       const std::size_t count = point.kind == Kind::vertex ? 1 : point.kind == Kind::edge ? 2 : 3;
       for (std::size_t k = 0; k < count; ++k) {
-        load[vertices[k]] += point.weights[k] * share_of_turn(vertices[k]);
+        load[vertices[k]] += point.weights[k] * system_->share_of_turn(vertices[k]);
       }
     }
-  }
-
-  // The angle of the faces around a vertex as a share of a whole turn; 1 where there are none. At a
-  // tip sharper than a corner of a rectangle it is that corner's: heat that has left the tip
-  // spreads as from any other place.
-  [[nodiscard]] Real share_of_turn(Index v) const {
-    using namespace arithmetic;
-    Real angle = 0;
-    for (const Index h : surface_.corners(v)) {
-      const Vec3<Real> a = surface_.position(surface_.tip(h)) - surface_.position(v);
-      const Vec3<Real> b = surface_.position(surface_.apex(h)) - surface_.position(v);
-      angle += std::atan2(norm(cross<Real>(a, b)), dot(a, b));
-    }
-    constexpr Real least = 0.25;
-    return angle > 0 ? std::max(least, angle / (2 * std::numbers::pi_v<Real>)) : 1;
   }
 
   // Heat that is held at zero at the border.

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <memory>
+#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -56,6 +58,22 @@ struct HeatSystem {
     }
     (void)dissection(cancelled.part(0.1, 0.2));
     if (backend != nullptr) analysis_ = backend(*pattern, dissection()->order());
+  }
+
+  /// How much heat a source at a vertex takes, so that it is felt as far as any other: the angle
+  /// of the faces there, in which its heat spreads, as a share of a whole turn. 1 where there are
+  /// no faces. At a tip sharper than a corner of a rectangle it is that corner's: heat that has
+  /// left the tip spreads as from any other place.
+  [[nodiscard]] Real share_of_turn(Index v) const {
+    using namespace arithmetic;
+    Real angle = 0;
+    for (const Index h : surface_.corners(v)) {
+      const Vec3<Real> a = surface_.position(surface_.tip(h)) - surface_.position(v);
+      const Vec3<Real> b = surface_.position(surface_.apex(h)) - surface_.position(v);
+      angle += std::atan2(norm(cross<Real>(a, b)), dot(a, b));
+    }
+    constexpr Real least = 0.25;
+    return angle > 0 ? std::max(least, angle / (2 * std::numbers::pi_v<Real>)) : 1;
   }
 
   using Factor = std::shared_ptr<const LinearFactor<Real>>;

@@ -8,7 +8,6 @@
 #include <limits>
 #include <memory>
 #include <numbers>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -79,12 +78,12 @@ class VectorHeatEngine {
     const CancelHook cancelled = asked_in_query();
     Field load(vertex_count(), 0);
     Array<Real> length_load(vertex_count(), 0), share_load(vertex_count(), 0);
+    Real length = 0;
     for (std::size_t s = 0; s < sources.size(); ++s) {
-      add_source(sources[s], s, load, length_load, share_load);
+      length = add_source(sources[s], s, load, length_load, share_load);
     }
     auto carried = unit_directions(flow(load, cancelled.part(0, 0.6)));
     if (sources.size() == 1) {
-      const Real length = std::accumulate(length_load.begin(), length_load.end(), 0.0);
       for (auto& z : carried) z *= length;
     } else {
       const auto lengths = ratio(length_load, share_load, cancelled.part(0.6, 1));
@@ -136,8 +135,9 @@ class VectorHeatEngine {
     for (std::size_t k = 0; k < vertices.size(); ++k) {
       surface_.require_vertex(vertices[k]);
       require(std::isfinite(values[k]), "value ", k, " is ", values[k], ", which is not finite");
-      value_load[vertices[k]] += Real{values[k]};
-      share_load[vertices[k]] += 1;
+      const Real share = system_->share_of_turn(vertices[k]);
+      value_load[vertices[k]] += share * Real{values[k]};
+      share_load[vertices[k]] += share;
       require(std::isfinite(value_load[vertices[k]]), "the values of vertex ", vertices[k],
               " sum to ", value_load[vertices[k]]);
     }
@@ -456,7 +456,8 @@ class VectorHeatEngine {
     }
   }
 
-  void add_source(const VectorSource<T>& source, std::size_t number, Field& load,
+  // Returns the length of the vector that is carried.
+  Real add_source(const VectorSource<T>& source, std::size_t number, Field& load,
                   Array<Real>& lengths, Array<Real>& shares) const {
     surface_.require_point(source.point);
     const auto point = simplified(surface_, source.point.template cast<Real>());
@@ -471,14 +472,18 @@ class VectorHeatEngine {
             length, " long, longer than one of its parts can be");
     require(length > normal_share * stable_norm(vector), "the vector of source ", number, ", (",
             vector[0], ", ", vector[1], ", ", vector[2], "), has no part tangent to the surface");
-    const auto add = [&](Index v, Real weight, Real turn) {
-      load[v] += weight * tangent * std::polar(1.0, turn);
+    // Of length 1: a longer one would be carried far into the regions of shorter ones.
+    const auto unit = tangent / length;
+    const auto add = [&](Index v, Real share, Real turn) {
+      const Real weight = share * system_->share_of_turn(v);
+      load[v] += weight * unit * std::polar(1.0, turn);
       lengths[v] += weight * length;
       shares[v] += weight;
       require(std::isfinite(lengths[v]), "with that of source ", number,
               ", the vectors' lengths at vertex ", v, " sum to ", lengths[v]);
     };
     for_each_vertex_of(point, add);
+    return length;
   }
 
   // Calls `visit(vertex, weight, turn)` for the vertices of a point's element: turning a vector
