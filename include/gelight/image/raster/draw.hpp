@@ -60,35 +60,26 @@ class LaneDrawing {
   static constexpr double infinity = std::numeric_limits<double>::infinity();
   static constexpr Doubles none{}, inside = none + infinity, outside = none - infinity;
 
-  /// The areas that pixels span with the sides of a face. Of pixels that are not to be drawn, the
-  /// limit to them is negative.
+  /// The areas that pixels span with the sides of a face. Where a pixel is beyond its box, one of
+  /// them is negative.
   struct Areas {
-    Doubles a, b, c, limit;
+    Doubles a, b, c;
   };
-
-  /// More than any area from half a pixel within on, and less from half a pixel without.
-  static constexpr double beyond_all = 1e300;
-  static void limit_within(const Doubles& steps, Index most, Doubles& limit) {
-    const Doubles to_end = static_cast<double>(most) - steps;
-    limit = ((to_end < steps ? to_end : steps) + 0.5) * beyond_all;
-  }
 
   /// A block of pixels after the other, from the top.
   void draw_narrow(std::size_t i, const PixelBox& box, Doubles& doubts) {
     const auto &p = of_.sides[0], &q = of_.sides[1], &r = of_.sides[2];
     const Index x = std::min(box.first_column, width_ - pixels_at_once);
     const Doubles steps = Numbers::column - static_cast<double>(box.first_column - x);
-    Doubles limit;
-    limit_within(steps, box.last_column - box.first_column, limit);
     const Doubles step_p = steps * p.dy[i], step_q = steps * q.dy[i], step_r = steps * r.dy[i];
+    const Doubles last_y = static_cast<double>(box.last_row) - none;
     Doubles y = Numbers::row + static_cast<double>(box.first_row);
     T* here = target_.depth(x, box.first_row);
     for (Index rows = box.last_row - box.first_row;; rows -= rows_at_once) {
-      const Doubles row_limit = (box.last_row + 0.5 - y) * beyond_all;
+      y = last_y < y ? last_y : y;  // so that a row that is left over is the last one again
       const Areas areas{(p.dx[i] * (y - p.y[i]) - p.across[i]) - step_p,
                         (q.dx[i] * (y - q.y[i]) - q.across[i]) - step_q,
-                        (r.dx[i] * (y - r.y[i]) - r.across[i]) - step_r,
-                        row_limit < limit ? row_limit : limit};
+                        (r.dx[i] * (y - r.y[i]) - r.across[i]) - step_r};
       show(i, here, target_.below(here, std::min(rows_at_once - 1, rows)), areas, doubts);
       if (rows < rows_at_once) return;
       y += static_cast<double>(rows_at_once);
@@ -156,9 +147,8 @@ class LaneDrawing {
     for (Index u = first; u <= last; u += lanes) {
       const Index x = std::min(u, width_ - lanes);
       const Doubles steps = Numbers::all - static_cast<double>(first - x);
-      Areas areas{start_p - steps * p.dy[i], start_q - steps * q.dy[i], start_r - steps * r.dy[i],
-                  none};
-      limit_within(steps, last - first, areas.limit);
+      const Areas areas{start_p - steps * p.dy[i], start_q - steps * q.dy[i],
+                        start_r - steps * r.dy[i]};
       T* const here = target_.depth(x, v);
       show(i, here, here + (lanes - pixels_at_once), areas, doubts);
     }
@@ -167,9 +157,8 @@ class LaneDrawing {
   /// Notes the largest of what makes pixels doubtful: the smallest areas of those that are not
   /// shown.
   void show(std::size_t i, T* here, T* there, const Areas& areas, Doubles& doubts) {
-    const auto& [a, b, c, limit] = areas;
-    const Doubles a_or_b = b < a ? b : a, one = c < a_or_b ? c : a_or_b;
-    const Doubles smallest = limit < one ? limit : one;
+    const auto& [a, b, c] = areas;
+    const Doubles a_or_b = b < a ? b : a, smallest = c < a_or_b ? c : a_or_b;
     const auto is_covered = smallest > of_.doubtful[i];
     const Doubles doubt = is_covered ? outside : smallest;
     doubts = doubts < doubt ? doubt : doubts;
