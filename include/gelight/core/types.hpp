@@ -25,80 +25,85 @@ using Vec3 = Eigen::Matrix<T, 3, 1>;
 
 /// The arithmetic of points and vectors, spelled out: what Eigen's operators compute, but without
 /// their expressions, whose types are a good part of what it costs to compile a program.
-/// Sums go from the first coordinate to the last, whatever the processor and the type. They are
-/// apart, so that a program with `using namespace gelight` keeps Eigen's own operators, on which
-/// its expressions are built.
+/// (And by `coeff`: `[]` makes an evaluator for every number, with which programs that are not
+/// optimised take twice as long.) Sums go from the first coordinate to the last, whatever the
+/// processor and the type. They are apart, so that a program with `using namespace gelight` keeps
+/// Eigen's own operators, on which its expressions are built.
 namespace detail::arithmetic {
 
 template <std::floating_point T>
 [[nodiscard]] Vec2<T> operator+(const Vec2<T>& a, const Vec2<T>& b) {
-  return {a[0] + b[0], a[1] + b[1]};
+  return {a.coeff(0) + b.coeff(0), a.coeff(1) + b.coeff(1)};
 }
 template <std::floating_point T>
 [[nodiscard]] Vec2<T> operator-(const Vec2<T>& a, const Vec2<T>& b) {
-  return {a[0] - b[0], a[1] - b[1]};
+  return {a.coeff(0) - b.coeff(0), a.coeff(1) - b.coeff(1)};
 }
 template <std::floating_point T>
 [[nodiscard]] Vec2<T> operator-(const Vec2<T>& a) {
-  return {-a[0], -a[1]};
+  return {-a.coeff(0), -a.coeff(1)};
 }
 template <std::floating_point T, class S>
 requires std::same_as<S, T> || std::integral<S>
 [[nodiscard]] Vec2<T> operator*(S s, const Vec2<T>& a) {
-  return {static_cast<T>(s) * a[0], static_cast<T>(s) * a[1]};
+  return {static_cast<T>(s) * a.coeff(0), static_cast<T>(s) * a.coeff(1)};
 }
 template <std::floating_point T, class S>
 requires std::same_as<S, T> || std::integral<S>
 [[nodiscard]] Vec2<T> operator*(const Vec2<T>& a, S s) {
-  return {a[0] * static_cast<T>(s), a[1] * static_cast<T>(s)};
+  return {a.coeff(0) * static_cast<T>(s), a.coeff(1) * static_cast<T>(s)};
 }
 template <std::floating_point T, class S>
 requires std::same_as<S, T> || std::integral<S>
 [[nodiscard]] Vec2<T> operator/(const Vec2<T>& a, S s) {
-  return {a[0] / static_cast<T>(s), a[1] / static_cast<T>(s)};
+  return {a.coeff(0) / static_cast<T>(s), a.coeff(1) / static_cast<T>(s)};
 }
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> operator+(const Vec3<T>& a, const Vec3<T>& b) {
-  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+  return {a.coeff(0) + b.coeff(0), a.coeff(1) + b.coeff(1), a.coeff(2) + b.coeff(2)};
 }
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> operator-(const Vec3<T>& a, const Vec3<T>& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  return {a.coeff(0) - b.coeff(0), a.coeff(1) - b.coeff(1), a.coeff(2) - b.coeff(2)};
 }
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> operator-(const Vec3<T>& a) {
-  return {-a[0], -a[1], -a[2]};
+  return {-a.coeff(0), -a.coeff(1), -a.coeff(2)};
 }
 template <std::floating_point T, class S>
 requires std::same_as<S, T> || std::integral<S>
 [[nodiscard]] Vec3<T> operator*(S s, const Vec3<T>& a) {
-  return {static_cast<T>(s) * a[0], static_cast<T>(s) * a[1], static_cast<T>(s) * a[2]};
+  return {static_cast<T>(s) * a.coeff(0), static_cast<T>(s) * a.coeff(1),
+          static_cast<T>(s) * a.coeff(2)};
 }
 template <std::floating_point T, class S>
 requires std::same_as<S, T> || std::integral<S>
 [[nodiscard]] Vec3<T> operator*(const Vec3<T>& a, S s) {
-  return {a[0] * static_cast<T>(s), a[1] * static_cast<T>(s), a[2] * static_cast<T>(s)};
+  return {a.coeff(0) * static_cast<T>(s), a.coeff(1) * static_cast<T>(s),
+          a.coeff(2) * static_cast<T>(s)};
 }
 template <std::floating_point T, class S>
 requires std::same_as<S, T> || std::integral<S>
 [[nodiscard]] Vec3<T> operator/(const Vec3<T>& a, S s) {
-  return {a[0] / static_cast<T>(s), a[1] / static_cast<T>(s), a[2] / static_cast<T>(s)};
+  return {a.coeff(0) / static_cast<T>(s), a.coeff(1) / static_cast<T>(s),
+          a.coeff(2) / static_cast<T>(s)};
 }
 template <std::floating_point T>
 Vec3<T>& operator+=(Vec3<T>& a, const Vec3<T>& b) {
-  for (int i = 0; i < 3; ++i) a[i] += b[i];
+  for (int i = 0; i < 3; ++i) a.coeffRef(i) += b.coeff(i);
   return a;
 }
 template <std::floating_point T>
 Vec3<T>& operator-=(Vec3<T>& a, const Vec3<T>& b) {
-  for (int i = 0; i < 3; ++i) a[i] -= b[i];
+  for (int i = 0; i < 3; ++i) a.coeffRef(i) -= b.coeff(i);
   return a;
 }
 /// A matrix times a vector.
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> operator*(const Eigen::Matrix<T, 3, 3>& m, const Vec3<T>& v) {
   Vec3<T> out;
-  for (int i = 0; i < 3; ++i) out[i] = m(i, 0) * v[0] + m(i, 1) * v[1] + m(i, 2) * v[2];
+  for (int i = 0; i < 3; ++i)
+    out[i] = m(i, 0) * v.coeff(0) + m(i, 1) * v.coeff(1) + m(i, 2) * v.coeff(2);
   return out;
 }
 
@@ -113,11 +118,11 @@ using namespace arithmetic;
 /// Scalar product.
 template <std::floating_point T>
 [[nodiscard]] T dot(const Vec2<T>& a, const Vec2<T>& b) {
-  return a[0] * b[0] + a[1] * b[1];
+  return a.coeff(0) * b.coeff(0) + a.coeff(1) * b.coeff(1);
 }
 template <std::floating_point T>
 [[nodiscard]] T dot(const Vec3<T>& a, const Vec3<T>& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  return a.coeff(0) * b.coeff(0) + a.coeff(1) * b.coeff(1) + a.coeff(2) * b.coeff(2);
 }
 /// Square of the length.
 template <std::floating_point T>
@@ -153,27 +158,31 @@ template <std::floating_point T>
 /// In another precision.
 template <std::floating_point To, std::floating_point T>
 [[nodiscard]] Vec2<To> cast(const Vec2<T>& v) {
-  return {static_cast<To>(v[0]), static_cast<To>(v[1])};
+  return {static_cast<To>(v.coeff(0)), static_cast<To>(v.coeff(1))};
 }
 template <std::floating_point To, std::floating_point T>
 [[nodiscard]] Vec3<To> cast(const Vec3<T>& v) {
-  return {static_cast<To>(v[0]), static_cast<To>(v[1]), static_cast<To>(v[2])};
+  return {static_cast<To>(v.coeff(0)), static_cast<To>(v.coeff(1)), static_cast<To>(v.coeff(2))};
 }
 /// The least and the greatest of each coordinate.
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> least_of(const Vec3<T>& a, const Vec3<T>& b) {
-  return {std::min(a[0], b[0]), std::min(a[1], b[1]), std::min(a[2], b[2])};
+  return {std::min(a.coeff(0), b.coeff(0)), std::min(a.coeff(1), b.coeff(1)),
+          std::min(a.coeff(2), b.coeff(2))};
 }
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> greatest_of(const Vec3<T>& a, const Vec3<T>& b) {
-  return {std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2])};
+  return {std::max(a.coeff(0), b.coeff(0)), std::max(a.coeff(1), b.coeff(1)),
+          std::max(a.coeff(2), b.coeff(2))};
 }
 ///@}
 
 /// Cross product. (Eigen's own needs its Geometry module, which doubles the time to compile.)
 template <class T>
 [[nodiscard]] Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  return {a.coeff(1) * b.coeff(2) - a.coeff(2) * b.coeff(1),
+          a.coeff(2) * b.coeff(0) - a.coeff(0) * b.coeff(2),
+          a.coeff(0) * b.coeff(1) - a.coeff(1) * b.coeff(0)};
 }
 
 namespace detail {
@@ -241,7 +250,7 @@ using Deferred = typename DeferredType<Type, T>::Is;
 template <class V>
 [[nodiscard]] bool is_finite(const V& v) {
   for (int i = 0; i < v.size(); ++i) {
-    if (!std::isfinite(v[i])) return false;
+    if (!std::isfinite(v.coeff(i))) return false;
   }
   return true;
 }
@@ -250,14 +259,14 @@ template <class V>
 template <class V>
 [[nodiscard]] typename V::Scalar largest_part(const V& v) {
   typename V::Scalar largest = 0;
-  for (int i = 0; i < v.size(); ++i) largest = std::max(largest, std::abs(v[i]));
+  for (int i = 0; i < v.size(); ++i) largest = std::max(largest, std::abs(v.coeff(i)));
   return largest;
 }
 
 template <class V>
 [[nodiscard]] typename V::Scalar sum_of_squares(const V& v) {
   typename V::Scalar sum = 0;
-  for (int i = 0; i < v.size(); ++i) sum += v[i] * v[i];
+  for (int i = 0, size = static_cast<int>(v.size()); i < size; ++i) sum += v.coeff(i) * v.coeff(i);
   return sum;
 }
 
@@ -275,7 +284,7 @@ template <class V>
   const typename V::Scalar largest = largest_part(v);
   if (!(largest > 0 && std::isfinite(largest))) return {v, 0};
   const int exponent = -std::ilogb(largest);
-  for (int i = 0; i < v.size(); ++i) v[i] = std::ldexp(v[i], exponent);
+  for (int i = 0; i < v.size(); ++i) v.coeffRef(i) = std::ldexp(v.coeff(i), exponent);
   return {v, exponent};
 }
 
@@ -296,7 +305,7 @@ template <class V>
   PlainVector<V> v = vector;
   if (!is_safe_square(sum_of_squares(v))) v = scaled(v).first;
   const auto norm = std::sqrt(sum_of_squares(v));
-  for (int i = 0; norm != 0 && i < v.size(); ++i) v[i] /= norm;
+  for (int i = 0; norm != 0 && i < v.size(); ++i) v.coeffRef(i) /= norm;
   return v;
 }
 
@@ -305,7 +314,7 @@ template <class T>
 [[nodiscard]] Vec3<T> unit_orthogonal(const Vec3<T>& v) {
   // Across the axis that the vector is farthest from.
   int axis = 0;
-  for (int i = 1; i < 3; ++i) axis = std::abs(v[i]) < std::abs(v[axis]) ? i : axis;
+  for (int i = 1; i < 3; ++i) axis = std::abs(v.coeff(i)) < std::abs(v.coeff(axis)) ? i : axis;
   return stable_unit(cross<T>(stable_unit(v), Vec3<T>(axis == 0, axis == 1, axis == 2)));
 }
 

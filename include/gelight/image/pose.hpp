@@ -41,10 +41,11 @@ struct Pose {
                                                                        const Number& y,
                                                                        const Number& z) const {
     // Spelled out, with sums in Eigen's order: its product takes long to compile.
-    const Eigen::Matrix3d& r = rotation;
-    return {r(0, 0) * x + r(0, 1) * y + r(0, 2) * z + translation[0],
-            r(1, 0) * x + r(1, 1) * y + r(1, 2) * z + translation[1],
-            r(2, 0) * x + (r(2, 1) * y + r(2, 2) * z) + translation[2]};
+    const auto r = [this](Index i, Index j) { return rotation.coeff(i, j); };
+    const auto t = [this](Index i) { return translation.coeff(i); };
+    return {r(0, 0) * x + r(0, 1) * y + r(0, 2) * z + t(0),
+            r(1, 0) * x + r(1, 1) * y + r(1, 2) * z + t(1),
+            r(2, 0) * x + (r(2, 1) * y + r(2, 2) * z) + t(2)};
   }
 
   /// Throws InvalidInput for a number that is not finite.

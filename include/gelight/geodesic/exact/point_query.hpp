@@ -138,15 +138,16 @@ class PointQuery {
     for (Index h = 3 * f; h < 3 * f + 3; ++h) {
       if (weights[static_cast<std::size_t>((h + 2) % 3)] == 0) continue;
       const Vec2<Real> at = solution_.faces->place(solution_.surface, h, weights);
+      const Real x = at.x(), y = at.y(), length = solution_.surface.length(h);
       solution_.windows->for_each(h, [&](const WindowColumns<Real>& w, std::ptrdiff_t count) {
         for (std::ptrdiff_t i = 0; i < count; ++i) {
           const Real start = solution_.origins[w.origin[i]].start, rest = limit - start;
-          const Real dx = at.x() - w.x[i], dy = at.y() - w.y[i];
+          const Real dx = x - w.x[i], dy = y - w.y[i];
           if (rest < 0 || dx * dx + dy * dy > rest * rest) continue;
-          const Real crossing = straight_crossing(w.x[i], w.y[i], at);
-          const Real outside = std::max(-crossing, crossing - solution_.surface.length(h));
-          if (outside > rounding * solution_.surface.length(h)) continue;
-          const Real d = start + distance_through(w.begin[i], w.end[i], w.x[i], w.y[i], at);
+          const Real crossing = straight_crossing(w.x[i], w.y[i], x, y);
+          const Real outside = std::max(-crossing, crossing - length);
+          if (outside > rounding * length) continue;
+          const Real d = start + distance_through(w.begin[i], w.end[i], w.x[i], w.y[i], x, y);
           visit(d, Arrival{{w.x[i], w.y[i]}, h, w.origin[i]}, at);
         }
       });

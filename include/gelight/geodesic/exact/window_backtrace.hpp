@@ -240,11 +240,12 @@ class WindowBacktrace {
       const Real length = solution_.surface.length(h);
       solution_.windows->for_each(h, [&](const WindowColumns<Real>& w, std::ptrdiff_t count) {
         for (std::ptrdiff_t k = 0; k < count; ++k) {
-          const Real straight = straight_crossing(w.x[k], w.y[k], at);
+          const Real straight = straight_crossing(w.x[k], w.y[k], at.x(), at.y());
           const Real x = std::clamp(straight, w.begin[k], w.end[k]);
           if (norm(at - Vec2<Real>(x, 0)) <= near(h)) continue;
-          const Real distance = solution_.origins[w.origin[k]].start +
-                                distance_through(w.begin[k], w.end[k], w.x[k], w.y[k], at);
+          const Real distance =
+              solution_.origins[w.origin[k]].start +
+              distance_through(w.begin[k], w.end[k], w.x[k], w.y[k], at.x(), at.y());
           if (!(distance < best.distance)) continue;
           const Real t = std::clamp(x / length, 0.0, 1.0);
           consider(distance, i,

@@ -17,23 +17,20 @@ namespace gelight::detail {
 
 /// Where the straight line from (x, y), y < 0, to a point on or above the x axis crosses the axis.
 template <std::floating_point Real>
-[[nodiscard]] inline Real straight_crossing(Real x, Real y, const Vec2<Real>& to) {
-  const Real height = to.y() - y;
-  return height > 0 ? x + (to.x() - x) * (-y / height) : to.x();
+[[nodiscard]] inline Real straight_crossing(Real x, Real y, Real to_x, Real to_y) {
+  const Real height = to_y - y;
+  return height > 0 ? x + (to_x - x) * (-y / height) : to_x;
 }
 
 /// Length of the shortest path from (x, y), y < 0, through the points begin to end of the x axis to
 /// a point on or above it.
 template <std::floating_point Real>
-[[nodiscard]] inline Real distance_through(Real begin, Real end, Real x, Real y,
-                                           const Vec2<Real>& to) {
-  const Real straight = straight_crossing(x, y, to);
+[[nodiscard]] inline Real distance_through(Real begin, Real end, Real x, Real y, Real to_x,
+                                           Real to_y) {
+  const Real straight = straight_crossing(x, y, to_x, to_y);
   const Real p = std::clamp(straight, begin, end);
-  if (p == straight) {
-    return std::sqrt((to.x() - x) * (to.x() - x) + (to.y() - y) * (to.y() - y));
-  }
-  return std::sqrt((p - x) * (p - x) + y * y) +
-         std::sqrt((p - to.x()) * (p - to.x()) + to.y() * to.y());
+  if (p == straight) return std::sqrt((to_x - x) * (to_x - x) + (to_y - y) * (to_y - y));
+  return std::sqrt((p - x) * (p - x) + y * y) + std::sqrt((p - to_x) * (p - to_x) + to_y * to_y);
 }
 
 /// An image on an edge's line is kept this share of the length below it, far less than rounding, so

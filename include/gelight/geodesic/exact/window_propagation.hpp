@@ -491,7 +491,7 @@ class WindowPropagation {
     Real doubt = angle_rounding;
     if (last.entry >= 0) {
       const Vec2<Real>&image = last.image, &apex = faces_->apex(last.entry);
-      const Vec2<Real> entry(straight_crossing(image.x(), image.y(), apex), 0);
+      const Vec2<Real> entry(straight_crossing(image.x(), image.y(), apex.x(), apex.y()), 0);
       corner = Mesh::previous(last.entry);
       back = into_frame(image, apex, {0, 0});
       doubt += angle_rounding * surface_->length(last.entry) / stable_norm(apex - entry);

@@ -50,7 +50,7 @@ struct PositionBatch {
   std::size_t count = 0;
 
   void add(const Vec3<double>& p) {
-    x[count] = p[0], y[count] = p[1], z[count] = p[2];
+    x[count] = p.coeff(0), y[count] = p.coeff(1), z[count] = p.coeff(2);
     ++count;
   }
   /// Behind the last point comes that again, up to a multiple of four.
