@@ -59,9 +59,10 @@ class PointQuery {
     End best{unreachable<Real>, p, {}};
     for_each_end(p, best.distance, [&](Real distance, const Arrival& last, const Vec2<Real>& at) {
       if (!(distance < best.distance)) return;
+      // (Copies that are moved in: to assign is one of Eigen's expressions.)
       best.distance = distance;
-      best.last = last;
-      best.at = at;
+      best.last = Arrival(last);
+      best.at = Vec2<Real>(at);
     });
     from_fronts(p, best);
     return best;
