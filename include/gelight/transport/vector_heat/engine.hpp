@@ -77,18 +77,18 @@ class VectorHeatEngine {
     require(!sources.empty(), "there is no source");
     const CancelHook cancelled = asked_in_query();
     Field load(vertex_count(), 0);
-    Array<Real> length_load(vertex_count(), 0), share_load(vertex_count(), 0);
+    Array<Real> lengths(vertex_count(), 0), counts(vertex_count(), 0);
     Real length = 0;
     for (std::size_t s = 0; s < sources.size(); ++s) {
-      length = add_source(sources[s], s, load, length_load, share_load);
+      length = add_source(sources[s], s, load, lengths, counts);
     }
     auto carried = unit_directions(flow(load, cancelled.part(0, 0.6)));
     if (sources.size() == 1) {
       for (auto& z : carried) z *= length;
     } else {
-      const auto lengths = ratio(length_load, share_load, cancelled.part(0.6, 1));
+      const auto means = carried_mean(lengths, counts, cancelled.part(0.6, 1));
       for (Index v = 0; v < surface_.vertex_count(); ++v) {
-        if (carried[v] != 0.0) carried[v] *= lengths[v];
+        if (carried[v] != 0.0) carried[v] *= means[v];
       }
     }
     return embedded(carried);
@@ -131,17 +131,16 @@ class VectorHeatEngine {
     require(!vertices.empty(), "there is no vertex to extend from");
     require(vertices.size() == values.size(), "there are ", vertices.size(), " vertices and ",
             values.size(), " values");
-    Array<Real> value_load(vertex_count(), 0), share_load(vertex_count(), 0);
+    Array<Real> sums(vertex_count(), 0), counts(vertex_count(), 0);
     for (std::size_t k = 0; k < vertices.size(); ++k) {
       surface_.require_vertex(vertices[k]);
       require(std::isfinite(values[k]), "value ", k, " is ", values[k], ", which is not finite");
-      const Real share = system_->share_of_turn(vertices[k]);
-      value_load[vertices[k]] += share * Real{values[k]};
-      share_load[vertices[k]] += share;
-      require(std::isfinite(value_load[vertices[k]]), "the values of vertex ", vertices[k],
-              " sum to ", value_load[vertices[k]]);
+      sums[vertices[k]] += Real{values[k]};
+      counts[vertices[k]] += 1;
+      require(std::isfinite(sums[vertices[k]]), "the values of vertex ", vertices[k], " sum to ",
+              sums[vertices[k]]);
     }
-    const auto extended = ratio(value_load, share_load, asked_in_query());
+    const auto extended = carried_mean(sums, counts, asked_in_query());
     std::vector<T> result(extended.size());
     for (std::size_t i = 0; i < result.size(); ++i) result[i] = static_cast<T>(extended.data()[i]);
     return result;
@@ -402,23 +401,31 @@ class VectorHeatEngine {
     }
   }
 
-  // Quotient of two heat flows: a mean of value / share, weighted by nearness. NaN where no heat.
-  // Never outside the range of what it is a mean of, where obtuse corners of the border, whose
-  // weights are negative, would take it.
-  [[nodiscard]] Array<Real> ratio(const Array<Real>& values, const Array<Real>& shares,
-                                  const CancelHook& cancelled) const {
-    const auto& system = *system_;
-    const auto reached = system.reached_from(shares);
-    const auto& factor = system.heat_factor(cancelled.part(0, 0.5));
-    const auto above = heat_flow(system.heat, factor, values, reached, cancelled.part(0.5, 0.75));
-    const auto below = heat_flow(system.heat, factor, shares, reached, cancelled.part(0.75, 1));
-    Real least = unreachable<Real>, most = -unreachable<Real>;
+  // The mean of what sums to `sums` at some vertices, where there are `counts` of it, weighted by
+  // nearness: quotient of two heat flows. NaN where no heat. Never outside the range of what it is
+  // a mean of, where obtuse corners of the border, whose weights are negative, would take it.
+  [[nodiscard]] Array<Real> carried_mean(Array<Real> sums, Array<Real> counts,
+                                         const CancelHook& cancelled) const {
+    Real least = unreachable<Real>, most = -unreachable<Real>, widest = 0;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (shares[v] == 0) continue;
-      least = std::min(least, values[v] / shares[v]);
-      most = std::max(most, values[v] / shares[v]);
+      if (counts[v] == 0) continue;
+      least = std::min(least, sums[v] / counts[v]);
+      most = std::max(most, sums[v] / counts[v]);
+      widest = std::max(widest, system_->share_of_turn(v));
     }
-    Array<Real> result(values.size(), std::numeric_limits<Real>::quiet_NaN());
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (counts[v] == 0) continue;
+      // At most 1, with which the largest number there is is not too large.
+      const Real weight = system_->share_of_turn(v) / widest;
+      sums[v] *= weight;
+      counts[v] *= weight;
+    }
+    const auto& system = *system_;
+    const auto reached = system.reached_from(counts);
+    const auto& factor = system.heat_factor(cancelled.part(0, 0.5));
+    const auto above = heat_flow(system.heat, factor, sums, reached, cancelled.part(0.5, 0.75));
+    const auto below = heat_flow(system.heat, factor, counts, reached, cancelled.part(0.75, 1));
+    Array<Real> result(sums.size(), std::numeric_limits<Real>::quiet_NaN());
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (below.value[v] == 0) continue;
       const Real mean =
@@ -458,7 +465,7 @@ class VectorHeatEngine {
 
   // Returns the length of the vector that is carried.
   Real add_source(const VectorSource<T>& source, std::size_t number, Field& load,
-                  Array<Real>& lengths, Array<Real>& shares) const {
+                  Array<Real>& lengths, Array<Real>& counts) const {
     surface_.require_point(source.point);
     const auto point = simplified(surface_, source.point.template cast<Real>());
     const Vec3<Real> vector = cast<Real>(source.vector);
@@ -475,10 +482,9 @@ class VectorHeatEngine {
     // Of length 1: a longer one would be carried far into the regions of shorter ones.
     const auto unit = tangent / length;
     const auto add = [&](Index v, Real share, Real turn) {
-      const Real weight = share * system_->share_of_turn(v);
-      load[v] += weight * unit * std::polar(1.0, turn);
-      lengths[v] += weight * length;
-      shares[v] += weight;
+      load[v] += system_->share_of_turn(v) * share * unit * std::polar(1.0, turn);
+      lengths[v] += share * length;
+      counts[v] += share;
       require(std::isfinite(lengths[v]), "with that of source ", number,
               ", the vectors' lengths at vertex ", v, " sum to ", lengths[v]);
     };
