@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -140,6 +141,29 @@ TEST_CASE("Bessel functions and the table of a layer's difference from a half-sp
     }
     CHECK(std::abs(sum - (1 - 2 * nu) / (2 * (1 - nu))) < 1e-6);
     CHECK(std::abs((1 - nu) / 15 + correction.at(decltype(correction)::pressure, 15)) < 1e-6);
+    // Between its nodes, in each of its ranges, the integral itself, by the trapezoid rule.
+    for (const double r : {0.03, 0.97, 2.53, 3.97, 4.1, 5.6, 7.9, 8.15, 11.3, 19.6}) {
+      const auto far = detail::half_space_response(nu);
+      std::array<double, 4> integral{};
+      constexpr double step = 1.0 / 2048;
+      for (int i = 0; i <= 20 / step; ++i) {
+        const double c = i * step, weight = i == 0 ? step / 2 : step;
+        const auto [j0, j1, j2] = detail::bessel(c * r);
+        const auto here = detail::layer_response(c, nu);
+        const double along = here.along_by_traction - far.along_by_traction;
+        const double across = here.across_by_traction - far.across_by_traction;
+        integral[0] += weight * j0 * (here.down_by_pressure - far.down_by_pressure);
+        integral[1] += weight * j0 * (along + across) / 2;
+        integral[2] += weight * j2 * (along - across) / 2;
+        integral[3] += weight * j1 * (here.coupling - far.coupling);
+      }
+      CAPTURE(nu);
+      CAPTURE(r);
+      for (std::size_t k = 0; k < 4; ++k) {
+        const auto part = static_cast<decltype(correction)::Part>(k);
+        CHECK(std::abs(correction.at(part, r) - integral[k]) < 1e-6);
+      }
+    }
   }
 }
 

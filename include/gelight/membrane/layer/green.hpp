@@ -67,7 +67,7 @@ struct LayerResponse {
 
 /// What a layer's response to a point load has beyond a half-space's, by distance over thickness
 /// r, where it is smooth: the integral over c of the difference of two responses times a Bessel
-/// function of c r. Tabulated, and interpolated by cubics.
+/// function of c r. Tabulated, densely where it varies most, and interpolated by cubics.
 template <class Real = double>
 class LayerCorrection {
  public:
@@ -78,23 +78,53 @@ class LayerCorrection {
 
   /// For distances over thickness up to the smaller of `reach` and what is asked for.
   LayerCorrection(Real nu, std::type_identity_t<Real> farthest) {
-    const LayerResponse far = half_space_response(nu);
-    nodes_.resize(static_cast<std::size_t>(std::min(farthest, reach) * per_thickness) + 2);
-    // Gauss and Legendre's rule of ten points in panels of half a unit. Beyond c = 20 the responses
-    // differ by less than 1e-14.
+    const Real end = std::min(farthest, reach);
+    nodes_.resize(static_cast<std::size_t>(place_of(end)) + 2);
+    // Panels that few waves fit in, as many as Gauss and Legendre's rule of ten points resolves.
+    const auto slow = static_cast<std::size_t>(place_of(8)) + 1;
+    const std::size_t middle = std::min(slow, nodes_.size());
+    add_panels(nu, 1, 0, middle);
+    add_panels(nu, Real(0.5), middle, nodes_.size());
+  }
+
+  /// At a distance over thickness.
+  [[nodiscard]] Real at(Part part, Real r) const {
+    const Real place = place_of(r);
+    const auto i = static_cast<std::ptrdiff_t>(place);
+    const Real t = place - static_cast<Real>(i), s = 1 - t, gap = r_of(i + 1) - r_of(i);
+    const Node &a = nodes_[i], &b = nodes_[i + 1];
+    return s * s * ((1 + 2 * t) * a.value[part] + t * gap * a.slope[part]) +
+           t * t * ((1 + 2 * s) * b.value[part] - s * gap * b.slope[part]);
+  }
+
+ private:
+  struct Node {
+    std::array<Real, 4> value{}, slope{};
+  };
+
+  // Nodes are 16 a thickness up to 4, and 4 beyond.
+  static constexpr Real dense = 16, sparse = 4, dense_to = 4;
+  [[nodiscard]] static Real place_of(Real r) {
+    return r < dense_to ? r * dense : dense_to * dense + (r - dense_to) * sparse;
+  }
+  [[nodiscard]] static Real r_of(std::ptrdiff_t node) {
+    const Real place = static_cast<Real>(node), beyond = place - dense_to * dense;
+    return beyond < 0 ? place / dense : dense_to + beyond / sparse;
+  }
+
+  // Beyond c = 20 the responses differ by less than 1e-14.
+  void add_panels(Real nu, Real width, std::size_t begin, std::size_t end) {
     constexpr std::array points{0.1488743389816312, 0.4333953941292472, 0.6794095682990244,
                                 0.8650633666889845, 0.9739065285171717};
     constexpr std::array weights{0.2955242247147529, 0.2692667193099963, 0.2190863625159820,
                                  0.1494513491505806, 0.0666713443086881};
-    constexpr Real panel = 0.5;
-    constexpr int panels = 40;  // up to c = 20
-    for (int k = 0; k < panels; ++k) {
-      const Real middle = (k + 0.5) * panel;
+    const LayerResponse far = half_space_response(nu);
+    for (Real middle = width / 2; middle < 20; middle += width) {
       for (std::size_t i = 0; i < 2 * points.size(); ++i) {
         const Real side = i < points.size() ? 1 : -1;
-        const Real c = middle + side * panel / 2 * points[i % points.size()];
+        const Real c = middle + side * width / 2 * points[i % points.size()];
         const LayerResponse here = layer_response(c, nu);
-        const Real weight = weights[i % points.size()] * panel / 2;
+        const Real weight = weights[i % points.size()] * width / 2;
         const std::array<Real, 4> rest{here.down_by_pressure - far.down_by_pressure,
                                        (here.along_by_traction + here.across_by_traction -
                                         far.along_by_traction - far.across_by_traction) /
@@ -103,31 +133,15 @@ class LayerCorrection {
                                         far.along_by_traction + far.across_by_traction) /
                                            2,
                                        here.coupling - far.coupling};
-        add_wave(c, {weight * rest[0], weight * rest[1], weight * rest[2], weight * rest[3]});
+        add_wave(c, {weight * rest[0], weight * rest[1], weight * rest[2], weight * rest[3]}, begin,
+                 end);
       }
     }
   }
 
-  /// At a distance over thickness.
-  [[nodiscard]] Real at(Part part, Real r) const {
-    const Real place = r * per_thickness;
-    const auto i = static_cast<std::ptrdiff_t>(place);
-    const Real t = place - static_cast<Real>(i), s = 1 - t;
-    const Node &a = nodes_[i], &b = nodes_[i + 1];
-    return s * s * ((1 + 2 * t) * a.value[part] + t / per_thickness * a.slope[part]) +
-           t * t * ((1 + 2 * s) * b.value[part] - s / per_thickness * b.slope[part]);
-  }
-
- private:
-  static constexpr Real per_thickness = 16;
-
-  struct Node {
-    std::array<Real, 4> value{}, slope{};
-  };
-
-  void add_wave(Real c, const std::array<Real, 4>& height) {
-    for (std::size_t n = 0; n < nodes_.size(); ++n) {
-      const Real r = static_cast<Real>(n) / per_thickness;
+  void add_wave(Real c, const std::array<Real, 4>& height, std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const Real r = r_of(static_cast<std::ptrdiff_t>(n));
       const auto [j0, j1, j2] = bessel(c * r);
       // J1(x) / x and J2(x) / x.
       const Real over1 = (j0 + j2) / 2, over2 = r > 0 ? j2 / (c * r) : 0;
