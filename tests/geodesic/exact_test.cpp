@@ -1060,6 +1060,42 @@ TEST_CASE(
   CHECK(field.arrivals(Index{2 * 7 + 2})[0].from == vertex_point<double>(source));     // at (2, 2)
 }
 
+TEST_CASE("two lines whose ways part at a bend behind the source are both found") {
+  // A flat sheet with a hole, symmetric in y = 4, and behind its corner (0, 4) two vertices more.
+  constexpr Index n = 8;
+  const auto at = [](Index x, Index y) { return (n + 1) * y + x; };
+  Mesh<double> mesh;
+  for (Index y = 0; y <= n; ++y) {
+    for (Index x = 0; x <= n; ++x) mesh.positions.push_back({1.0 * x, 1.0 * y, 0.0});
+  }
+  for (Index y = 0; y < n; ++y) {
+    for (Index x = 0; x < n; ++x) {
+      if ((x > 1 && x < 4 && y > 1 && y < 6) || (x < 1 && y != 3 && y != 4)) continue;
+      mesh.faces.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1)});
+      mesh.faces.push_back({at(x, y), at(x + 1, y + 1), at(x, y + 1)});
+    }
+  }
+  const auto behind = static_cast<Index>(mesh.positions.size());
+  mesh.positions.push_back({-1, 3, 0});
+  mesh.positions.push_back({-1, 5, 0});
+  mesh.faces.push_back({at(0, 4), behind, behind + 1});
+  const ExactSolver solver(mesh);
+  const auto point = edge_point(at(7, 4), at(8, 4), 0.5);
+  for (const bool keeps : {false, true}) {
+    const auto field = solver.solve(behind, {.keep_windows = keeps});
+    const auto arrivals = field.arrivals(point, 1e-12);
+    REQUIRE(arrivals.size() == 2);
+    // From the corners of the hole at (4, 2) and (4, 6), past which go lines from those at x = 2.
+    const double length = std::sqrt(2.0) + std::hypot(2, 2) + 2 + std::hypot(3.5, 2);
+    for (const auto& arrival : arrivals) {
+      CHECK(arrival.distance == doctest::Approx(length).epsilon(1e-14));
+      CHECK(std::abs(arrival.direction[0]) == doctest::Approx(3.5 / std::hypot(3.5, 2)));
+    }
+    CHECK(arrivals[0].direction[1] == doctest::Approx(-arrivals[1].direction[1]));
+    CHECK(arrivals[0].from.element[0] + arrivals[1].from.element[0] == at(4, 2) + at(4, 6));
+  }
+}
+
 TEST_CASE("departures: on a flat sheet the angle is that of the straight line") {
   const Mesh<double> mesh = gelight::grid<double>(6, 6, 6, 6);
   const Surface surface(mesh);

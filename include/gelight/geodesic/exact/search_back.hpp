@@ -7,6 +7,7 @@
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact/path_backtrace.hpp"
+#include "gelight/geodesic/exact/path_directions.hpp"
 #include "gelight/geodesic/exact/point_query.hpp"
 #include "gelight/geodesic/exact/window_filters.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
@@ -47,6 +48,7 @@ class SearchBack {
         ends.push_back(turned(found, end, source, p));
       }
     }
+    add_ends_from_bends(found, p, limit, ends);
     return ends;
   }
 
@@ -93,7 +95,23 @@ class SearchBack {
     return found;
   }
 
-  // The way to a source, as found from p, as the way from there to p.
+  // Of ways that bend at the same vertex the one that came back first is known beyond it; so from
+  // there, all straight lines.
+  void add_ends_from_bends(const WindowSolution<Real>& found, const Point& p, Real limit,
+                           Array<End>& ends) const {
+    for (Index v = 0; v < solution_.surface.vertex_count(); ++v) {
+      const Source<Real> bend{vertex_point<Real>(v), solution_.distances[v]};
+      if (!(bend.distance + found.distances[v] <= limit) || bend.point == p) continue;
+      if (!solution_.faces->bends_at(v)) continue;
+      for (const End& end : PointQuery<Real>(found).ends_at(bend.point, limit - bend.distance)) {
+        const Point begin = PathDirections<Real>(found).beginning(
+            end, [&](const End& e) { return PathBacktrace<Real>(found).back(e); });
+        if (begin == p) ends.push_back(turned(found, end, bend, p));
+      }
+    }
+  }
+
+  // The way to a source or a bend, as found from p, as the way from there to p.
   [[nodiscard]] static End turned(const WindowSolution<Real>& found, const End& end,
                                   const Source<Real>& source, const Point& p) {
     Array<Point> path = PathBacktrace<Real>(found).back(end);
