@@ -243,6 +243,25 @@ TEST_CASE("extend: a single value is that value to the last bit, from a corner a
   }
 }
 
+TEST_CASE(
+    "extend: a value that is given several times at a vertex is that value, no rounding off") {
+  const VectorHeatSolver solver(icosphere<double>(1));
+  for (const std::vector<Index>& at : {std::vector<Index>{3, 3, 3}, {3, 3, 3, 5}}) {
+    const auto extended = solver.extend(at, std::vector<double>(at.size(), 0.1));
+    CHECK(std::ranges::all_of(extended, [](double x) { return x == 0.1; }));
+  }
+}
+
+TEST_CASE("radial directions: of length 1 beyond a face whose corners are equally far") {
+  // A flat rhombus, its sides as long as the way from the first corner to the one opposite.
+  const Mesh<double> mesh{{{0, 0, 1}, {1, 0, 2}, {0, 1, 0}, {1, 1, 1}}, {{0, 1, 2}, {1, 3, 2}}};
+  const VectorHeatSolver solver(mesh);
+  const auto radial = solver.radial(0);
+  for (std::size_t v = 1; v < 4; ++v) {
+    CHECK((radial[v] - (at(mesh, v) - at(mesh, 0)).normalized()).norm() < 1e-12);
+  }
+}
+
 TEST_CASE("extend and transport keep in range where corners of the border are obtuse") {
   Mesh<double> triangle;
   triangle.positions = {{0, 0, 0}, {2, 0, 0}, {1, 0.5, 0}};

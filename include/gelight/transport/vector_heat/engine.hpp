@@ -78,15 +78,16 @@ class VectorHeatEngine {
     const CancelHook cancelled = asked_in_query();
     Field load(vertex_count(), 0);
     Array<Real> lengths(vertex_count(), 0), counts(vertex_count(), 0);
-    Real length = 0;
+    Real length = 0, least = unreachable<Real>, most = 0;
     for (std::size_t s = 0; s < sources.size(); ++s) {
       length = add_source(sources[s], s, load, lengths, counts);
+      least = std::min(least, length), most = std::max(most, length);
     }
     auto carried = unit_directions(flow(load, cancelled.part(0, 0.6)));
     if (sources.size() == 1) {
       for (auto& z : carried) z *= length;
     } else {
-      const auto means = carried_mean(lengths, counts, cancelled.part(0.6, 1));
+      const auto means = carried_mean(lengths, counts, least, most, cancelled.part(0.6, 1));
       for (Index v = 0; v < surface_.vertex_count(); ++v) {
         if (carried[v] != 0.0) carried[v] *= means[v];
       }
@@ -111,7 +112,8 @@ class VectorHeatEngine {
     require_faces(vertex);
     const CancelHook cancelled = asked_in_query();
     if (!is_beside_border(vertex)) return embedded(radial_directions(vertex, cancelled));
-    return embedded(gradient_directions(vertex, distance_from(vertex, cancelled)));
+    const auto distance = distance_from(vertex, cancelled.part(0, 0.5));
+    return embedded(gradient_directions(vertex, distance, cancelled.part(0.5, 1)));
   }
 
   [[nodiscard]] std::vector<Vec2<T>> log_map(Index vertex) const {
@@ -140,7 +142,8 @@ class VectorHeatEngine {
       require(std::isfinite(sums[vertices[k]]), "the values of vertex ", vertices[k], " sum to ",
               sums[vertices[k]]);
     }
-    const auto extended = carried_mean(sums, counts, asked_in_query());
+    const auto [least, most] = std::ranges::minmax(values);
+    const auto extended = carried_mean(sums, counts, Real{least}, Real{most}, asked_in_query());
     std::vector<T> result(extended.size());
     for (std::size_t i = 0; i < result.size(); ++i) result[i] = static_cast<T>(extended.data()[i]);
     return result;
@@ -266,7 +269,7 @@ class VectorHeatEngine {
     const auto axis = unit_directions(flow(load, cancelled.part(0, 0.4)));
     const auto distance = distance_from(vertex, cancelled.part(0.4, 0.8));
     const auto radial = is_beside_border(vertex)
-                            ? gradient_directions(vertex, distance)
+                            ? gradient_directions(vertex, distance, cancelled.part(0.8, 1))
                             : radial_directions(vertex, cancelled.part(0.8, 1));
     Map map{std::vector<Vec2<T>>(vertex_count()), Array<char>(vertex_count(), 0)};
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
@@ -285,6 +288,8 @@ class VectorHeatEngine {
   // Above it, as estimated, a mean error of a tenth is possible: see TransportResult::error.
   static constexpr double largest_error = 0.07;
   static constexpr Index samples = 64;
+  // Of a distance's gradient, which is 1 long where it tells a direction.
+  static constexpr Real next_to_level = 1e-6;
 
   using Path = std::vector<Point>;
 
@@ -404,14 +409,11 @@ class VectorHeatEngine {
   // The mean of what sums to `sums` at some vertices, where there are `counts` of it, weighted by
   // nearness: quotient of two heat flows. NaN where no heat. Never outside the range of what it is
   // a mean of, where obtuse corners of the border, whose weights are negative, would take it.
-  [[nodiscard]] Array<Real> carried_mean(Array<Real> sums, Array<Real> counts,
-                                         const CancelHook& cancelled) const {
-    Real least = unreachable<Real>, most = -unreachable<Real>, widest = 0;
+  [[nodiscard]] Array<Real> carried_mean(Array<Real> sums, Array<Real> counts, Real least,
+                                         Real most, const CancelHook& cancelled) const {
+    Real widest = 0;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      if (counts[v] == 0) continue;
-      least = std::min(least, sums[v] / counts[v]);
-      most = std::max(most, sums[v] / counts[v]);
-      widest = std::max(widest, system_->share_of_turn(v));
+      if (counts[v] != 0) widest = std::max(widest, system_->share_of_turn(v));
     }
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       if (counts[v] == 0) continue;
@@ -551,9 +553,12 @@ class VectorHeatEngine {
            });
   }
 
-  // The directions of the distance's gradient, the mean of the faces at each vertex, by area.
-  [[nodiscard]] Field gradient_directions(Index vertex, const Array<Real>& distance) const {
+  // The directions of the distance's gradient, the mean of the faces at each vertex, by area. Where
+  // that has none, as in a face whose corners are equally far, they are those of the flow.
+  [[nodiscard]] Field gradient_directions(Index vertex, const Array<Real>& distance,
+                                          const CancelHook& cancelled) const {
     Field field(vertex_count(), 0);
+    Array<Real> area(vertex_count(), 0);
     for (Index f = 0; f < surface_.face_count(); ++f) {
       const auto corners = surface_.face(f);
       if (!(distance[corners[0]] < unreachable<Real>)) continue;
@@ -566,7 +571,17 @@ class VectorHeatEngine {
       for (const Index v : corners) {
         field[v] += std::polar(std::hypot(x, y),
                                planes_.angle_at(vertex_point<Real>(v), f, std::atan2(y, x)));
+        area[v] += x1 * y2;
       }
+    }
+    const auto is_level = [&](Index v) {
+      return area[v] > 0 && magnitude(field[v]) < next_to_level * area[v];
+    };
+    Field flow;
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (!is_level(v)) continue;
+      if (flow.empty()) flow = radial_directions(vertex, cancelled);
+      field[v] = flow[v];
     }
     make_unit(field);
     set_round(vertex, field);
