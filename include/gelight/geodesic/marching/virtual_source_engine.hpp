@@ -71,27 +71,33 @@ class VirtualSourceEngine {
     }
   }
 
-  // No way is shorter than the straight line through space.
-  void take_distances(Front& front, DistanceQuery<double>& query) const {
-    using namespace arithmetic;
-    auto& [sources, starts, distance] = query;
+  void place(const Sources& sources, Front& front) const {
     front.places.clear();
     for (const auto& source : sources) {
       const bool in_face = source.point.kind == SurfacePoint<double>::Kind::face;
       const Index corner =
           in_face ? surface_.face(source.point.element[0])[0] : source.point.element[0];
-      front.places.push_back(
-          {corner, surface_.difference(vertex_point<double>(corner), source.point)});
+      front.places.push_back({corner,
+                              surface_.difference(vertex_point<double>(corner), source.point),
+                              source.distance});
     }
+  }
+
+  // No way is shorter than the straight line through space.
+  [[nodiscard]] double least_distance(Index v, Index wave, const Front& front) const {
+    using namespace arithmetic;
+    const auto& [corner, from_corner, start] = front.places[static_cast<std::size_t>(wave)];
+    return start + stable_norm((surface_.position(v) - surface_.position(corner)) - from_corner);
+  }
+
+  void take_distances(Front& front, DistanceQuery<double>& query) const {
+    using namespace arithmetic;
+    auto& [sources, starts, distance] = query;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       for (Index n = v; n >= 0; n = front.nodes[n].next) {
         const Node& node = front.nodes[n];
         if (node.wave < 0) continue;
-        const auto wave = static_cast<std::size_t>(node.wave);
-        const auto& [corner, from_corner] = front.places[wave];
-        const double through_space =
-            stable_norm((surface_.position(v) - surface_.position(corner)) - from_corner);
-        const double d = std::max(node.distance, sources[wave].distance + through_space);
+        const double d = std::max(node.distance, least_distance(v, node.wave, front));
         distance[v] = std::min(distance[v], starts.at(v) + d);
       }
     }
@@ -151,6 +157,7 @@ class VirtualSourceEngine {
     Index place = 0;  // of `back` in the fan: 2 s on spoke s, 2 s - 1 in the face before
     float gain = 0;
     bool settled = false;  // not in the queue, having been there
+    bool is_clear = true;  // the image is that of what it was handed on by
     Index wave = -1;       // of which source
     Index next = -1;       // of the same vertex, of another wave
     // The least distance by an image that is hidden in part, tried when the vertex' turn comes;
@@ -158,8 +165,10 @@ class VirtualSourceEngine {
     Index promised = 0;
     double promise = unreachable<double>;
 
-    [[nodiscard]] bool is_bettered(double new_offset, double new_distance) const {
-      return new_distance < distance * (1 - double{gain}) ||
+    [[nodiscard]] bool is_bettered(double new_offset, double new_distance,
+                                   bool new_is_clear = false) const {
+      return new_distance < distance * (1 - double{new_is_clear ? least_gain : gain}) ||
+             (new_is_clear && !is_clear && new_distance < limit()) ||
              (new_offset < offset / 2 && new_distance < limit());
     }
     [[nodiscard]] double limit() const { return distance * (1 + tie); }
@@ -178,6 +187,7 @@ class VirtualSourceEngine {
     struct Place {
       Index corner;
       Vec3<Real> from_corner;
+      double start;
     };
     Node unknown;  // in place of those that there are not
     BucketQueue<double> queue;
@@ -185,7 +195,7 @@ class VirtualSourceEngine {
     Array<Index> nearer;        // vertices that came nearer at the end
 
     void reach(Index n, Index wave, double offset, double distance, const Turn& back, float angle,
-               Index place) {
+               Index place, bool is_clear = true) {
       Node& node = nodes[n];
       const bool in_place = !node.settled && queue.are_together(node.distance, distance);
       node.distance = distance;
@@ -195,6 +205,7 @@ class VirtualSourceEngine {
       node.angle = angle;
       node.place = place;
       node.settled = false;
+      node.is_clear = is_clear;
       if (!in_place) queue.push(n, distance);
     }
     void settle(Index n) {
@@ -214,7 +225,7 @@ class VirtualSourceEngine {
   // spoke of a fan. A way that bends by less than `straight` at a vertex (its sine) is straight
   // there: it is longer by half the square of that. A source nearer to a vertex than
   // `next_to_vertex` of an edge is seen from there along any of its edges.
-  static constexpr double tie = 1e-12, straight = 1e-9, next_to_vertex = 1e-9;
+  static constexpr double tie = 1e-12, straight = 1e-9, next_to_vertex = 1e-9, rounding = 1e-12;
 
   // A wave is handed on where it is late by this many mean edges at most: a line that crosses an
   // edge in front of the place where waves meet has ends behind it by up to two of their edges.
@@ -478,7 +489,8 @@ class VirtualSourceEngine {
     const Index to_owner = owner_is_sighted ? decoded(sight) : sight >= 0 ? sight + 1 : ~sight - 1;
     const bool after = (sight >= 0) == owner_is_sighted;
     const Index place = after ? 2 * to_owner + 1 : 2 * to_owner - 1;
-    if (known > 0 && known * known * (1 - 1e-12) > seen2) {
+    bool is_clear = !(known > 0 && known * known * (1 - 1e-12) > seen2);
+    if (!is_clear) {
       const Image far = by_distances(r, known, length);
       const Image between = dimmed(image, far, r, length, corner);
       if (target.settled) {
@@ -495,14 +507,20 @@ class VirtualSourceEngine {
     }
     if (!crosses(image, corner, length)) return;
     const double straight_line = distance_to(image, corner);
-    const double distance = owner.offset + straight_line;
-    if (!target.is_bettered(owner.offset, distance)) return;
+    double distance = owner.offset + straight_line;
+    if (!target.is_bettered(owner.offset, distance, is_clear)) return;
+    const double least = least_distance(seen.vertex, owner.wave, front);
+    if (distance < least) {
+      is_clear &= distance > least - rounding * (r + length);
+      distance = least;
+      if (!target.is_bettered(owner.offset, distance, is_clear)) return;
+    }
     const Index n = place_for<several>(seen, distance, owner.wave, front);
     if (several && n < 0) return;
     const Turn back = back_to(image, corner, straight_line, to_owner, after);
     const Index other_spoke = after ? to_owner + 1 : to_owner - 1;
     front.reach(n, owner.wave, owner.offset, distance, back,
-                (spokes_[to_owner].angle + spokes_[other_spoke].angle) / 2, place);
+                (spokes_[to_owner].angle + spokes_[other_spoke].angle) / 2, place, is_clear);
   }
 
   template <bool several>
@@ -556,8 +574,11 @@ class VirtualSourceEngine {
     }
     if (!crosses(image, at, length)) return;
     const double d = distance_to(image, at);
-    if (!(owner.offset + d < vertex.distance)) return;
-    vertex.distance = owner.offset + d;
+    const Index v = several ? front.vertex_of(n) : n;
+    const double distance = std::max(owner.offset + d, least_distance(v, vertex.wave, front));
+    if (!(distance < vertex.distance)) return;
+    vertex.distance = distance;
+    vertex.is_clear = false;
     vertex.offset = owner.offset;
     vertex.place = place;
     vertex.angle = (here.angle + before.angle) / 2;
@@ -653,6 +674,7 @@ void VirtualSourceEngine<Real>::solve_vertices(DistanceQuery<double>& query) con
   front.queue.reset(step_);
   if (sources.size() > 1) keep_different(surface_, sources);
   Index wave = 0;
+  place(sources, front);
   for (const auto& source : sources) start(source, wave++, front);
   if (sources.size() > 1) {
     march<true>(front);
