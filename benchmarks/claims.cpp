@@ -138,7 +138,8 @@ Judged against_great_circles(int level) {
     std::vector<double> distance;
     for (const auto& p : judged.mesh.positions) {
       const Vec3<double> q(p.data());
-      distance.push_back(std::atan2(s.cross(q).norm(), s.dot(q)));
+      // (Where products are fused, a vector's cross product with itself is not quite zero.)
+      distance.push_back(q == s ? 0 : std::atan2(s.cross(q).norm(), s.dot(q)));
     }
     judged.truth.push_back(std::move(distance));
   }

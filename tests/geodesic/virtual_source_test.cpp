@@ -18,6 +18,18 @@ using Solver = VirtualSourceSolver<double>;
 static_assert(DistanceSolver<VirtualSourceSolver<double>, double>);
 static_assert(DistanceSolver<VirtualSourceSolver<float>, float>);
 
+double mean_edge(const Mesh<double>& mesh) {
+  double sum = 0;
+  for (const auto& face : mesh.faces) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3<double> a(mesh.position(face[k]).data());
+      const Vec3<double> b(mesh.position(face[(k + 1) % 3]).data());
+      sum += (b - a).norm();
+    }
+  }
+  return sum / (3.0 * static_cast<double>(mesh.faces.size()));
+}
+
 }  // namespace
 
 TEST_CASE("flat sheets: straight lines, from any kind of point") {
@@ -55,6 +67,31 @@ TEST_CASE("needles of 1 : 1,000,000 on a flat sheet: straight lines") {
   for (std::size_t v = 0; v < distance.size(); ++v) {
     const double straight = (Vec3<double>(mesh.positions[v].data()) - source).norm();
     CHECK(distance[v] == doctest::Approx(straight).epsilon(1e-7));
+  }
+}
+
+// A vertex that saw an image before the other end of an edge did must not keep what it guessed.
+TEST_CASE("flat sheets whose triangles are thin or slanted: straight lines") {
+  for (const double factor : {3.0, 10.0, 100.0, 1e3, 1e4}) {
+    for (const bool is_slanted : {false, true}) {
+      double worst = 0;  // in mean edges
+      for (unsigned seed = 0; seed < 6; ++seed) {
+        test::Random random(seed);
+        auto mesh = test::jittered_grid(30, 0.2, random);
+        for (auto& p : mesh.positions) p[0] = is_slanted ? p[0] + factor * p[1] : factor * p[0];
+        const auto from = random() % mesh.positions.size();
+        const auto distance = Solver(mesh).distance(static_cast<Index>(from));
+        const Vec3<double> source(mesh.positions[from].data());
+        const double edge = mean_edge(mesh);
+        for (std::size_t v = 0; v < distance.size(); ++v) {
+          const double straight = (Vec3<double>(mesh.positions[v].data()) - source).norm();
+          worst = std::max(worst, std::abs(distance[v] - straight) / edge);
+        }
+      }
+      CAPTURE(factor);
+      CAPTURE(is_slanted);
+      CHECK(worst < 2e-4);
+    }
   }
 }
 
