@@ -73,7 +73,7 @@ struct VectorSource {
 /// Mean errors by benchmarks/claims.cpp, against parallel transport along exact shortest paths: 0.5
 /// and 0.2 degrees on icospheres of 2,562 and 10,242 vertices, 0.5 on the GelTip membrane, where a
 /// hundredth of the vertices, at which paths fork, are off by more than 6; 9 on rough meshes like
-/// a scanner's (the median of 24), up to 51, since what a path passes between counts: `solve`
+/// a scanner's (the median of 24), up to 52, since what a path passes between counts: `solve`
 /// tells, and ParallelTransport along ExactField::path is exact. Within an edge or two of the
 /// antipode of a source without symmetry the carried vector is up to 17 degrees off on spheres.
 template <std::floating_point T>
@@ -131,7 +131,7 @@ class VectorHeatSolver {
   /// Exact within three mean edges of the vertex. Over all vertices, by benchmarks/claims.cpp,
   /// radius and direction are 0.3 to 0.4 % and 0.3 to 0.5 degrees off on average on icospheres of
   /// 2,562 and 10,242 vertices, 0.35 % and 1 degree on the GelTip membrane (at most 4.1 % and, at
-  /// the cut locus, any angle), 1.3 % and 7 degrees on rough meshes like a scanner's (the median of
+  /// the cut locus, any angle), 1.3 % and 9 degrees on rough meshes like a scanner's (the median of
   /// 24), less exact from a vertex on a border (see `radial`), and far off on thin triangles with
   /// obtuse corners at the border: `solve_log_map` tells. ExactLogMapSolver is exact everywhere, in
   /// some thirty times the time.
