@@ -90,7 +90,7 @@ TEST_CASE("flat sheets whose triangles are thin or slanted: straight lines") {
       }
       CAPTURE(factor);
       CAPTURE(is_slanted);
-      CHECK(worst < 2e-4);
+      CHECK(worst < 1e-10);
     }
   }
 }

@@ -96,12 +96,13 @@ class SearchBack {
   }
 
   // Of ways that bend at the same vertex the one that came back first is known beyond it; so from
-  // there, all straight lines.
+  // there, all straight lines that have a length.
   void add_ends_from_bends(const WindowSolution<Real>& found, const Point& p, Real limit,
                            Array<End>& ends) const {
+    const Real near = next_to_vertex * longest_side_at(solution_.surface, p);
     for (Index v = 0; v < solution_.surface.vertex_count(); ++v) {
       const Source<Real> bend{vertex_point<Real>(v), solution_.distances[v]};
-      if (!(bend.distance + found.distances[v] <= limit) || bend.point == p) continue;
+      if (!(bend.distance + found.distances[v] <= limit) || found.distances[v] <= near) continue;
       if (!solution_.faces->bends_at(v)) continue;
       for (const End& end : PointQuery<Real>(found).ends_at(bend.point, limit - bend.distance)) {
         const Point begin = PathDirections<Real>(found).beginning(

@@ -167,7 +167,7 @@ class VirtualSourceEngine {
 
     [[nodiscard]] bool is_bettered(double new_offset, double new_distance,
                                    bool new_is_clear = false) const {
-      return new_distance < distance * (1 - double{new_is_clear ? least_gain : gain}) ||
+      return new_distance < distance * (1 - (new_is_clear ? clear_gain : double{gain})) ||
              (new_is_clear && !is_clear && new_distance < limit()) ||
              (new_offset < offset / 2 && new_distance < limit());
     }
@@ -219,7 +219,9 @@ class VirtualSourceEngine {
   // A vertex that was passed is reached again only by a way that is shorter by a share, rounding at
   // first, which doubles whenever the vertex leaves the queue: vertices of thin triangles that see
   // an image in part only go on improving each other by ever less.
+  // What both ends of an edge see goes on improving nothing that it does not settle.
   static constexpr float least_gain = 1e-10F, largest_gain = 3e-4F;
+  static constexpr double clear_gain = 1e-14;
   // Of two ways equally long but for `tie` the one that is straight for longer shows more of what
   // lies behind. It must bend less than half as far out, lest a vertex is reached anew from every
   // spoke of a fan. A way that bends by less than `straight` at a vertex (its sine) is straight
