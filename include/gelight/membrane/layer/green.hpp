@@ -83,8 +83,8 @@ class LayerCorrection {
     // Panels that few waves fit in, as many as Gauss and Legendre's rule of ten points resolves.
     const auto slow = static_cast<std::size_t>(place_of(8)) + 1;
     const std::size_t middle = std::min(slow, nodes_.size());
-    add_panels(nu, 1, 0, middle);
-    add_panels(nu, Real(0.5), middle, nodes_.size());
+    add_panels(nu, 20, 0, middle);
+    add_panels(nu, 40, middle, nodes_.size());
   }
 
   /// At a distance over thickness.
@@ -113,13 +113,15 @@ class LayerCorrection {
   }
 
   // Beyond c = 20 the responses differ by less than 1e-14.
-  void add_panels(Real nu, Real width, std::size_t begin, std::size_t end) {
+  void add_panels(Real nu, int panels, std::size_t begin, std::size_t end) {
+    const Real width = Real(20) / panels;
     constexpr std::array points{0.1488743389816312, 0.4333953941292472, 0.6794095682990244,
                                 0.8650633666889845, 0.9739065285171717};
     constexpr std::array weights{0.2955242247147529, 0.2692667193099963, 0.2190863625159820,
                                  0.1494513491505806, 0.0666713443086881};
     const LayerResponse far = half_space_response(nu);
-    for (Real middle = width / 2; middle < 20; middle += width) {
+    for (int panel = 0; panel < panels; ++panel) {
+      const Real middle = (panel + Real(0.5)) * width;
       for (std::size_t i = 0; i < 2 * points.size(); ++i) {
         const Real side = i < points.size() ? 1 : -1;
         const Real c = middle + side * width / 2 * points[i % points.size()];
