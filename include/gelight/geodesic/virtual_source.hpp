@@ -31,11 +31,11 @@ struct VirtualSourceOptions {
 /// thin triangles cost no accuracy; of two ways equally long it keeps the straighter. Where a
 /// saddle or a corner of the border hides an image from one end of an edge, a way over the edge is
 /// longer than from the image by the square of how near it passes to that end. Flat sheets are
-/// exact but for rounding (no vertex of 240 random ones, of triangles thin or slanted by up to
+/// exact but for rounding (no vertex of 60 random ones, of triangles thin or slanted by up to
 /// 10,000, was off by 1e-10 mean edges), and so is what lies behind a corner of their border in
 /// nearly all places, also on edges of three faces. Never below the straight line through space.
 /// Waves of different sources pass through each other for two mean edges: the answer to many
-/// sources is that of the nearest alone, within a twentieth of the mean edge on 170 of 174 trials
+/// sources is that of the nearest alone, within a twentieth of the mean edge on 171 of 174 trials
 /// (2, 5 and 50 random points, with start distances and without, on grids, icospheres, scan-like
 /// meshes and needles; 0.083 edges where it was most).
 ///

@@ -28,7 +28,7 @@ struct PathEnd {
   SurfacePoint<Real> point;
   Arrival<Real> last;
   Vec2<Real> at{0, 0};               // the point in last.entry's frame
-  Array<SurfacePoint<Real>> back{};  // from the point to the source
+  Array<SurfacePoint<Real>> back{};  // from the point to the source, or to a bend at least
 };
 
 /// What a solution knows of the shortest way to a point, without searching: by the windows that

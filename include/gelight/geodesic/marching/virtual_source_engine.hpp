@@ -71,7 +71,7 @@ class VirtualSourceEngine {
     }
   }
 
-  void place(const Sources& sources, Front& front) const {
+  void keep_places(const Sources& sources, Front& front) const {
     front.places.clear();
     for (const auto& source : sources) {
       const bool in_face = source.point.kind == SurfacePoint<double>::Kind::face;
@@ -91,14 +91,13 @@ class VirtualSourceEngine {
   }
 
   void take_distances(Front& front, DistanceQuery<double>& query) const {
-    using namespace arithmetic;
-    auto& [sources, starts, distance] = query;
+    Slice<double> distance = query.distance;
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       for (Index n = v; n >= 0; n = front.nodes[n].next) {
         const Node& node = front.nodes[n];
         if (node.wave < 0) continue;
         const double d = std::max(node.distance, least_distance(v, node.wave, front));
-        distance[v] = std::min(distance[v], starts.at(v) + d);
+        distance[v] = std::min(distance[v], query.starts.at(v) + d);
       }
     }
     relax_edges(distance, front.nearer);
@@ -157,7 +156,7 @@ class VirtualSourceEngine {
     Index place = 0;  // of `back` in the fan: 2 s on spoke s, 2 s - 1 in the face before
     float gain = 0;
     bool settled = false;  // not in the queue, having been there
-    bool is_clear = true;  // the image is that of what it was handed on by
+    bool is_clear = true;  // both ends of the edge that the image came over see it: else a guess
     Index wave = -1;       // of which source
     Index next = -1;       // of the same vertex, of another wave
     // The least distance by an image that is hidden in part, tried when the vertex' turn comes;
@@ -219,7 +218,8 @@ class VirtualSourceEngine {
   // A vertex that was passed is reached again only by a way that is shorter by a share, rounding at
   // first, which doubles whenever the vertex leaves the queue: vertices of thin triangles that see
   // an image in part only go on improving each other by ever less.
-  // What both ends of an edge see goes on improving nothing that it does not settle.
+  // Of an image that both ends of an edge see. It takes no part in that: what it improves it
+  // settles.
   static constexpr float least_gain = 1e-10F, largest_gain = 3e-4F;
   static constexpr double clear_gain = 1e-14;
   // Of two ways equally long but for `tie` the one that is straight for longer shows more of what
@@ -676,7 +676,7 @@ void VirtualSourceEngine<Real>::solve_vertices(DistanceQuery<double>& query) con
   front.queue.reset(step_);
   if (sources.size() > 1) keep_different(surface_, sources);
   Index wave = 0;
-  place(sources, front);
+  keep_places(sources, front);
   for (const auto& source : sources) start(source, wave++, front);
   if (sources.size() > 1) {
     march<true>(front);
