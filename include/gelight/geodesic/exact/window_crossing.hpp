@@ -107,7 +107,7 @@ class FaceCrossing {
       const unsigned windows = first_bits(size_ - i);
       const unsigned left = less(Lane::load(list.begin + i), left_end) & windows;
       const unsigned right = less(right_end, Lane::load(list.end + i)) & windows;
-      if (left != 0) sides.left_count = i + std::bit_width(left);
+      if (left != 0) sides.left_count = i + static_cast<int>(std::bit_width(left));
       const bool is_first = right != 0 && sides.right_begin == size_;
       if (is_first) sides.right_begin = i + std::countr_zero(right);
     }

@@ -142,8 +142,8 @@ class VectorHeatEngine {
       require(std::isfinite(sums[vertices[k]]), "the values of vertex ", vertices[k], " sum to ",
               sums[vertices[k]]);
     }
-    const auto [least, most] = std::ranges::minmax(values);
-    const auto extended = carried_mean(sums, counts, Real{least}, Real{most}, asked_in_query());
+    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    const auto extended = carried_mean(sums, counts, Real{*least}, Real{*most}, asked_in_query());
     std::vector<T> result(extended.size());
     for (std::size_t i = 0; i < result.size(); ++i) result[i] = static_cast<T>(extended.data()[i]);
     return result;
