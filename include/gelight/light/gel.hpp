@@ -93,7 +93,9 @@ template <std::floating_point T>
   detail::require_finite(positions, "position");
   const Vec3<double> axis = detail::stable_unit(cast<double>(led.axis));
   const Vec3<double> up = detail::stable_unit(cast<double>(led.normal));
+  // The LED as the gel's inner side mirrors it: so far beneath, and shining the other way there.
   const double below = 2 * (double{led.thickness} - double{led.depth});
+  const Vec3<double> mirrored_axis = axis - 2 * dot(axis, up) * up;
   LightField<T> field;
   field.reserve(positions.size());
   for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -112,8 +114,8 @@ template <std::floating_point T>
     if (slant > 0 &&
         longer / 2 * slant / (1 + std::sqrt(std::max(0.0, 1 - slant * slant))) < led.thickness) {
       const double at_mirror = std::min(1.0, std::abs(dot(mirrored, up)) / longer);
-      sum +=
-          detail::fresnel(at_mirror, double{led.index}).reflected * detail::lambert(mirrored, axis);
+      sum += detail::fresnel(at_mirror, double{led.index}).reflected *
+             detail::lambert(mirrored, mirrored_axis);
     }
     field.push_back(cast<T>(double{led.power} * sum));
     detail::check_points(cancelled, field.size(), positions.size(), "the gel field");
