@@ -1,23 +1,28 @@
 #include <doctest/doctest.h>
 
+#include <Eigen/Core>
 #include <cfenv>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
+#include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/heat.hpp"
 #include "gelight/image/normals.hpp"
+#include "gelight/image/raster.hpp"
 #include "gelight/image/smooth.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "gelight/sensor/presets.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
 #include "gelight/transport/vector_heat.hpp"
 #include "stress/stress.hpp"
+#include "support/floating_flags.hpp"
 #include "support/hard_meshes.hpp"
 
 // No operation makes a NaN where the input has none, not even one that is thrown away later: the
-// processor's flag for it stays down. The preset `trap` compiles this so that the compiler makes no
-// such operation of its own. The exact solver computes on lanes that hold nothing; it is left out,
-// and so are heat's part of it and log maps.
+// processor's flag for it stays down, so that a program may trap it. The preset `trap` compiles
+// this so that the compiler makes no such operation of its own.
 
 using namespace gelight;
 
@@ -46,9 +51,9 @@ std::vector<Input> inputs() {
 
 }  // namespace
 
-TEST_CASE("distances along edges and by fronts") {
+TEST_CASE("distances by every method") {
   for (const auto& input : inputs()) {
-    for (const auto& method : stress::graph_methods()) {
+    for (const auto& method : stress::methods()) {
       for (const auto precision : {stress::Precision::in_double, stress::Precision::in_float}) {
         check_no_nan(method.name + ", " + input.name, [&] {
           (void)method.make(input.mesh, precision)->distance(stress::from(input.mesh.faces[0][0]));
@@ -58,7 +63,7 @@ TEST_CASE("distances along edges and by fronts") {
   }
 }
 
-TEST_CASE("distances by heat") {
+TEST_CASE("distances by heat alone") {
   for (const auto& input : inputs()) {
     for (const bool delaunay : {false, true}) {
       check_no_nan(input.name, [&] {
@@ -69,9 +74,63 @@ TEST_CASE("distances by heat") {
   }
 }
 
+TEST_CASE("exact ways: to points, from points, to targets, back with and without windows") {
+  test::Random random(2);
+  for (const auto& input : inputs()) {
+    for (int k = 0; k < 20; ++k) {
+      const auto source = test::random_point(input.mesh, random);
+      const auto target = test::random_point(input.mesh, random);
+      CAPTURE(k);
+      for (const bool keeps : {false, true}) {
+        check_no_nan(input.name, [&] {
+          const ExactSolver solver(input.mesh);
+          const auto field = solver.solve(Source<double>{source, 0.25}, {.keep_windows = keeps});
+          (void)field.distance(target);
+          if (field.distance(target) == unreachable<double>) return;
+          (void)field.path(target);
+          (void)field.direction(target);
+          (void)field.arrivals(target);
+        });
+      }
+      check_no_nan(input.name + ", to a target", [&] {
+        (void)ExactSolver(input.mesh).solve(Source<double>{source, 0}, {.targets = {target}});
+      });
+    }
+  }
+}
+
 TEST_CASE("vectors") {
   const VectorHeatSolver solver(icosphere<double>(2));
   check_no_nan("transport", [&] { (void)solver.transport(3, Vec3<double>(1, 2, 3)); });
+  check_no_nan("log map", [&] { (void)solver.log_map(3); });
+}
+
+TEST_CASE("a mesh around the camera" * doctest::skip(!test::keeps_floating_flags)) {
+  const Camera<double> camera{60, 60, 31.5, 23.5, 64, 48};
+  const auto around = icosphere<double>(2);
+  for (const double z : {0.0, 0.5, 1.0}) {
+    CAPTURE(z);
+    check_no_nan("drawn", [&] {
+      Image<double> depth(64, 48, std::numeric_limits<double>::infinity());
+      rasterize_into(depth, around, Pose(Eigen::Matrix3d::Identity(), {0, 0, z}), camera);
+    });
+  }
+}
+
+TEST_CASE("sensors at rest and touched, where the camera sees the membrane in all pixels" *
+          doctest::skip(!test::keeps_floating_flags)) {
+  for (auto preset : {geltip(), gelsight_mini(), digit()}) {
+    Camera<float>& c = preset.camera;
+    c = {c.fx / 8,    c.fy / 8,    (c.cx + 0.5f) / 8 - 0.5f, (c.cy + 0.5f) / 8 - 0.5f,
+         c.width / 8, c.height / 8};
+    check_no_nan("frames", [&] {
+      const auto sensor = tactile_renderer(preset);
+      Image<float> depth(c.width, c.height, std::numeric_limits<float>::infinity());
+      const Pose pose(Eigen::Matrix3d::Identity(), {0, 0, 0.03});
+      rasterize_into(depth, icosphere(2, 0.01f), pose, preset.camera);
+      (void)sensor.render(depth);
+    });
+  }
 }
 
 TEST_CASE("images") {

@@ -99,6 +99,12 @@ struct WindowList : WindowColumns<Real> {
     size += count;
   }
 
+  /// Repeats the first window in a lane behind the last one, so that what is computed there is as
+  /// well defined as what is meant.
+  void fill_lane() {
+    for (std::ptrdiff_t i = size; i < size + lane_size; ++i) this->copy(i, *this, 0);
+  }
+
   void move(std::ptrdiff_t to, std::ptrdiff_t i) {
     this->copy(to, *this, i);
     start[to] = start[i];

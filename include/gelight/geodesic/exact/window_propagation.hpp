@@ -651,7 +651,7 @@ class WindowPropagation {
 
   void propagate(Index h) {
     waiting_.take_all(h, list_);
-    std::fill_n(list_.origin + list_.size, lane_size, list_.origin[0]);
+    list_.fill_lane();
     for (std::ptrdiff_t i = 0; i < list_.size; i += lane_size) {
       const auto start = [&](std::ptrdiff_t k) { return origins[list_.origin[i + k]].start; };
       Lane(start(0), start(1), start(2), start(3)).store(list_.start + i);

@@ -165,10 +165,11 @@ class ImagePlane {
       for (const double side : {-1, 1}) polygon = cut(polygon, axis, side * far_ * size_);
     }
     for (CutCorner& corner : polygon) {
+      // But for rounding such a face goes through the camera, and is seen edge-on.
+      if (!(corner.seen.z > 0)) return {};
       // At a depth without an inverse, it is to be refused rather than left out.
       corner.seen.inverse_z = std::min(1 / corner.seen.z, std::numeric_limits<double>::max());
-      // But for rounding such a face goes through the camera, and is seen edge-on.
-      if (!(corner.seen.z > 0) || !is_within(2 * size_, corner.seen)) return {};
+      if (!is_within(2 * size_, corner.seen)) return {};
     }
     return polygon;
   }
@@ -226,8 +227,8 @@ class ImagePlane {
                                      : between(b, a, from_b / (from_b - from_a));
       // Exactly: what is left of a face as large as can be would be lost in its rounding.
       corner.point[axis] = at * corner.point[2];
-      corner.seen = {on_grid(corner.point[0] / corner.point[2]),
-                     on_grid(corner.point[1] / corner.point[2]), corner.point[2], 0};
+      const double z = corner.point[2], by = z != 0 ? z : 1;  // (no quotient by zero)
+      corner.seen = {on_grid(corner.point[0] / by), on_grid(corner.point[1] / by), z, 0};
       inside.push_back(corner);
     }
     return inside;
