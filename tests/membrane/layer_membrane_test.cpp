@@ -4,11 +4,13 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include "gelight/membrane/bulge.hpp"
 #include "gelight/membrane/contact.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
+#include "support/refusal.hpp"
 
 using namespace gelight;
 
@@ -161,4 +163,17 @@ TEST_CASE("no force brings the surface behind the camera") {
     CHECK_THROWS_AS((void)layer.press(plate, {.force = force}), InvalidInput);
   }
   CHECK(layer.press(plate, {.force = 0.1}).converged);
+}
+
+TEST_CASE("a layer of another size than the images is refused, before a frame") {
+  const Image<double> small(8, 8, rest), large(100, 80, rest);
+  const Camera<double> narrow{rest / pitch, rest / pitch, 3.5, 3.5, 8, 8};
+  const LayerMembrane<double> membrane(
+      ElasticLayer(narrow, rest, {1e5, 0.49, 2e-3}, {.sideways = false}));
+  const std::string words = "images of 100 x 80 pixels are not of the membrane's 8 x 8";
+  CHECK(test::refusal([&] { (void)surface_depth(membrane, large, large); }) == words);
+  const PhongLights<double> lights{
+      {{Image<Vec3<double>>(100, 80, Vec3<double>(0.8, 0, 0.6)), {1, 0.5, 0}}}};
+  const auto make = [&] { TactileRenderer(camera(), large, membrane, lights); };
+  CHECK(test::refusal(make) == words);
 }

@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "support/refusal.hpp"
+
 using namespace gelight;
 
 namespace {
@@ -89,4 +91,8 @@ TEST_CASE("input that cannot be used is refused") {
   CHECK_THROWS_AS(make({.gap = -1}), InvalidInput);
   CHECK_THROWS_AS(make({.contact = std::numeric_limits<double>::infinity()}), InvalidInput);
   CHECK_THROWS_AS((void)surface_depth(plain, Image<double>(3, 3), rest), InvalidInput);
+  const Image<double> small(8, 8, 0.03);
+  const ShadowedMembrane<double> shadowed(camera, plain);
+  CHECK(test::refusal([&] { (void)surface_depth(shadowed, small, small); }) ==
+        "images of 8 x 8 pixels are not of the membrane's 100 x 80");
 }

@@ -6,6 +6,7 @@
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/concepts/membrane.hpp"
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/mask.hpp"
 #include "gelight/views/image_view.hpp"
@@ -40,13 +41,19 @@ void protrusion_into(ImageView<T> out, const Press<T>& press, const Window& wind
   }
 }
 
+/// A membrane that has images, asked about others.
+inline void require_own_size(Index width, Index height, Index own_width, Index own_height) {
+  require(width == own_width && height == own_height, "images of ", width, " x ", height,
+          " pixels are not of the membrane's ", own_width, " x ", own_height);
+}
+
 }  // namespace gelight::detail
 
 namespace gelight {
 
 /// The depth of a membrane's surface under contact, all of it, without a renderer: NaN where there
 /// is no membrane or the depth of the contact is not known (image/mask.hpp tells what depths mean).
-/// Throws InvalidInput for images of different sizes.
+/// Throws InvalidInput for images of different sizes, and as the membrane does.
 template <ImageLike D, ImageLike R, MembraneModel<ImagePixel<R>> M>
 [[nodiscard]] Image<ImagePixel<R>> surface_depth(const M& membrane, const D& depth, const R& rest) {
   using T = ImagePixel<R>;

@@ -10,7 +10,9 @@
 #include "gelight/concepts/membrane.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/image/camera.hpp"
 #include "gelight/image/mask.hpp"
+#include "gelight/membrane/contact.hpp"
 #include "gelight/membrane/layer.hpp"
 #include "gelight/views/image_view.hpp"
 
@@ -51,6 +53,8 @@ class LayerMembrane {
   ///@{
   [[nodiscard]] Index reach() const { return whole_image; }
   [[nodiscard]] Workspace make_workspace(Index width, Index height) const {
+    const Image<T>& own = layer_.rest_depth();
+    detail::require_own_size(width, height, own.width(), own.height());
     return {Image<T>(width, height), {}};
   }
   void press_into(ImageView<T> surface, const Press<T>& press, Workspace& work) const {
@@ -74,6 +78,11 @@ class LayerMembrane {
         surface(x, y) = work.contact->depth(x, y);
       }
     }
+  }
+  /// Throws InvalidInput for a camera of another size.
+  void require_fits(const Camera<T>& camera) const {
+    const Image<T>& own = layer_.rest_depth();
+    detail::require_own_size(camera.width, camera.height, own.width(), own.height());
   }
   ///@}
 

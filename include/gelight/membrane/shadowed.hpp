@@ -85,6 +85,7 @@ class ShadowedMembrane {
   ///@{
   [[nodiscard]] Index reach() const { return whole_image; }
   [[nodiscard]] Workspace make_workspace(Index width, Index height) const {
+    detail::require_own_size(width, height, camera_.width, camera_.height);
     const Image<T> image(width, height);
     return {bulge_.make_workspace(width, height),
             detail::Smoother<T>(width, height, shadow_.radius),
@@ -105,9 +106,7 @@ class ShadowedMembrane {
   }
   /// Throws InvalidInput for a camera of another size.
   void require_fits(const Camera<T>& camera) const {
-    detail::require(camera.width == camera_.width && camera.height == camera_.height,
-                    "the membrane's camera sees ", camera_.width, " x ", camera_.height,
-                    " pixels, the renderer's ", camera.width, " x ", camera.height);
+    detail::require_own_size(camera.width, camera.height, camera_.width, camera_.height);
   }
   ///@}
 
