@@ -5,6 +5,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -157,8 +158,9 @@ class VirtualSourceEngine {
     float gain = 0;
     bool settled = false;  // not in the queue, having been there
     bool is_clear = true;  // both ends of the edge that the image came over see it: else a guess
-    Index wave = -1;       // of which source
-    Index next = -1;       // of the same vertex, of another wave
+    std::uint16_t passes = 0;  // how often it has left the queue, up to most_passes
+    Index wave = -1;           // of which source
+    Index next = -1;           // of the same vertex, of another wave
     // The least distance by an image that is hidden in part, tried when the vertex' turn comes;
     // over which place, negative where the owner is the end after it.
     Index promised = 0;
@@ -166,6 +168,7 @@ class VirtualSourceEngine {
 
     [[nodiscard]] bool is_bettered(double new_offset, double new_distance,
                                    bool new_is_clear = false) const {
+      if (passes == most_passes) return new_distance < distance * (1 - gain);
       return new_distance < distance * (1 - (new_is_clear ? clear_gain : double{gain})) ||
              (new_is_clear && !is_clear && new_distance < limit()) ||
              (new_offset < offset / 2 && new_distance < limit());
@@ -212,6 +215,7 @@ class VirtualSourceEngine {
       node.settled = true;
       node.promise = unreachable<double>;
       node.gain = std::clamp(2 * node.gain, least_gain, largest_gain);
+      if (node.passes < most_passes) ++node.passes;
     }
   };
 
@@ -222,6 +226,9 @@ class VirtualSourceEngine {
   // settles.
   static constexpr float least_gain = 1e-10F, largest_gain = 3e-4F;
   static constexpr double clear_gain = 1e-14;
+  // But rounding may have vertices in a circle better each other for ever: from so many passes on,
+  // nothing but being shorter by that share betters one.
+  static constexpr std::uint16_t most_passes = 10000;
   // Of two ways equally long but for `tie` the one that is straight for longer shows more of what
   // lies behind. It must bend less than half as far out, lest a vertex is reached anew from every
   // spoke of a fan. A way that bends by less than `straight` at a vertex (its sine) is straight
