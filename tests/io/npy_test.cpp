@@ -124,6 +124,13 @@ TEST_CASE("float32 widens to double, and nothing else converts") {
   }
 }
 
+TEST_CASE("a header may end without a comma") {
+  const std::string data(24, '\0');
+  CHECK(read_npy<float>(saved("last.npy", with_header("{'descr': '<f4', 'shape': (2, 3), "
+                                                      "'fortran_order': False}",
+                                                      data))) == Image<float>(3, 2));
+}
+
 TEST_CASE("files that cannot be used are refused with their name and fault") {
   const std::string dictionary = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }";
   const std::string data(24, '\0');
@@ -162,5 +169,18 @@ TEST_CASE("files that cannot be used are refused with their name and fault") {
           "rgba.npy",
           with_header("{'descr': '|u1', 'fortran_order': False, 'shape': (2, 3, 4), }", data))),
       "shape (2, 3, 4), not (height, width, 3)"));
+  for (const std::string shape : {"(2, 3, 99999999999999999999)", "(2, 3, -)", "(2, 3x)"}) {
+    CHECK(
+        contains(refusal<float>(saved("shape.npy", with_header("{'descr': '<f4', 'fortran_order': "
+                                                               "False, 'shape': " +
+                                                                   shape + ", }",
+                                                               data))),
+                 "has a dimension of"));
+  }
+  CHECK(contains(
+      refusal<float>(
+          saved("order.npy",
+                with_header("{'descr': '<f4', 'fortran_order': Bogus, 'shape': (2, 3), }", data))),
+      "'fortran_order' that is not understood"));
   CHECK_THROWS_AS(write_npy("/no/such/folder/x.npy", Image<float>(1, 1)), InvalidInput);
 }

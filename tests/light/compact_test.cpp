@@ -103,6 +103,8 @@ TEST_CASE("bad input is refused") {
   CHECK_THROWS_AS((void)packed<double>(LightField<double>{{1, 0, 0}}, none), InvalidInput);
   CHECK_THROWS_AS((void)packed<double>(LightField<double>{{1, 0, 0}}, leaning), InvalidInput);
   CHECK_THROWS_AS((void)packed<double>(LightField<double>{{2, 0, 0}}, up), InvalidInput);
+  CHECK_THROWS_AS((void)packed<double>(LightField<double>{{0.9, 0.9, 0}}, up), InvalidInput);
+  CHECK_THROWS_AS((void)packed<double>(LightField<double>{{0, 0, 5}}, up), InvalidInput);
   CHECK_THROWS_AS((void)packed<double>(LightField<double>{{nan, 0, 0}}, up), InvalidInput);
   CHECK_THROWS_AS((void)unpacked<double>(std::vector<CompactDirection>(2), up), InvalidInput);
 }

@@ -253,3 +253,23 @@ TEST_CASE("the renderer makes of a sensor's file what the fit predicts") {
   std::filesystem::remove(path);
   CHECK(contains(refusal([&] { (void)read_sensor(path); }), "cannot be opened"));
 }
+
+TEST_CASE("where there is no normal the image is the background, touched or not") {
+  const Image<Rgb8> background = gradient();
+  const std::vector<double> nothing(width, 0), all(width, 1);
+  for (const auto& reflectance : reflectances()) {
+    const CalibratedReflectance<double> model({background, reflectance});
+    for (const auto& touched : {nothing, all}) {
+      std::vector<double> r(20), g(20), b(20);
+      const double* const zero = nothing.data();
+      model.shade_row({r.data(), g.data(), b.data()},
+                      {30, 40, 20, zero, zero, zero, nullptr, touched.data()});
+      for (std::size_t i = 0; i < 20; ++i) {
+        const auto& pixel = background(30 + static_cast<Index>(i), 40);
+        CHECK(std::abs(255 * r[i] - pixel[0]) < 0.51);
+        CHECK(std::abs(255 * g[i] - pixel[1]) < 0.51);
+        CHECK(std::abs(255 * b[i] - pixel[2]) < 0.51);
+      }
+    }
+  }
+}

@@ -519,6 +519,9 @@ TEST_CASE("input that cannot be used is refused by name, before anything is writ
         "the output image lies in the memory of the depth image");
   CHECK(refusal([&] { renderer.render_into(within, ImageView<const double>(depth)); }) !=
         "accepted");
+  auto own = renderer.rest_frame();
+  CHECK(refusal([&] { renderer.render_next_into(own, own.depth); }) ==
+        "the output image lies in the memory of the depth image");
   TactileFrame<double> frame{Image<double>(2, 2), out};
   CHECK(refusal([&] { renderer.render_next_into(frame, rest); }) ==
         "the frame's depth image is 2 x 2 pixels, the camera's image 72 x 56");

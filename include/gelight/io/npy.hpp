@@ -2,6 +2,7 @@
 
 #include <array>
 #include <bit>
+#include <charconv>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <span>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <type_traits>
 #include <vector>
 
@@ -60,10 +62,10 @@ struct NpyHeader {
 
 /// What stands behind 'key': in the dictionary of a .npy header.
 [[nodiscard]] inline std::string npy_value(const std::string& text, const std::string& key,
-                                           char last, const std::string& path) {
+                                           const char* last, const std::string& path) {
   const auto at = text.find('\'' + key + "':");
   const auto begin = at == std::string::npos ? at : at + key.size() + 3;
-  const auto end = begin == std::string::npos ? begin : text.find(last, begin);
+  const auto end = begin == std::string::npos ? begin : text.find_first_of(last, begin);
   require(end != std::string::npos, path, " has no '", key, "' in its .npy header");
   return text.substr(begin, end - begin);
 }
@@ -84,21 +86,27 @@ struct NpyHeader {
   require(bool(file), path, " ends within its .npy header");
 
   NpyHeader header;
-  const std::string type = npy_value(text, "descr", ',', path);
+  const std::string type = npy_value(text, "descr", ",}", path);
   const auto quote = type.find('\'');
   const auto close = type.rfind('\'');
   require(quote != close, path, " has elements of a compound type");
   header.type = type.substr(quote + 1, close - quote - 1);
-  header.column_major =
-      npy_value(text, "fortran_order", ',', path).find("True") != std::string::npos;
-  std::string shape = npy_value(text, "shape", ')', path);
+  const std::string order = npy_value(text, "fortran_order", ",}", path);
+  header.column_major = order.find("True") != std::string::npos;
+  require(header.column_major || order.find("False") != std::string::npos, path,
+          " has a 'fortran_order' that is not understood: ", order);
+  std::string shape = npy_value(text, "shape", ")", path);
   for (char& c : shape) c = c == '(' || c == ',' ? ' ' : c;
   std::istringstream sizes(shape);
-  for (long long n = 0; sizes >> n;) {
-    require(n >= 0 && n <= std::numeric_limits<Index>::max(), path, " has a dimension of ", n);
+  for (std::string word; sizes >> word;) {
+    long long n = -1;
+    const char* const end = word.data() + word.size();
+    const auto read = std::from_chars(word.data(), end, n);
+    require(read.ec == std::errc() && read.ptr == end && n >= 0 &&
+                n <= std::numeric_limits<Index>::max(),
+            path, " has a dimension of ", word);
     header.shape.push_back(static_cast<Index>(n));
   }
-  require(sizes.eof(), path, " has a shape that is not understood: ", shape);
   return header;
 }
 

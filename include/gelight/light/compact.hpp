@@ -38,11 +38,11 @@ namespace detail {
 inline constexpr int compact_steps = std::numeric_limits<std::int16_t>::max();
 
 template <std::floating_point T>
-[[nodiscard]] T require_compact(T x, std::size_t i) {
+void require_compact(const Vec3<T>& direction, std::size_t i) {
   // A unit vector may be longer than 1 by rounding.
-  require(std::abs(x) <= 1 + 16 * std::numeric_limits<T>::epsilon(), "direction ", i,
-          " has a component of ", x, " in its plane, more than 1");
-  return x;
+  const T length = stable_norm(direction);
+  require(length <= 1 + 16 * std::numeric_limits<T>::epsilon(), "direction ", i, " has length ",
+          length, ", more than 1");
 }
 
 }  // namespace detail
@@ -64,9 +64,10 @@ template <std::floating_point T>
   for (std::size_t i = 0; i < field.size(); ++i) {
     detail::require(std::abs(norm(normals[i]) - 1) < T(1e-4), "normal ", i, " has length ",
                     norm(normals[i]));
+    detail::require_compact(field[i], i);
     const auto [x, y] = plane_basis(normalized(normals[i]));
     const auto steps = [&](const Vec3<T>& axis) {
-      const T part = detail::require_compact(dot(field[i], axis), i);
+      const T part = dot(field[i], axis);
       return static_cast<std::int16_t>(std::clamp<long>(std::lround(detail::compact_steps * part),
                                                         -detail::compact_steps,
                                                         detail::compact_steps));

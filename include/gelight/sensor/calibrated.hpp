@@ -98,10 +98,12 @@ class CalibratedReflectance {
     for (std::ptrdiff_t i = 0; i < row.count; ++i, background += 4) {
       const T* const of_pixel = mixed.data() + 8 * i;
       const T right = f[static_cast<std::size_t>(i)];
+      // Where there is no normal, the light is as it was.
+      const bool is_surface = (row.nx[i] != 0) | (row.ny[i] != 0) | (row.nz[i] != 0);
       std::array<T, 4> colour;
       for (std::size_t k = 0; k < 4; ++k) {
         const T change = of_pixel[k] + right * (of_pixel[4 + k] - of_pixel[k]);
-        colour[k] = background[k] * (1 + change) + half_level;
+        colour[k] = background[k] * (1 + (is_surface ? change : 0)) + half_level;
       }
       out.r[i] = colour[0];
       out.g[i] = colour[1];

@@ -87,7 +87,8 @@ struct TactileOptions {
   /// unit of the depth) or more; less where it is pressed less.
   double darkening = 0;
   double darkening_depth = 0.03;  ///< where the darkening is full, in the unit of the depth
-  /// The published images have no normals on the outermost pixels: these show ambient light alone.
+  /// The published images have no normals on the outermost pixels: these show ambient light alone,
+  /// and what `Specular::unclamped` makes of no normal.
   BorderNormals border_normals = BorderNormals::none;
   /// Compute only what the contact can have changed, and take the rest from `rest_image()`. The
   /// image is the same; without it every frame takes as long as the largest contact.
@@ -236,13 +237,15 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   /// Makes a frame of this renderer the next one of a sequence, that of `depth`: computes only what
   /// differs from before. Its image is what `render(depth)` gives, bit for bit. Throws
   /// InvalidInput, before anything is written, for a frame or depth image of another size than the
-  /// camera's. Where the membrane or the reflectance throws, the frame becomes `rest_frame()`.
+  /// camera's, and for a depth image in the memory of the frame. Where the membrane or the
+  /// reflectance throws, the frame becomes `rest_frame()`.
   template <ImageOf<T> D>
   void render_next_into(TactileFrame<T>& frame, const D& depth) const {
     detail::require_camera_size(depth, camera_, "the depth image");
     detail::require_camera_size(frame.depth, camera_, "the frame's depth image");
     detail::require_camera_size(frame.image, camera_, "the frame's image");
-    detail::require_apart(frame.image, depth, "the depth image");
+    detail::require_apart(ImageView<Rgb8>(frame.image), depth, "the depth image");
+    detail::require_apart(ImageView<T>(frame.depth), depth, "the depth image");
     if constexpr (std::convertible_to<const D&, View>) {
       render_next_view(frame, depth);
     } else {

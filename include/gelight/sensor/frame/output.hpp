@@ -15,8 +15,8 @@ namespace gelight::detail {
 
 /// Throws InvalidInput where the output lies in the memory of an input that has any; `what` names
 /// the input.
-template <class I>
-void require_apart(ImageView<Rgb8> out, const I& input, const char* what) {
+template <class P, class I>
+void require_apart(ImageView<P> out, const I& input, const char* what) {
   const auto check = [&](const auto& view) {
     const auto [first, last] = byte_range(out);
     const auto [input_first, input_last] = byte_range(view);
