@@ -43,10 +43,11 @@ int main(int count, char** arguments) try {
               {"virtual_source", from_source<gelight::VirtualSourceSolver<double>>},
               {"exact", from_source<gelight::ExactSolver<double>>},
               {"heat", from_source<gelight::HeatSolver<double>>}};
-  if (count == 3)
+  if (count == 3) {
     throw std::runtime_error(
         "usage: marching_front [FOLDER [LEFT RIGHT]], each of dijkstra, fast_marching, "
         "virtual_source, exact, heat");
+  }
   const std::string left = count > 3 ? arguments[2] : "dijkstra";
   const std::string right = count > 3 ? arguments[3] : "exact";
   if (!solvers.contains(left) || !solvers.contains(right)) {

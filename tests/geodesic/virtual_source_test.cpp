@@ -71,7 +71,6 @@ TEST_CASE("needles of 1 : 1,000,000 on a flat sheet: straight lines") {
   }
 }
 
-// A vertex that saw an image before the other end of an edge did must not keep what it guessed.
 TEST_CASE("a query ends, also where rounding has vertices better each other in a circle") {
   // Cut from a grid that is slanted by 2765: found by random tests.
   const Mesh<double> mesh{
@@ -121,6 +120,7 @@ TEST_CASE("a query ends, also where rounding has vertices better each other in a
   }
 }
 
+// A vertex that saw an image before the other end of an edge did must not keep what it guessed.
 TEST_CASE("flat sheets whose triangles are thin or slanted: straight lines") {
   for (const double factor : {3.0, 10.0, 100.0, 1e3, 1e4}) {
     for (const bool is_slanted : {false, true}) {
