@@ -27,7 +27,7 @@ Lengths are in metres. Options of the GelTip's:
   --fov 90           field of view from top to bottom, degrees
   --width 640        pixels
   --height 480       pixels
-  --mesh FILE        a membrane of your own (STL, OBJ, PLY, OFF)
+  --mesh FILE        a membrane of your own (STL, OBJ, PLY, OFF); needs --contact
   --rest FILE        its depth map without contact (.npy of float32 or float64, or grey 16-bit .png)
   --contact FILE...  depth maps of what touches it (likewise)
   --scale 0.00001    metres to a step of the values in depth maps in .png

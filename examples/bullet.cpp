@@ -219,15 +219,14 @@ int run(const Settings& settings) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  CLI::App app("A half-silvered sensor under things that Bullet lets fall");
+  CommandLine line("A half-silvered sensor under things that Bullet lets fall");
   Settings settings;
-  app.add_option("--width", settings.width, "pixels")->capture_default_str();
-  app.add_option("--height", settings.height, "pixels")->capture_default_str();
-  app.add_option("--seconds", settings.seconds, "how long each thing moves")->capture_default_str();
-  app.add_option("--every", settings.every, "frames from one to the next that is written; 0: none")
-      ->capture_default_str();
-  app.add_option("--out", settings.out, "folder for the pictures")->capture_default_str();
-  if (!read_command_line(app, argc, argv)) return 0;
+  line.add("--width", settings.width, "pixels");
+  line.add("--height", settings.height, "pixels");
+  line.add("--seconds", settings.seconds, "how long each thing moves");
+  line.add("--every", settings.every, "frames from one to the next that is written; 0: none");
+  line.add("--out", settings.out, "folder for the pictures");
+  line.read(argc, argv);
   return run(settings);
 } catch (...) {
   return told();

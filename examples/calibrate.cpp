@@ -142,13 +142,12 @@ int run(const std::string& fit_folder, const std::string& test_folder, const std
 }  // namespace
 
 int main(int count, char** arguments) try {
-  CLI::App app("Fits a sensor to photographs of ball presses and renders others");
+  CommandLine line("Fits a sensor to photographs of ball presses and renders others");
   std::string fit, test, out = "out";
-  app.add_option("--fit", fit, "folder of background.png, presses.csv and photographs")->required();
-  app.add_option("--test", test, "the same, of presses to compare with; none is fitted")
-      ->required();
-  app.add_option("--out", out, "folder for the sensor and the contact sheets");
-  if (!read_command_line(app, count, arguments)) return 0;
+  line.add_required("--fit", fit, "folder of background.png, presses.csv and photographs");
+  line.add_required("--test", test, "the same, of presses to compare with; none is fitted");
+  line.add("--out", out, "folder for the sensor and the contact sheets");
+  line.read(count, arguments);
   return run(fit, test, out);
 } catch (...) {
   return told();

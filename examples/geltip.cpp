@@ -64,31 +64,27 @@ struct Settings {
   std::vector<std::string> contacts;
 };
 
-void read_options(CLI::App& app, Settings& settings) {
-  app.add_option("--radius", settings.radius, "radius of the membrane, metres")
-      ->capture_default_str();
-  app.add_option("--length", settings.length, "length from the camera to the tip, metres")
-      ->capture_default_str();
-  app.add_option("--edge", settings.edge, "edge length of the mesh, metres")->capture_default_str();
-  app.add_option("--depth", settings.depth, "how deep objects are pressed, metres")
-      ->capture_default_str();
-  app.add_option("--fov", settings.fov, "field of view from top to bottom, degrees")
-      ->capture_default_str();
-  app.add_option("--width", settings.width, "pixels")->capture_default_str();
-  app.add_option("--height", settings.height, "pixels")->capture_default_str();
-  app.add_option("--mesh", settings.mesh, "a membrane of your own (STL, OBJ, PLY, OFF)");
-  app.add_option("--rest", settings.rest, "its depth map without contact (.npy, 16-bit .png)");
-  app.add_option("--contact", settings.contacts, "depth maps of what touches it (likewise)");
-  app.add_option("--scale", settings.scale, "metres to a step of the depth maps in .png");
-  app.add_option("--background", settings.background, "what the camera sees in ambient light");
-  app.add_option("--out", settings.out, "folder for the pictures")->capture_default_str();
+void name_options(CommandLine& line, Settings& settings) {
+  line.add("--radius", settings.radius, "radius of the membrane, metres");
+  line.add("--length", settings.length, "length from the camera to the tip, metres");
+  line.add("--edge", settings.edge, "edge length of the mesh, metres");
+  line.add("--depth", settings.depth, "how deep objects are pressed, metres");
+  line.add("--fov", settings.fov, "field of view from top to bottom, degrees");
+  line.add("--width", settings.width, "pixels");
+  line.add("--height", settings.height, "pixels");
+  line.add("--mesh", settings.mesh, "a membrane of your own (STL, OBJ, PLY, OFF); needs --contact");
+  line.add("--rest", settings.rest, "its depth map without contact (.npy, 16-bit .png)");
+  line.add("--contact", settings.contacts, "depth maps of what touches it (likewise)");
+  line.add("--scale", settings.scale, "metres to a step of the depth maps in .png");
+  line.add("--background", settings.background, "what the camera sees in ambient light");
+  line.add("--out", settings.out, "folder for the pictures");
 }
 
 /// Throws InvalidInput for options that would change nothing beside others.
-void require_meaning(const CLI::App& app, const Settings& settings) {
+void require_meaning(const CommandLine& line, const Settings& settings) {
   if (settings.mesh.empty()) return;
   for (const std::string option : {"--radius", "--length", "--edge", "--depth"}) {
-    if (app.count(option) == 0) continue;
+    if (!line.has(option)) continue;
     throw gelight::InvalidInput(option + " is for the GelTip that is made without --mesh; " +
                                 settings.mesh + " has its own shape");
   }
@@ -600,11 +596,11 @@ int run(const Settings& settings) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  CLI::App app("Tactile images of a GelTip sensor");
+  CommandLine line("Tactile images of a GelTip sensor");
   Settings settings;
-  read_options(app, settings);
-  if (!read_command_line(app, argc, argv)) return 0;
-  require_meaning(app, settings);
+  name_options(line, settings);
+  line.read(argc, argv);
+  require_meaning(line, settings);
   return run(settings);
 } catch (...) {
   return told();

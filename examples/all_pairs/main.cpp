@@ -6,7 +6,6 @@
 // started again, it goes on. Where the method is approximate, each row has a certificate: how far
 // it can be from the exact distances, at the mean vertex and at the worst.
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -37,9 +36,8 @@ namespace {
 
 struct Settings {
   std::string mesh, out, method = "exact", type = "float32";
-  double edge = 0;
-  std::uint64_t rows_a_part = 64;
-  int threads = 0;
+  double edge = 0.001;
+  int rows_a_part = 64, threads = 0;
 };
 
 /// Distances of all vertices from one.
@@ -207,7 +205,8 @@ void run(const Ranks& ranks, const Settings& settings) {
   const Surface<double> about_origin(centred(mesh));
   const Index vertices = surface.vertex_count();
   PartedFile file(settings.out, description(settings, surface), columns_of(settings, vertices),
-                  static_cast<std::uint64_t>(vertices), settings.rows_a_part);
+                  static_cast<std::uint64_t>(vertices),
+                  static_cast<std::uint64_t>(settings.rows_a_part));
   Rows rows{surface, file, row_by(settings.method, about_origin), nullptr};
   if (settings.method == "fast_marching") {
     rows.certifier = std::make_unique<gelight::Certifier<double>>(about_origin);
@@ -222,23 +221,16 @@ void run(const Ranks& ranks, const Settings& settings) {
 
 int main(int argc, char** argv) {
   Settings settings;
-  CLI::App app("Writes the distances between all pairs of a mesh's vertices into an HDF5 file.",
-               "all_pairs");
-  app.add_option("mesh", settings.mesh, "a file, or geltip")->required();
-  app.add_option("out", settings.out, "the HDF5 file; its parts go beside it")->required();
-  app.add_option("--edge", settings.edge, "edge length of geltip's mesh, metres")
-      ->default_val(0.001)
-      ->check(CLI::Range(0.0001, 0.02));
-  app.add_option("--method", settings.method, "how distances are found")
-      ->check(CLI::IsMember({"exact", "smooth", "fast_marching"}))
-      ->capture_default_str();
-  app.add_option("--type", settings.type, "of the numbers")
-      ->check(CLI::IsMember({"float32", "float64"}))
-      ->capture_default_str();
-  app.add_option("--part", settings.rows_a_part, "rows a file")
-      ->check(CLI::Range(1, 1000000000))
-      ->capture_default_str();
+  CommandLine line("Writes the distances between all pairs of a mesh's vertices into an HDF5 file.",
+                   "all_pairs");
+  line.add_required("mesh", settings.mesh, "a file, or geltip");
+  line.add_required("out", settings.out, "the HDF5 file; its parts go beside it");
+  line.add_within("--edge", settings.edge, 0.0001, 0.02, "edge length of geltip's mesh, metres");
+  line.add_one_of("--method", settings.method, {"exact", "smooth", "fast_marching"},
+                  "how distances are found");
+  line.add_one_of("--type", settings.type, {"float32", "float64"}, "of the numbers");
+  line.add_within("--part", settings.rows_a_part, 1, 1000000000, "rows a file");
   hdf5::be_quiet();
-  return run_on_ranks(argc, argv, app, settings.threads,
+  return run_on_ranks(argc, argv, line, settings.threads,
                       [&](const Ranks& ranks) { run(ranks, settings); });
 }

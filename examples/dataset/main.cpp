@@ -10,7 +10,6 @@
 
 #include <sys/resource.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -134,10 +133,10 @@ void run(const Ranks& ranks, const Settings& settings) {
 
 int main(int argc, char** argv) {
   Settings settings;
-  CLI::App app("Renders the samples that a description asks for into an HDF5 file.", "dataset");
-  app.add_option("description", settings.description, "scene.json")->required();
-  app.add_option("out", settings.out, "the HDF5 file; its parts go beside it")->required();
+  CommandLine line("Renders the samples that a description asks for into an HDF5 file.", "dataset");
+  line.add_required("description", settings.description, "scene.json");
+  line.add_required("out", settings.out, "the HDF5 file; its parts go beside it");
   hdf5::be_quiet();
-  return run_on_ranks(argc, argv, app, settings.threads,
+  return run_on_ranks(argc, argv, line, settings.threads,
                       [&](const Ranks& ranks) { run(ranks, settings); });
 }

@@ -202,11 +202,11 @@ void compare(const std::string& one, const std::string& other, const std::string
 
 int main(int argc, char** argv) try {
   std::string one, other, picture;
-  CLI::App app("Tells how much the images of two datasets are alike.");
-  app.add_option("one", one, "an HDF5 file of dataset")->required();
-  app.add_option("other", other, "another, of as many images")->required();
-  app.add_option("--picture", picture, "a PNG file for pairs and their differences");
-  if (!read_command_line(app, argc, argv)) return 0;
+  CommandLine line("Tells how much the images of two datasets are alike.");
+  line.add_required("one", one, "an HDF5 file of dataset");
+  line.add_required("other", other, "another, of as many images");
+  line.add("--picture", picture, "a PNG file for pairs and their differences");
+  line.read(argc, argv);
   hdf5::be_quiet();
   outlive_file_limits();
   compare(one, other, picture);

@@ -2,7 +2,6 @@
 
 #include <mpi.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
@@ -13,11 +12,13 @@
 #include <exception>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "command_line.hpp"
 #include "durable_file.hpp"
 
 // Numbered pieces of work, dealt to whoever is free: threads of this process, and those of other
@@ -103,26 +104,27 @@ class Ranks {
 
 /// The main function of a program that works on several ranks: reads its options, and `threads` of
 /// each rank as one more; runs it, and ends all ranks with the reason where one fails.
-inline int run_on_ranks(int argc, char** argv, CLI::App& app, int& threads,
+inline int run_on_ranks(int argc, char** argv, CommandLine& line, int& threads,
                         const std::function<void(const Ranks&)>& run) {
   outlive_file_limits();
   const Ranks ranks(argc, argv);
-  app.add_option("--threads", threads,
-                 "threads of each rank; by default all of the machine, or 1 under mpirun")
-      ->check(CLI::Range(1, 4096));
+  std::optional<int> asked_threads;
+  line.add_within("--threads", asked_threads, 1, 4096,
+                  "threads of each rank; by default all of the machine, or 1 under mpirun");
   try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {  // for help
-    return ranks.is_first() ? app.exit(asked) : 0;
-  } catch (const CLI::ParseError& error) {
-    if (ranks.is_first()) std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.what());
+    line.read(argc, argv);
+  } catch (const HelpAsked& help) {
+    if (ranks.is_first()) std::printf("%s\n", help.words.c_str());
+    return 0;
+  } catch (const std::exception& wrong) {
+    if (ranks.is_first()) std::fprintf(stderr, "%s: %s\n", line.program().c_str(), wrong.what());
     return 1;
   }
-  if (threads < 1) threads = ranks.threads_by_default();
+  threads = asked_threads.value_or(ranks.threads_by_default());
   try {
     run(ranks);
   } catch (const std::exception& why) {
-    ranks.fail(app.get_name(), why.what());
+    ranks.fail(line.program(), why.what());
   }
   return 0;
 }
