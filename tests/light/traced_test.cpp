@@ -461,6 +461,14 @@ TEST_CASE("what is no sensor is refused") {
   CHECK_THROWS_AS((void)tracer.trace({.place = {nan, 0, 0}}), InvalidInput);
   CHECK_THROWS_AS((void)tracer.trace({.axis = {0, 0, 0}}), InvalidInput);
   CHECK_THROWS_AS((void)tracer.trace({.radius = -1}), InvalidInput);
+  for (const double far : {1e6, 1e39, 1e300}) {
+    CHECK_THROWS_AS((void)tracer.trace({.place = {0, far, 0}}), InvalidInput);
+    CHECK_THROWS_AS((void)tracer.paths({.place = {-far, 0, 0}}), InvalidInput);
+    CHECK_THROWS_AS((void)tracer.trace({.radius = far}), InvalidInput);
+  }
+  CHECK(tracer.trace({.place = {0, 0, 1e3}, .axis = {0, 0, 1}}, {.paths = 100}).balance.lost == 1);
+  CHECK_THROWS_AS((void)tracer.trace({.narrowness = 1e300, .behind_air = true}), InvalidInput);
+  CHECK_THROWS_AS(LightTracer(tip, {.index = 1e-300}), InvalidInput);
   CHECK_THROWS_AS((void)tracer.trace({.power = nan}), InvalidInput);
   CHECK_THROWS_AS((void)tracer.trace({.narrowness = -1}), InvalidInput);
   CHECK_THROWS_AS((void)tracer.trace({.layer = 1}), InvalidInput);

@@ -254,6 +254,34 @@ TEST_CASE("a photograph of something else is named and left out") {
   CHECK(contains(fit.warnings[0], known[3].name));
 }
 
+TEST_CASE("so it is where circles are not refined") {
+  for (const int count : {5, 8}) {
+    std::vector<BallPress> known = presses(1, 7, count);
+    known[3].ball_radius *= 2.5;
+    CalibrationOptions options = few_nodes();
+    options.refine_circles = false;
+    const Calibration fit = calibrate(gradient(), known, options);
+    for (std::size_t i = 0; i < known.size(); ++i) CHECK(fit.presses[i].fits == (i != 3));
+    REQUIRE(fit.warnings.size() == 1);
+    CHECK(contains(fit.warnings[0], known[3].name));
+  }
+}
+
+TEST_CASE("a circle beside which nothing is seen, and a reflectance that is none, are refused") {
+  for (const double radius : {120.0, 1e5, 1e8, 1e12, 1e300}) {
+    std::vector<BallPress> known = presses(1, 7);
+    known[2].contact.radius = radius;
+    known[2].ball_radius = 2 * radius;
+    const std::string told = refusal([&] { (void)calibrate(gradient(), known, few_nodes()); });
+    CHECK(contains(told, known[2].name));
+    CHECK(contains(told, "no gel far from it"));
+  }
+  const auto model = static_cast<ReflectanceModel>(7);
+  const std::string told =
+      refusal([&] { (void)calibrate(gradient(), presses(1, 7), options_of(model)); });
+  CHECK(contains(told, "reflectance model 7"));
+}
+
 // Such a rim is as steep as can be, and its slope decays over a hundred thousand pixels.
 TEST_CASE("a circle as large as its ball and the longest bulge take as long as the image is wide") {
   const double contact = 60;

@@ -238,6 +238,15 @@ TEST_CASE("fitted lights without their directions, or images of other sizes, are
   CHECK(contains(said([&](auto&, auto&, auto& d, auto&) { d[1](5, 5).x() = nan; }), "of light 1"));
   CHECK(contains(said([](auto&, auto& n, auto&, auto&) { n = Field(3, 4); }), "normals"));
   CHECK(contains(said([&](auto&, auto& n, auto&, auto&) { n(2, 2).z() = nan; }), "normals"));
+  CHECK(contains(said([&](auto&, auto& n, auto&, auto&) { n(2, 2) *= 3; }), "normals"));
+  CHECK(said([&](auto&, auto& n, auto&, auto&) { n(2, 2) *= 0; }) == "accepted");
   CHECK(contains(said([](auto&, auto&, auto&, auto& b) { b = Image<Rgb8>(7, 8); }), "background"));
+  for (const double bad : {nan, 0.0, 1 / 0.0}) {
+    Camera<double> camera = far_camera();
+    camera.fx = bad;
+    CHECK(refusal([&] {
+            (void)CalibratedLights<double>(model, gradient(), camera, rest, straight(model));
+          }) != "accepted");
+  }
   CHECK(contains(said([](auto& m, auto&, auto&, auto&) { m.softness = 0; }), "softness"));
 }

@@ -195,6 +195,11 @@ TEST_CASE(
   CHECK(refused({50, 50, nan}, 30));
   CHECK(refused({nan, 50, 10}, 30));
   CHECK(!refused({50, 50, 0}, 30));
+  // However far off it is, such a contact is not seen.
+  for (const double far : {1e4, 1e19, 1e20, 1e160}) {
+    const auto seen = predict(sensor, {far, 50, 10}, 30);
+    for (std::size_t c = 0; c < 3; ++c) CHECK(seen(5, 5)[c] == gradient()(5, 5)[c]);
+  }
   CHECK(!refused({50, 50, std::nextafter(30.0, 0.0)}, 30));  // nearly upright at the rim
   for (const double length : {1e5, 1e300, infinity, nan, -1.0}) {
     sensor.bulge_length = length;

@@ -225,6 +225,34 @@ TEST_CASE("a flat pad needs no fine mesh, and a membrane that follows its object
   CHECK(plan.single_precision);
 }
 
+TEST_CASE("what is fast enough is chosen, however few frames are to be paid for") {
+  const SensorAt tip = [](double edge) { return geltip<double>(96, 72, edge); };
+  SensorPlanRequest request{.tolerance = 8, .share = 0.9, .reference_edge = 0.0008};
+  request.frames = 0;
+  const auto quick_to_make = plan_sensor(tip, request);
+  request.frames = 1e9;
+  const auto fast = plan_sensor(tip, request);
+  REQUIRE(fast.seconds_a_frame < quick_to_make.seconds_a_frame);
+  request.frames = 0;
+  request.frames_a_second = 2 / (fast.seconds_a_frame + quick_to_make.seconds_a_frame);
+  const auto plan = plan_sensor(tip, request);
+  CHECK(plan.satisfies);
+  CHECK(plan.seconds_a_frame * request.frames_a_second <= 1);
+}
+
+TEST_CASE("models that are none are refused") {
+  const SensorAt tip = [](double edge) { return geltip<double>(64, 48, edge); };
+  SensorPlanRequest request;
+  request.light = static_cast<PlannedLight>(9);
+  CHECK_THROWS_AS((void)plan_sensor(tip, request), InvalidInput);
+  SensorPlan plan;
+  plan.satisfies = true;
+  plan.edge_length = 0.002;
+  plan.light_grid = 1;
+  plan.membrane = static_cast<PlannedMembrane>(9);
+  CHECK_THROWS_AS((void)planned_renderer<double>(tip, plan), InvalidInput);
+}
+
 TEST_CASE("what cannot be is refused in words, with what would do") {
   const SensorAt tip = [](double edge) { return geltip<double>(64, 48, edge); };
   SensorPlanRequest request{.tolerance = 10, .share = 0.9, .reference_edge = 0.0015};

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <limits>
 #include <random>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -408,6 +409,33 @@ TEST_CASE("every kind of background and of depth image") {
                                           -width)) == want);
   CHECK(renderer.render(columns.view().transposed()) == want);
   CHECK(renderer.render(floats) == want);
+}
+
+// A depth image that cannot be read beyond a row, as it comes over a wire.
+struct BrokenDepth {
+  const Image<double>* depth;
+  Index last;
+  [[nodiscard]] Index width() const { return depth->width(); }
+  [[nodiscard]] Index height() const { return depth->height(); }
+  [[nodiscard]] double operator()(Index x, Index y) const {
+    if (y > last) throw std::runtime_error("gone");
+    return (*depth)(x, y);
+  }
+};
+
+TEST_CASE("a frame whose depth image throws half-way is at rest") {
+  TactileOptions options;
+  options.smoothing_sigma = 1;
+  options.smoothing_radius = 2;
+  const TactileRenderer<double> sensor(camera, rest_depth(), two_lights(), {}, options);
+  auto frame = sensor.rest_frame();
+  sensor.render_next_into(frame, ball(3e-3, 50, 40));
+  const Image<double> depth = ball(3e-3);
+  CHECK_THROWS_AS(sensor.render_next_into(frame, BrokenDepth{&depth, 27}), std::runtime_error);
+  CHECK(frame.image == sensor.rest_image());
+  CHECK(frame.depth == rest_depth());
+  sensor.render_next_into(frame, depth);
+  CHECK(frame.image == sensor.render(depth));
 }
 
 TEST_CASE("output of any stride is the packed image, and nothing beside its pixels is touched") {

@@ -150,12 +150,14 @@ struct TracedPath {
 ///
 /// Where layers meet their normals are taken as smooth across edges of less than 37 degrees;
 /// where the coating reflects, faces are flat. Light that reaches the border of a surface leaves.
+/// Rays start 2e-6 of the extent of all surfaces off the face that they leave: gel that is not
+/// several times thicker lets its light out.
 /// Const calls from several threads are fine.
 class LightTracer {
  public:
   /// Of a membrane with normals outwards, away from the gel, and what lies beneath the gel, from
   /// outside to inside; without a layer, gel fills all. Throws InvalidInput for surfaces that are
-  /// not oriented manifolds, indices that are not positive and finite, absorptions that are
+  /// not oriented manifolds, indices that are not from 0.01 to 100, absorptions that are
   /// negative or not finite and an albedo outside 0 to 1; std::runtime_error and std::bad_alloc as
   /// Embree fails. O(n log n) in the faces.
   LightTracer(const Surface<double>& membrane, const GelOptics& gel,
@@ -176,8 +178,9 @@ class LightTracer {
 
   /// The light of an LED at every vertex of the membrane. An LED that is not in the layer it is
   /// said to shine into loses its light (`balance.lost`). Throws InvalidInput for an LED whose
-  /// place is not finite, that has no axis, a negative size, power or narrowness or an unknown
-  /// layer, and for no paths. Some 1e6 straight pieces a second and core; memory: 16 times 7
+  /// place is not finite or farther off than 1e4 times the extent of all surfaces, that has no
+  /// axis, a negative size, power or narrowness, one above 1e100 or an unknown layer, and for no
+  /// paths. Some 1e6 straight pieces a second and core; memory: 16 times 7
   /// numbers a vertex.
   [[nodiscard]] TracedLight trace(const TracedLed& led, const TraceOptions& options = {}) const {
     check(led, options);
@@ -277,14 +280,17 @@ class LightTracer {
     std::size_t medium;
   };
 
+  // A ray starts where single precision has a thousandth of the extent, or better.
+  static constexpr double farthest_led = 1e4, narrowest = 1e100;
+
   static std::vector<Medium> checked_media(const GelOptics& gel,
                                            std::span<const InnerLayer> layers) {
     detail::require(gel.albedo >= 0 && gel.albedo <= 1, "albedo ", gel.albedo);
     std::vector<Medium> media{{gel.index, gel.absorption}};
     for (const auto& layer : layers) media.push_back({layer.index, layer.absorption});
     for (std::size_t k = 0; k < media.size(); ++k) {
-      detail::require(media[k].index > 0 && std::isfinite(media[k].index), "layer ", k,
-                      " has refractive index ", media[k].index);
+      detail::require(media[k].index >= 0.01 && media[k].index <= 100, "layer ", k,
+                      " has refractive index ", media[k].index, ", not from 0.01 to 100");
       detail::require(media[k].absorption >= 0 && std::isfinite(media[k].absorption), "layer ", k,
                       " has absorption ", media[k].absorption);
     }
@@ -310,8 +316,13 @@ class LightTracer {
     detail::require(led.radius >= 0 && std::isfinite(led.radius), "the LED has radius ",
                     led.radius);
     detail::require(led.power >= 0 && std::isfinite(led.power), "the LED has power ", led.power);
-    detail::require(led.narrowness >= 0 && std::isfinite(led.narrowness), "the LED has narrowness ",
-                    led.narrowness);
+    detail::require(led.narrowness >= 0 && led.narrowness <= narrowest, "the LED has narrowness ",
+                    led.narrowness, ", not from 0 to ", narrowest);
+    const double off =
+        scene_.to_scene(led.place).cwiseAbs().maxCoeff() + led.radius / scene_.scale();
+    detail::require(off <= farthest_led, "the LED at (", led.place[0], ", ", led.place[1], ", ",
+                    led.place[2], ") is farther off than ", farthest_led,
+                    " times the extent of all surfaces");
     detail::require(led.layer >= 0 && std::cmp_less(led.layer, media_.size()),
                     "the LED shines into layer ", led.layer, " of ", media_.size());
   }

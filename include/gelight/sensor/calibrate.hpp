@@ -45,9 +45,10 @@ struct CalibrationOptions {
 struct PressReport {
   /// As the press is named.
   std::string name;
-  Change level{};            ///< by how much the whole photograph is brighter, grey levels
-  Circle contact;            ///< as refined
-  Vec2<double> doubt{0, 0};  ///< standard deviations of its centre, pixels; 0: not refined
+  Change level{};  ///< by how much the whole photograph is brighter, grey levels
+  Circle contact;  ///< as refined
+  /// Standard deviations of its centre by the photograph's noise, pixels; 0: not refined.
+  Vec2<double> doubt{0, 0};
   bool is_proposed = false;  ///< the circle was searched for
   bool fits = true;          ///< otherwise left out of the fit
   double residual = 0;       ///< mean absolute, inside of the contact, grey levels
@@ -65,9 +66,10 @@ struct RegionResidual {
 struct Calibration {
   /// What a renderer takes.
   CalibratedSensor sensor;
-  /// Standard deviation of the bulge's length in pixels, from how fast the residual grows beside
-  /// it, as though one residual in thirty were free; infinity where it does not, 0 for a given
-  /// length.
+  /// Standard deviation of the bulge's length in pixels by the noise of the photographs, from how
+  /// fast the residual grows beside it, as though one residual in thirty were free; infinity where
+  /// it does not, 0 for a given length. Circles that are marked beside their places, and light that
+  /// is not as the model has it, put the length off by several times as much.
   double bulge_doubt = 0;
   detail::Smoothness smoothness;  ///< as chosen by cross-validation
   double held_out = 0;            ///< root mean square there, in the contact, grey levels
@@ -100,15 +102,15 @@ GELIGHT_INLINE void require_press(const BallPress& press, const Image<Rgb8>& bac
 /// Touched and free gel are fitted apart, as they shine differently. Each photograph's level of
 /// colour is taken off; how smooth a table or polynomial is, is chosen by leaving presses out; the
 /// circles' centres are refined (from five presses on, their mean kept); what does not fit the
-/// others is left out and named. Radii stay as they are marked.
+/// others is left out and named (from five presses on). Radii stay as they are marked.
 ///
 /// Throws InvalidInput, naming the photograph, where there are no presses, sizes differ, a circle
-/// lies outside of the image or is larger than its ball, an image is constant or a fifth of it
-/// saturated, a photograph differs from the background no more inside of its circle than far from
-/// it, and for options out of range; Cancelled where the hook says so. For a table some
-/// 1.2 seconds of work for 21 presses of 320 x 240 pixels, for lights 4 (g++ -O2). (The idea: Si,
-/// Yuan, Taxim: An Example-based Simulation Model for GelSight Tactile Sensors, 2022,
-/// doi:10.1109/LRA.2022.3142412)
+/// lies outside of the image, is larger than its ball or leaves no gel far from it in the image, an
+/// image is constant or a fifth of it saturated, a photograph differs from the background no more
+/// inside of its circle than far from it, and for options out of range; Cancelled where the hook
+/// says so. For a table some 1.2 seconds of work for 21 presses of 320 x 240 pixels, for lights 4
+/// (g++ -O2). (The idea: Si, Yuan, Taxim: An Example-based Simulation Model for GelSight Tactile
+/// Sensors, 2022, doi:10.1109/LRA.2022.3142412)
 [[nodiscard]] GELIGHT_INLINE Calibration calibrate(const Image<Rgb8>& background,
                                                    std::span<const BallPress> presses,
                                                    const CalibrationOptions& options = {});

@@ -32,20 +32,23 @@ class CalibratedLights {
   /// there is none, which stays as the background is. `directions` has an image for each light: the
   /// direction in which it travels when it arrives, as in Light, of the length of its intensity; a
   /// light that has gone a distance of d half images has d to the power of -falloff. Throws
-  /// InvalidInput for other than an image a light, images that are not of the camera's size,
-  /// numbers that are not finite, and a model that write_sensor refuses.
+  /// InvalidInput for a bad camera, other than an image a light, images that are not of the
+  /// camera's size, numbers that are not finite, normals of another length than 1 or 0, and a model
+  /// that write_sensor refuses.
   CalibratedLights(const LightsReflectance& model, Image<Rgb8> background, const Camera<T>& camera,
                    Image<Vec3<T>> rest_normals, std::vector<Image<Vec3<T>>> directions)
       : shared_(
             std::make_shared<const Data>(Data{model, std::move(background), camera,
                                               std::move(rest_normals), std::move(directions)})) {
     const Data& all = *shared_;
+    camera.require_valid();
     detail::require_reflectance(model);
     detail::require(all.directions.size() == model.lights.size(), all.directions.size(),
                     " images of directions for ", model.lights.size(), " lights");
     require_size(all.background, camera, "the background");
     require_size(all.rest_normals, camera, "the image of normals at rest");
-    detail::require(finite(all.rest_normals), "normals at rest are not all finite");
+    detail::require(are_normals(all.rest_normals),
+                    "normals at rest are not all finite, and of length 1 or 0");
     for (std::size_t k = 0; k < all.directions.size(); ++k) {
       require_size(all.directions[k], camera, "an image of directions");
       detail::require(finite(all.directions[k]), "directions of light ", k, " are not all finite");
@@ -87,6 +90,11 @@ class CalibratedLights {
     detail::require(image.width() == camera.width && image.height() == camera.height, what, " has ",
                     image.width(), " x ", image.height(), " pixels, the camera ", camera.width,
                     " x ", camera.height);
+  }
+  [[nodiscard]] static bool are_normals(const Image<Vec3<T>>& image) {
+    return std::all_of(image.pixels().begin(), image.pixels().end(), [](const Vec3<T>& n) {
+      return n.isZero() || std::abs(norm(cast<double>(n)) - 1) < 1e-3;
+    });
   }
   [[nodiscard]] static bool finite(const Image<Vec3<T>>& image) {
     return std::all_of(image.pixels().begin(), image.pixels().end(),

@@ -130,10 +130,7 @@ class SensorPlanner {
       }
       failed.push_back(choice);
     }
-    if (seconds(costs_.frame(chosen)) * request_.frames_a_second > 1) {
-      return refused(chosen, too_slow(chosen));
-    }
-    return described(chosen, true);
+    return is_too_slow(chosen) ? refused(chosen, too_slow(chosen)) : described(chosen, true);
   }
 
  private:
@@ -154,6 +151,8 @@ class SensorPlanner {
     require(r.frames >= 0 && std::isfinite(r.frames), r.frames, " frames");
     require(r.slowness > 0 && std::isfinite(r.slowness), "a slowness of ", r.slowness);
     require(r.contacts >= 2, r.contacts, " contacts to try");
+    require(r.light <= PlannedLight::geodesic, "light model ", int(r.light), " of 5");
+    require(r.membrane <= PlannedMembrane::layer, "membrane model ", int(r.membrane), " of 3");
     return r;
   }
 
@@ -239,11 +238,18 @@ class SensorPlanner {
     return choices;
   }
 
+  // Those that are too slow come last, the fastest of them first.
   [[nodiscard]] std::vector<SensorChoice> by_cost(std::vector<SensorChoice> choices) const {
-    std::stable_sort(
-        choices.begin(), choices.end(),
-        [&](const SensorChoice& a, const SensorChoice& b) { return cost(a) < cost(b); });
+    std::stable_sort(choices.begin(), choices.end(),
+                     [&](const SensorChoice& a, const SensorChoice& b) {
+                       const bool slow_a = is_too_slow(a), slow_b = is_too_slow(b);
+                       if (slow_a != slow_b) return slow_b;
+                       return slow_a ? costs_.frame(a) < costs_.frame(b) : cost(a) < cost(b);
+                     });
     return choices;
+  }
+  [[nodiscard]] bool is_too_slow(const SensorChoice& choice) const {
+    return seconds(costs_.frame(choice)) * request_.frames_a_second > 1;
   }
 
   // --- words -------------------------------------------------------------------------------------
@@ -263,7 +269,7 @@ class SensorPlanner {
   }
   [[nodiscard]] std::string too_slow(const SensorChoice& chosen) const {
     const double takes = seconds(costs_.frame(chosen));
-    return joined("the cheapest that keeps ", two_digits(request_.tolerance),
+    return joined("the fastest that keeps ", two_digits(request_.tolerance),
                   " grey levels is estimated at ", two_digits(1 / takes), " frames a second, not ",
                   two_digits(request_.frames_a_second), ": a processor ",
                   two_digits(takes * request_.frames_a_second),
@@ -425,6 +431,9 @@ template <std::floating_point T, MembraneModel<T> Membrane = GaussianMembrane<T>
   detail::require(plan.single_precision || sizeof(T) >= sizeof(double),
                   "the plan wants double, the renderer is of float");
   detail::require(plan.light_grid > 0, "the plan has light at every ", plan.light_grid, " pixels");
+  detail::require(plan.light <= PlannedLight::geodesic, "light model ", int(plan.light), " of 5");
+  detail::require(plan.membrane <= PlannedMembrane::layer, "membrane model ", int(plan.membrane),
+                  " of 3");
   const SensorPreset<double> sensor = sensor_at(plan.edge_length);
   const Raster<double> rest = rasterize(sensor.membrane, sensor.camera);
   detail::require_seen(rest);

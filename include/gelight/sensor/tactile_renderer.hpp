@@ -237,8 +237,8 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   /// Makes a frame of this renderer the next one of a sequence, that of `depth`: computes only what
   /// differs from before. Its image is what `render(depth)` gives, bit for bit. Throws
   /// InvalidInput, before anything is written, for a frame or depth image of another size than the
-  /// camera's, and for a depth image in the memory of the frame. Where the membrane or the
-  /// reflectance throws, the frame becomes `rest_frame()`.
+  /// camera's, and for a depth image in the memory of the frame. Where the membrane, the
+  /// reflectance or the depth image throws, the frame becomes `rest_frame()`.
   template <ImageOf<T> D>
   void render_next_into(TactileFrame<T>& frame, const D& depth) const {
     detail::require_camera_size(depth, camera_, "the depth image");
@@ -413,11 +413,11 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
   template <class D>
   void render_next(TactileFrame<T>& frame, const D& depth) const {
     lend_workspace([&](Workspace& work) {
-      if (!work.changes.update(frame.depth, depth, work.membrane.buffer.data())) return;
       try {
+        if (!work.changes.update(frame.depth, depth, work.membrane.buffer.data())) return;
         render_rows(frame.image, View(frame.depth), Extent::changed, work);
       } catch (...) {
-        // Its depth is the next one's, its image is not.
+        // Its depth is the next one's, or some of it, its image is not.
         frame = rest_frame();
         throw;
       }

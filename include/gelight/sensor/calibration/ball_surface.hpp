@@ -79,8 +79,8 @@ class BallSurface {
     const double r = std::sqrt(dx * dx + dy * dy);
     if (r <= contact_) return {dx / ball_, dy / ball_};
     const double at = (r - contact_) * per_pixel;
+    if (!(at + 1 < static_cast<double>(tilt_.size()))) return {0, 0};  // too far for an index, too
     const auto i = static_cast<std::size_t>(at);
-    if (i + 1 >= tilt_.size()) return {0, 0};
     const double share = at - static_cast<double>(i);
     const double tilt = (1 - share) * tilt_[i] + share * tilt_[i + 1];
     return {tilt * dx / r, tilt * dy / r};

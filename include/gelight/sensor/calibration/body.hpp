@@ -57,6 +57,9 @@ inline void require_photograph(const Image<Rgb8>& image, const std::string& name
   }
 }
 
+/// From this share of the way to the farthest corner on, pixels are far from any contact.
+inline constexpr double far_share = 0.8;
+
 // Fewer pixels show no slope.
 inline constexpr double least_circle = 3;
 
@@ -78,6 +81,8 @@ inline void require_circle(const BallPress& press) {
           ", smaller than its circle of ", c.radius);
   require(c.radius >= least_circle, press.name, " has a circle of radius ", c.radius,
           ": at least 3 pixels are needed");
+  require(c.radius < far_share * farthest_corner(c, photo), press.name, " has a circle of radius ",
+          c.radius, ", beside which no gel far from it is seen");
 }
 
 GELIGHT_INLINE void require_press(const BallPress& press, const Image<Rgb8>& background) {
@@ -116,11 +121,13 @@ class Calibrator {
 
   [[nodiscard]] Calibration solve() {
     result_.sensor.background = background_;
-    const int rounds = options_.refine_circles && entries_.size() >= few_presses ? 2 : 0;
+    const bool are_few = entries_.size() < few_presses;  // to tell which does not fit the others
+    const int rounds = are_few ? 0 : options_.refine_circles ? 2 : 1;
     for (int round = 0; round <= rounds; ++round) {
       const CancelHook part =
           options_.cancelled.part(half * round / (rounds + 1), half * (round + 1) / (rounds + 1));
-      if (round > 0) refine_all(part.part(0, half));
+      if (round > 0 && options_.refine_circles) refine_all(part.part(0, half));
+      if (round > 0) leave_out();
       fit_touched(round == rounds, part.part(half, 1));
     }
     fit_free();
@@ -136,6 +143,8 @@ class Calibrator {
 
   void require_valid() const {
     require(!presses_.empty(), "no presses to calibrate from");
+    require(options_.model <= ReflectanceModel::table, "reflectance model ", int(options_.model),
+            " of 3");
     require(options_.lights >= 3 && options_.lights <= 8, options_.lights,
             " lights: from 3 to 8 can be fitted");
     require(options_.polynomial_degree >= 1 && options_.polynomial_degree <= 8,
@@ -225,7 +234,7 @@ class Calibrator {
 
   // Beyond 2.5 contact radii, or where the farthest pixels are.
   [[nodiscard]] double far_from(const Circle& circle) const {
-    return std::min(2.5 * circle.radius, 0.8 * farthest_corner(circle));
+    return std::min(2.5 * circle.radius, far_share * farthest_corner(circle));
   }
 
   // The mean over pixels far from the contact.
@@ -428,7 +437,6 @@ class Calibrator {
       refine(i);
     }
     centre_shifts();
-    leave_out();
   }
 
   void refine(std::size_t i) {
@@ -543,7 +551,7 @@ class Calibrator {
                      sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
     const double median = sorted[sorted.size() / 2];
     for (std::size_t i = 0; i < entries_.size(); ++i) {
-      entries_[i].report.fits = entries_.size() < 4 || residuals[i] <= 2.5 * median + 0.5;
+      entries_[i].report.fits = residuals[i] <= 2.5 * median + 0.5;
     }
   }
 
