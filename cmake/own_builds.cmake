@@ -5,6 +5,11 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 set(CMAKE_CXX_EXTENSIONS OFF)
 
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # A compiler that looks for memory to give back only from a gigabyte on takes a tenth less time.
+  add_compile_options(--param=ggc-min-heapsize=1000000)
+endif()
+
 option(GELIGHT_NATIVE "Build for this machine's processor" OFF)
 
 add_library(gelight_own INTERFACE)
