@@ -267,6 +267,7 @@ void write_json(const std::string& file, const std::string& commit, const std::v
 }  // namespace
 
 int main(int argc, char** argv) try {
+  const std::string usage = "usage: first_answer [MESH ...] [--json=FILE] [--commit=NAME]";
   std::vector<std::string> meshes;
   std::string json, commit = "unknown";
   for (int i = 1; i < argc; ++i) {
@@ -276,8 +277,8 @@ int main(int argc, char** argv) try {
     } else if (argument.starts_with("--commit=")) {
       commit = argument.substr(9);
     } else if (argument.starts_with("-")) {
-      throw std::runtime_error("what is " + argument +
-                               "? usage: first_answer [MESH ...] [--json=FILE] [--commit=NAME]");
+      if (argument == "--help" || argument == "-h") throw HelpAsked{usage};
+      throw std::runtime_error("what is " + argument + "? " + usage);
     } else {
       meshes.push_back(argument);
     }
