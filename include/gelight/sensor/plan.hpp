@@ -358,8 +358,8 @@ class SensorPlanner {
 /// Nothing is guessed: balls and boxes of the contacts' size are pressed in at places drawn by lot,
 /// and rendered with each choice beside the reference: edges of `reference_edge`, the request's
 /// light at every pixel, a Gaussian out to 6 sigma, double. Of all combinations of what holds
-/// alone, by estimated cost, the first is taken that holds with 2.5 standard errors to spare over
-/// the contacts.
+/// alone and is fast enough, by estimated cost, the first is taken that holds with 2.5 standard
+/// errors to spare over the contacts.
 ///
 /// As measured by `scene_benchmark --sensors=30 --seed=101` and 202, 303, 404 and 505 (fingers,
 /// flat and bent pads of 96 x 72 pixels): of 150 sensors at random 143 could be planned for, the
