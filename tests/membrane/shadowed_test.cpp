@@ -81,6 +81,21 @@ TEST_CASE("the surface is the Gaussian's, but for what of the bulge lies in the 
   }
 }
 
+TEST_CASE("a gap of any size beyond the image's leaves no shadow") {
+  const Camera<double> small{6, 6, 4, 3, 9, 7};
+  const Image<double> sheet(9, 7, 0.03);
+  Image<double> contact = sheet;
+  contact(2, 3) = 0.026;
+  const auto shadow_beyond = [&](Index gap) {
+    const ShadowedMembrane<double> membrane(small, GaussianMembrane<double>(), {.gap = gap});
+    auto work = membrane.make_workspace(9, 7);
+    return membrane.shadow_into(work, {contact, sheet, Window{0, 0, 9, 7}});
+  };
+  CHECK(shadow_beyond(0) != Image<double>(9, 7));
+  CHECK(shadow_beyond(1000) == Image<double>(9, 7));
+  CHECK(shadow_beyond(std::numeric_limits<Index>::max()) == shadow_beyond(1000));
+}
+
 TEST_CASE("input that cannot be used is refused") {
   const GaussianMembrane<double> plain;
   const auto make = [&](const ContactShadow& shadow) {

@@ -134,9 +134,10 @@ class ShadowedMembrane {
     });
   }
 
-  // Marks all pixels of the (2 radius + 1)^2 around each mark.
-  void dilate(Image<T>& marks, Image<T>& rows, Index radius) const {
+  // Marks all pixels of the (2 reach + 1)^2 around each mark.
+  void dilate(Image<T>& marks, Image<T>& rows, Index reach) const {
     const Index width = camera_.width, height = camera_.height;
+    const Index radius = std::min(reach, std::max(width, height));  // a larger one might overflow
     for_each_pixel([&](Index x, Index y) {
       const T* const row = marks.row(y);
       rows(x, y) = *std::max_element(row + std::max(Index{0}, x - radius),
