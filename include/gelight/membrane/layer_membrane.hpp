@@ -38,8 +38,8 @@ class LayerMembrane {
   /// `sideways` out of the layer's options, unless the displacement is looked at.
   ///
   /// `warm` starts each contact from the last of the same workspace. That saves convolutions where
-  /// objects move little from frame to frame; a frame then depends on those before it, by no more
-  /// than the layer's tolerance.
+  /// objects move little from frame to frame; a frame then depends on those before it, by up to
+  /// about twice the layer's tolerance: with and without them it is off by up to about one.
   explicit LayerMembrane(ElasticLayer<T> layer, const LayerLoad& load = {}, bool warm = false)
       : layer_(std::move(layer)), load_(load), is_warm_(warm) {}
 
