@@ -73,6 +73,10 @@ TEST_CASE("what cannot be written is refused") {
     CHECK(!std::filesystem::exists(name));
   }
   CHECK_THROWS_AS(write_png("/no/such/folder/x.png", gradient()), InvalidInput);
+  if (std::filesystem::exists("/dev/full")) {
+    CHECK(test::refusal([] { write_png("/dev/full", gradient()); }) ==
+          "/dev/full cannot be written");
+  }
 }
 
 // 16-bit PNGs as Python's zlib and struct make them: grey, 3 x 2 pixels with the values 0, 1, 256

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <memory>
 #include <string>
 
@@ -39,7 +40,8 @@
 namespace gelight {
 
 /// Reads a PNG file as 8-bit RGB; grey is repeated, opacity dropped. Throws InvalidInput where the
-/// file is missing or is not a whole PNG image.
+/// file is missing or is not a whole PNG image. Checksums are not looked at: damaged bytes may give
+/// other pixels.
 [[nodiscard, maybe_unused]] static Image<Rgb8> read_png(const std::string& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
                                                              &std::fclose);
@@ -61,7 +63,7 @@ namespace gelight {
 /// Reads a grey 16-bit PNG file as a depth map: each value times `unit`, the depth of one step; 0
 /// stays 0, which is not known. Throws InvalidInput for a unit that is not positive and finite, or
 /// makes a depth that is not, and where the file is missing, is not a whole PNG image, or is in
-/// colour or in 8 bits.
+/// colour or in 8 bits. Checksums are not looked at: damaged bytes may give other depths.
 template <std::floating_point T>
 [[nodiscard]] static Image<T> read_depth_png(const std::string& path, T unit) {
   detail::require(unit > 0 && std::isfinite(unit), "a depth map in a unit of ", unit);
@@ -101,9 +103,16 @@ template <std::floating_point T>
   for (Index y = 0; y < image.height(); ++y) {
     for (Index x = 0; x < image.width(); ++x) packed(x, y) = image(x, y);
   }
-  const int written = stbi_write_png(path.c_str(), image.width(), image.height(), 3, packed.data(),
-                                     3 * image.width());
-  detail::require(written != 0, path, " cannot be written");
+  // stb's own writer of files does not notice a full disk.
+  int size = 0;
+  const std::unique_ptr<stbi_uc, void (*)(void*)> png(
+      stbi_write_png_to_mem(packed.data()->data(), 3 * image.width(), image.width(), image.height(),
+                            3, &size),
+      &std::free);
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(png.get()), size);
+  file.close();
+  detail::require(png != nullptr && file.good(), path, " cannot be written");
 }
 
 }  // namespace gelight
