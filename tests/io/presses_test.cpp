@@ -100,6 +100,19 @@ TEST_CASE("what is wrong with a table of presses is named with its line") {
                  "line 2 has ball_radius_mm 0, which is not positive"));
   CHECK(contains(folder.said(header + "one.png,3,2,2.5,4,0\n"),
                  "line 2 has mm_per_px 0, which is not positive"));
+  CHECK(contains(folder.said(header + "one.png,3,2,2.5,4e300,1e-300\n"),
+                 "mm_per_px 1e-300: a ball of inf pixels"));
+  CHECK(contains(folder.said(header + "one.png,3,2,2.5,1e-300,1e300\n"), "a ball of 0 pixels"));
   CHECK(contains(folder.said(header + ",3,2,2.5,4,0.5\n"), "line 2 names no image"));
   CHECK(contains(folder.said(header + "two.png,3,2,2.5,4,0.5\n"), "two.png"));
+}
+
+TEST_CASE("a table of which no press is read is refused, also where lines end as nowhere else") {
+  const Folder folder;
+  CHECK(contains(folder.said(header), "presses.csv has no line of a press"));
+  CHECK(contains(folder.said(header + " \n\n"), "presses.csv has no line of a press"));
+  std::string names = header;
+  names.back() = ',';
+  CHECK(contains(folder.said(names + "note\rone.png,3,2,2.5,4,0.5,a\r"),
+                 "presses.csv has no line of a press"));
 }

@@ -80,13 +80,20 @@ class PressTable {
             ", which is not positive");
     return read;
   }
+  /// In pixels.
+  [[nodiscard]] double ball_radius() const {
+    const double radius = positive(4), pixel = positive(5), read = radius / pixel;
+    require(read > 0 && std::isfinite(read), place_, " has ", names[4], " ", radius, " and ",
+            names[5], " ", pixel, ": a ball of ", read, " pixels");
+    return read;
+  }
+
+ private:
   [[nodiscard]] double positive(std::size_t k) const {
     const double read = number(k);
     require(read > 0, place_, " has ", names[k], " ", read, ", which is not positive");
     return read;
   }
-
- private:
   [[nodiscard]] double number(std::size_t k) const {
     const std::string& cell = cells_[column_[k]];
     require(!cell.empty(), place_, " has no ", names[k]);
@@ -110,7 +117,7 @@ class PressTable {
 /// then a line for each photograph: image, center_x_px, center_y_px, contact_radius_px,
 /// ball_radius_mm, mm_per_px, in any order and among others; the three of the circle may be empty
 /// where it is not known. Throws InvalidInput, naming file and line, for what is missing or not a
-/// number, and as read_png does.
+/// number, a ball of no size in pixels and a table without presses, and as read_png does.
 [[nodiscard, maybe_unused]] static PressFolder read_presses(const std::string& folder) {
   PressFolder all;
   all.background = read_png(folder + "/background.png");
@@ -124,9 +131,10 @@ class PressTable {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     table.start_line(line, number);
     const Circle circle = table.circle();
-    const double ball = table.positive(4) / table.positive(5);
+    const double ball = table.ball_radius();
     all.presses.push_back({table.image(), read_png(folder + "/" + table.image()), circle, ball});
   }
+  detail::require(!all.presses.empty(), path, " has no line of a press after line 1");
   return all;
 }
 
