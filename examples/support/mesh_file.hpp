@@ -3,16 +3,19 @@
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/Mesh/DefaultTriMesh.hh>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
-#include <OpenMesh/Core/System/omstream.hh>
 #include <algorithm>
+#include <clocale>
 #include <cmath>
 #include <concepts>
 #include <filesystem>
 #include <iostream>
 #include <limits>
+#include <locale>
 #include <new>
 #include <sstream>
+#include <streambuf>
 #include <string>
+#include <utility>
 
 #include "gelight/core/error.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -20,17 +23,12 @@
 #include "gelight/views/openmesh.hpp"
 #include "mesh_text.hpp"
 
-/// While it lives, what OpenMesh says goes here, not to standard error.
+/// While it lives, what OpenMesh says on standard error goes here. (Its own way to have that loses
+/// memory whenever a stream is disconnected.)
 class OpenMeshWords {
  public:
-  OpenMeshWords() {
-    ::omerr().disconnect(std::cerr);
-    ::omerr().connect(words_);
-  }
-  ~OpenMeshWords() {
-    ::omerr().disconnect(words_);
-    ::omerr().connect(std::cerr);
-  }
+  OpenMeshWords() : before_(std::cerr.rdbuf(words_.rdbuf())) {}
+  ~OpenMeshWords() { std::cerr.rdbuf(before_); }
   OpenMeshWords(const OpenMeshWords&) = delete;
   OpenMeshWords& operator=(const OpenMeshWords&) = delete;
 
@@ -40,6 +38,24 @@ class OpenMeshWords {
 
  private:
   std::ostringstream words_;
+  std::streambuf* before_;
+};
+
+/// While it lives, streams read numbers as all programs write them, whatever locale is set:
+/// OpenMesh misreads numbers in another, and never ends with the head of a PLY file.
+class PlainNumbers {
+ public:
+  PlainNumbers() = default;
+  ~PlainNumbers() {
+    std::locale::global(cpp_);
+    std::setlocale(LC_ALL, c_.c_str());  // which the line above may not have set
+  }
+  PlainNumbers(const PlainNumbers&) = delete;
+  PlainNumbers& operator=(const PlainNumbers&) = delete;
+
+ private:
+  std::string c_ = std::setlocale(LC_ALL, nullptr);
+  std::locale cpp_ = std::locale::global(std::locale::classic());
 };
 
 /// What is lost of a mesh where its points are rounded, in its unit.
@@ -98,18 +114,25 @@ void require_precision(const gelight::Mesh<double>& mesh, const std::string& nam
 /// none in it, or one that OpenMesh would mend: points and faces that it leaves out or tears off;
 /// and where there is no area.
 /// Points of OBJ are double; others single: they must lie near enough to the origin for that.
+/// Polygons become fans of triangles from their first corner, which overlap where it does not see
+/// all of a concave one.
 [[nodiscard]] inline gelight::Mesh<double> mesh_of_file(const std::filesystem::path& path) {
   using gelight::detail::require;
   const std::string name = path.string();
   require(std::filesystem::exists(path), "there is no mesh ", name);
   require(!std::filesystem::is_directory(path), name, " is a folder, not a mesh");
-  const auto points = points_of_text(path);
+  auto [points, obj_lines] = checked_text(path);
   OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble> file;
   file.request_vertex_status();
   const OpenMeshWords said;
+  const PlainNumbers plain;
   bool is_read = false;
   try {
-    is_read = OpenMesh::IO::read_mesh(file, name);
+    const bool is_obj = !obj_lines.empty();
+    std::istringstream obj(std::move(obj_lines));
+    OpenMesh::IO::Options options;
+    is_read = is_obj ? OpenMesh::IO::read_mesh(file, obj, ".obj", options)
+                     : OpenMesh::IO::read_mesh(file, name);
   } catch (const std::bad_alloc&) {
     gelight::detail::refuse({name, " tells of more than there is memory for"});
   }

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
 #include <limits>
 #include <span>
@@ -46,7 +47,7 @@ namespace mesh_text_detail {
   return is_number ? value : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Whether these are that many numbers, and at least as many.
+/// Whether the first ones are numbers, and there are that many.
 [[nodiscard]] inline bool are_numbers(std::span<const std::string_view> words, std::size_t count) {
   return words.size() >= count &&
          std::none_of(words.begin(), words.begin() + static_cast<std::ptrdiff_t>(count),
@@ -73,88 +74,206 @@ inline void require_finite_stl(std::string_view bytes, const std::string& name) 
   }
 }
 
-/// Throws InvalidInput, which names the line, for a face of OBJ that has a vertex twice, counted
-/// from the last one where it is negative: OpenMesh leaves it out.
-inline void require_other_corners(std::span<const std::string_view> corners, std::size_t points,
-                                  const std::string& where) {
+/// What a mesh file that is text says, line by line, without blank ones and comments.
+class MeshLines {
+ public:
+  MeshLines(std::string_view bytes, std::string name, bool has_comments)
+      : rest_(bytes), name_(std::move(name)), has_comments_(has_comments) {}
+
+  /// Goes on to the next line; whether there is one.
+  bool next() {
+    words_.clear();
+    while (words_.empty() && !rest_.empty()) {
+      const std::size_t end = std::min(rest_.find('\n'), rest_.size());
+      text_ = rest_.substr(0, end);
+      if (has_comments_) text_ = text_.substr(0, text_.find('#'));
+      rest_.remove_prefix(std::min(end + 1, rest_.size()));
+      words_ = words_of(text_);
+      ++number_;
+    }
+    return !words_.empty();
+  }
+  [[nodiscard]] std::string_view text() const { return text_; }
+  [[nodiscard]] std::span<const std::string_view> words() const { return words_; }
+
+  /// Throws InvalidInput, which names the line, where something does not hold.
+  template <class... Parts>
+  void require(bool holds, const Parts&... parts) const {
+    gelight::detail::require(holds, name_, ", line ", number_, ": ", parts...);
+  }
+  /// That from this word on that many, or all where there are none so many, are numbers.
+  void require_numbers(std::size_t first, std::size_t count) const {
+    require(are_numbers(words().subspan(first), count), "\"",
+            text_.substr(0, text_.find('\r')).substr(0, 60),
+            "\": not all are finite numbers up to 3.4e38");
+  }
+  /// That from this word on they are counts of things, and of no more than the file has bytes:
+  /// OpenMesh makes room for them.
+  void require_counts(std::size_t first, std::size_t bytes) const {
+    for (const std::string_view count : words().subspan(first)) {
+      require(count.find_first_not_of("0123456789") == count.npos, count,
+              " is not a whole number from 0 on");
+      require(number_of(count) <= static_cast<double>(bytes), count,
+              " things are more than the file's ", bytes, " bytes can be");
+    }
+  }
+
+ private:
+  std::string_view rest_, text_;
+  std::string name_;
+  bool has_comments_;
+  std::size_t number_ = 0;
+  std::vector<std::string_view> words_;
+};
+
+/// The vertex of a corner such as 7, 7/1, 7//3 or 7/1/3; 0, which is none, for other words.
+[[nodiscard]] inline int vertex_of(std::string_view corner) {
+  const char* const end = corner.data() + corner.size();
+  int vertex = 0, other = 0;
+  auto read = std::from_chars(corner.data(), end, vertex);
+  if (read.ec != std::errc()) return 0;
+  for (int part = 0; part < 2 && read.ptr != end && *read.ptr == '/'; ++part) {
+    read = std::from_chars(read.ptr + 1, end, other);  // which may be left out
+    if (read.ec == std::errc::result_out_of_range) return 0;
+  }
+  return read.ptr == end ? vertex : 0;
+}
+
+/// Throws InvalidInput for a face of OBJ of which OpenMesh would make another, or none: of fewer
+/// than three corners, with one that is no vertex, or with a vertex twice, counted from the last
+/// one where it is negative.
+inline void require_corners(const MeshLines& line, std::size_t points) {
+  const auto corners = line.words().subspan(1);
+  line.require(corners.size() >= 3, "the face has ", corners.size(), " corners, not 3 or more");
   std::vector<long long> vertices;
   for (const std::string_view corner : corners) {
-    long long vertex = 0;
-    std::from_chars(corner.data(), corner.data() + corner.size(), vertex);
+    long long vertex = vertex_of(corner);
+    line.require(vertex != 0, "the face has the corner \"", corner.substr(0, 60),
+                 "\", which is no vertex");
     if (vertex < 0) vertex += static_cast<long long>(points) + 1;
-    gelight::detail::require(std::ranges::find(vertices, vertex) == vertices.end(), where,
-                             ": the face has vertex ", vertex, " twice");
+    line.require(std::ranges::find(vertices, vertex) == vertices.end(), "the face has vertex ",
+                 vertex, " twice");
     vertices.push_back(vertex);
   }
 }
 
-/// Throws InvalidInput, which names the line, for a head that tells of more things than the file
-/// has bytes: OpenMesh makes room for them.
-inline void require_room(std::span<const std::string_view> counts, std::size_t bytes,
-                         const std::string& where) {
-  for (const std::string_view count : counts) {
-    gelight::detail::require(!(number_of(count) > static_cast<double>(bytes)), where, ": ", count,
-                             " things are more than the file's ", bytes, " bytes can be");
+/// Throws InvalidInput for a line of PLY's head, the first of which is 0, that is none. OpenMesh
+/// reads it word by word, and goes on for ever where it finds no number or has left out the end.
+inline void require_ply_head(const MeshLines& line, std::size_t number, std::size_t bytes) {
+  const auto words = line.words();
+  const auto is = [](std::string_view word, std::initializer_list<std::string_view> those) {
+    return std::ranges::find(those, word) != those.end();
+  };
+  bool is_known = false;
+  if (number == 0) {
+    is_known = words.size() == 1 && is(words[0], {"ply", "PLY"});
+  } else if (number == 1) {
+    is_known = words.size() == 3 && words[0] == "format" && words[2] == "1.0" &&
+               is(words[1], {"ascii", "binary_little_endian", "binary_big_endian"});
+  } else if (words[0] == "element") {
+    is_known = words.size() == 3;
+    if (is_known) line.require_counts(2, bytes);
+  } else if (words[0] == "property") {
+    is_known = words.size() == (words.size() > 1 && words[1] == "list" ? 5 : 3);
+  } else if (words[0] == "obj_info") {
+    is_known = std::ranges::none_of(words, [&](std::string_view word) {
+      return is(word, {"element", "property", "end_header"});
+    });
+  } else {
+    is_known = words[0] == "comment" || (words[0] == "end_header" && words.size() == 1);
+  }
+  line.require(is_known, "\"", line.text().substr(0, line.text().find('\r')).substr(0, 60),
+               "\" is none of the lines of a PLY file's head (ply; format ascii, "
+               "binary_little_endian or binary_big_endian 1.0; element; property; end_header)");
+}
+
+inline void require_ply(MeshLines line, std::size_t bytes, const std::string& name) {
+  bool is_binary = false, has_element = false, is_over = false;
+  for (std::size_t number = 0; !is_over && line.next(); ++number) {
+    require_ply_head(line, number, bytes);
+    const std::string_view keyword = line.words()[0];
+    if (number == 1) is_binary = line.words()[1] != "ascii";
+    has_element = has_element || keyword == "element";
+    line.require(has_element || keyword != "property", "a property of no element");
+    is_over = keyword == "end_header";
+  }
+  gelight::detail::require(is_over, name, ": the head of the PLY file has no end_header");
+  while (!is_binary && line.next()) line.require_numbers(0, line.words().size());
+}
+
+inline void require_off(MeshLines line, std::size_t bytes) {
+  bool is_head = true;
+  while (is_head && line.next()) {
+    if (line.text().find("BINARY") != std::string_view::npos) return;
+    is_head = line.words()[0].find("OFF") == std::string_view::npos;
+  }
+  if (is_head) return;
+  const bool are_counts_next = line.words().size() == 1;
+  if (!are_counts_next || line.next()) line.require_counts(are_counts_next ? 0 : 1, bytes);
+  while (line.next()) line.require_numbers(0, line.words().size());
+}
+
+inline void require_stl(MeshLines line) {
+  while (line.next()) {
+    if (line.words()[0] == "vertex") line.require_numbers(1, 3);
   }
 }
 
 }  // namespace mesh_text_detail
 
-/// The points of an OBJ file, as it has them; none of others. Throws InvalidInput, which names the
-/// line, for a coordinate that is no number, not finite or beyond single precision in what of OBJ,
-/// OFF, STL and PLY is text, for a face of OBJ with a vertex twice and for a head of OFF or PLY
-/// that tells of more than there can be; and the face for one that is not finite in binary STL.
-[[nodiscard]] inline std::vector<std::array<double, 3>> points_of_text(
-    const std::filesystem::path& path) {
+/// What an OBJ file says.
+struct ObjText {
+  std::vector<std::array<double, 3>> points;
+  /// Its points and faces without what follows a #, of which OpenMesh takes numbers for corners.
+  std::string lines;
+};
+
+[[nodiscard]] inline ObjText read_obj(mesh_text_detail::MeshLines line) {
+  using mesh_text_detail::number_of;
+  ObjText obj;
+  while (line.next()) {
+    const auto words = line.words();
+    if (words[0] == "v") {
+      line.require_numbers(1, 3);
+      obj.points.push_back({number_of(words[1]), number_of(words[2]), number_of(words[3])});
+    } else if (words[0] == "f") {
+      mesh_text_detail::require_corners(line, obj.points.size());
+    } else {
+      continue;
+    }
+    obj.lines.append(line.text()).push_back('\n');
+  }
+  return obj;
+}
+
+/// What an OBJ file says; nothing of others. Throws InvalidInput, which names the line, for a
+/// coordinate that is no number, not finite or beyond single precision in what of OBJ, OFF, STL and
+/// PLY is text, for a face of OBJ that has fewer than three corners, one that is no vertex or a
+/// vertex twice, for a head of OFF that tells of what there cannot be, or any but a whole head of
+/// PLY; the face for one that is not finite in binary STL; and for a byte order mark before what is
+/// not OBJ.
+[[nodiscard]] inline ObjText checked_text(const std::filesystem::path& path) {
   using namespace mesh_text_detail;
   std::ifstream file(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  const std::string name = path.string();
   std::string kind = path.extension().string();
   for (char& c : kind) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
   const bool is_obj = kind == ".obj", is_stl = kind == ".stl", is_off = kind == ".off";
-  std::vector<std::array<double, 3>> points;
   if (is_stl && is_binary_stl(bytes)) {
-    require_finite_stl(bytes, path.string());
-    return points;
+    require_finite_stl(bytes, name);
+    return {};
   }
-  if (!is_obj && !is_stl && !is_off && kind != ".ply") return points;
-  bool is_head = !is_obj && !is_stl, is_binary = false, are_counts_next = false;
-  std::size_t number = 0;
-  for (std::string_view rest(bytes); !rest.empty();) {
-    const std::size_t end = std::min(rest.find('\n'), rest.size());
-    const std::string_view line = rest.substr(0, is_off ? std::min(end, rest.find('#')) : end);
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-    ++number;
-    const auto words = words_of(line);
-    if (words.empty()) continue;
-    const std::string where = path.string() + ", line " + std::to_string(number);
-    if (is_head) {
-      if (is_off && line.find("BINARY") != line.npos) return points;
-      is_binary = is_binary || line.find("binary") != line.npos;
-      is_head = is_off ? words[0].find("OFF") == line.npos : words[0] != "end_header";
-      if (is_off && !is_head && words.size() > 1) {
-        require_room(std::span(words).subspan(1), bytes.size(), where);
-      }
-      if (words[0] == "element" && words.size() == 3) {
-        require_room(std::span(words).subspan(2), bytes.size(), where);
-      }
-      are_counts_next = is_off && !is_head && words.size() == 1;
-      if (is_binary && !is_head) return points;
-      continue;
-    }
-    if (std::exchange(are_counts_next, false)) require_room(words, bytes.size(), where);
-    if (is_obj && words[0] == "f") {
-      require_other_corners(std::span(words).subspan(1), points.size(), where);
-    }
-    const bool is_point = (is_obj && words[0] == "v") || (is_stl && words[0] == "vertex");
-    const auto numbers = std::span(words).subspan(is_point ? 1 : 0);
-    const std::size_t count = is_point ? 3 : is_obj || is_stl ? 0 : words.size();
-    gelight::detail::require(are_numbers(numbers, count), where, ": \"",
-                             line.substr(0, line.find('\r')).substr(0, 60),
-                             "\": not all are finite numbers up to 3.4e38");
-    if (is_obj && is_point) {
-      points.push_back({number_of(words[1]), number_of(words[2]), number_of(words[3])});
-    }
-  }
-  return points;
+  if (!is_obj && !is_stl && !is_off && kind != ".ply") return {};
+  constexpr std::string_view mark = "\xef\xbb\xbf";
+  const bool is_marked = bytes.starts_with(mark);
+  gelight::detail::require(is_obj || !is_marked, name,
+                           " begins with a byte order mark; save it without one");
+  const MeshLines lines(std::string_view(bytes).substr(is_marked ? mark.size() : 0), name,
+                        is_obj || is_off);
+  if (is_obj) return read_obj(lines);
+  if (is_off) require_off(lines, bytes.size());
+  if (is_stl) require_stl(lines);
+  if (kind == ".ply") require_ply(lines, bytes.size(), name);
+  return {};
 }
