@@ -9,9 +9,14 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
 #include <string>
+
+#if defined(__has_include)
+#if !__has_include(<stb_image.h>) || !__has_include(<stb_image_write.h>)
+#error "gelight/io/image.hpp needs stb: install libstb-dev and compile with -I/usr/include/stb"
+#endif
+#endif
 
 #include "gelight/core/error.hpp"
 #include "gelight/views/image_view.hpp"
@@ -109,10 +114,11 @@ template <std::floating_point T>
       stbi_write_png_to_mem(packed.data()->data(), 3 * image.width(), image.width(), image.height(),
                             3, &size),
       &std::free);
-  std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(png.get()), size);
-  file.close();
-  detail::require(png != nullptr && file.good(), path, " cannot be written");
+  const auto bytes = static_cast<std::size_t>(size);
+  std::FILE* const file = png != nullptr ? std::fopen(path.c_str(), "wb") : nullptr;
+  const bool is_written = file != nullptr && std::fwrite(png.get(), 1, bytes, file) == bytes;
+  const bool is_closed = file != nullptr && std::fclose(file) == 0;
+  detail::require(is_written && is_closed, path, " cannot be written");
 }
 
 }  // namespace gelight
