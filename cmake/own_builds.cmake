@@ -6,7 +6,7 @@ endif()
 set(CMAKE_CXX_EXTENSIONS OFF)
 
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # A compiler that looks for memory to give back only from a gigabyte on takes a tenth less time.
+  # To look for memory to give back only from a gigabyte on takes less time.
   add_compile_options(--param=ggc-min-heapsize=1000000)
 endif()
 

@@ -466,6 +466,9 @@ TEST_CASE("what is no sensor is refused") {
     CHECK_THROWS_AS((void)tracer.paths({.place = {-far, 0, 0}}), InvalidInput);
     CHECK_THROWS_AS((void)tracer.trace({.radius = far}), InvalidInput);
   }
+  // Nothing is hit of surfaces without an extent, wherever the LED is.
+  const Surface<double> point(Mesh<double>{{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, {{0, 1, 2}}});
+  CHECK(LightTracer(point, {}).trace({.place = {0, 0, 1}}, {.paths = 100}).balance.lost == 1);
   CHECK(tracer.trace({.place = {0, 0, 1e3}, .axis = {0, 0, 1}}, {.paths = 100}).balance.lost == 1);
   CHECK_THROWS_AS((void)tracer.trace({.narrowness = 1e300, .behind_air = true}), InvalidInput);
   CHECK_THROWS_AS(LightTracer(tip, {.index = 1e-300}), InvalidInput);

@@ -241,7 +241,7 @@ TEST_CASE("fitted lights without their directions, or images of other sizes, are
   CHECK(contains(said([&](auto&, auto& n, auto&, auto&) { n(2, 2) *= 3; }), "normals"));
   CHECK(said([&](auto&, auto& n, auto&, auto&) { n(2, 2) *= 0; }) == "accepted");
   CHECK(contains(said([](auto&, auto&, auto&, auto& b) { b = Image<Rgb8>(7, 8); }), "background"));
-  for (const double bad : {nan, 0.0, 1 / 0.0}) {
+  for (const double bad : {nan, 0.0, std::numeric_limits<double>::infinity()}) {
     Camera<double> camera = far_camera();
     camera.fx = bad;
     CHECK(refusal([&] {

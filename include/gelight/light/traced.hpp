@@ -179,9 +179,9 @@ class LightTracer {
   /// The light of an LED at every vertex of the membrane. An LED that is not in the layer it is
   /// said to shine into loses its light (`balance.lost`). Throws InvalidInput for an LED whose
   /// place is not finite or farther off than 1e4 times the extent of all surfaces, that has no
-  /// axis, a negative size, power or narrowness, one above 1e100 or an unknown layer, and for no
-  /// paths. Some 1e6 straight pieces a second and core; memory: 16 times 7
-  /// numbers a vertex.
+  /// axis, a negative size or power, a narrowness that is not from 0 to 1e100 or an unknown layer,
+  /// and for no paths. Some 1e6 straight pieces a second and core; memory: 16 times 7 numbers a
+  /// vertex.
   [[nodiscard]] TracedLight trace(const TracedLed& led, const TraceOptions& options = {}) const {
     check(led, options);
     const Emitter emitter = emitter_of(led);
@@ -320,8 +320,8 @@ class LightTracer {
                     led.narrowness, ", not from 0 to ", narrowest);
     const double off =
         scene_.to_scene(led.place).cwiseAbs().maxCoeff() + led.radius / scene_.scale();
-    detail::require(off <= farthest_led, "the LED at (", led.place[0], ", ", led.place[1], ", ",
-                    led.place[2], ") is farther off than ", farthest_led,
+    detail::require(off <= farthest_led || scene_.scale() == 0, "the LED at (", led.place[0], ", ",
+                    led.place[1], ", ", led.place[2], ") is farther off than ", farthest_led,
                     " times the extent of all surfaces");
     detail::require(led.layer >= 0 && std::cmp_less(led.layer, media_.size()),
                     "the LED shines into layer ", led.layer, " of ", media_.size());

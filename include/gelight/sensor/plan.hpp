@@ -102,6 +102,11 @@ struct SensorPlan {
 
 namespace detail {
 
+inline void require_models(PlannedLight light, PlannedMembrane membrane) {
+  require(light <= PlannedLight::geodesic, "light model ", int(light), " of 5");
+  require(membrane <= PlannedMembrane::layer, "membrane model ", int(membrane), " of 3");
+}
+
 /// Chooses the cheapest chain that holds.
 class SensorPlanner {
  public:
@@ -151,8 +156,7 @@ class SensorPlanner {
     require(r.frames >= 0 && std::isfinite(r.frames), r.frames, " frames");
     require(r.slowness > 0 && std::isfinite(r.slowness), "a slowness of ", r.slowness);
     require(r.contacts >= 2, r.contacts, " contacts to try");
-    require(r.light <= PlannedLight::geodesic, "light model ", int(r.light), " of 5");
-    require(r.membrane <= PlannedMembrane::layer, "membrane model ", int(r.membrane), " of 3");
+    require_models(r.light, r.membrane);
     return r;
   }
 
@@ -371,8 +375,8 @@ class SensorPlanner {
 /// layer is the right membrane, a sensor that is not flat more, since there each contact is pressed
 /// anew on each mesh that is tried.
 ///
-/// Throws InvalidInput as the sensor does at `reference_edge`, for a request with a number that
-/// cannot be, and where contacts of that size show in fewer than 16 pixels; Cancelled where the
+/// Throws InvalidInput as the sensor does at `reference_edge`, for a request with a number or model
+/// that cannot be, and where contacts of that size show in fewer than 16 pixels; Cancelled where the
 /// hook says so. What cannot be satisfied is no error: the plan says so, and what is needed.
 [[nodiscard]] inline SensorPlan plan_sensor(const SensorAt& sensor_at,
                                             const SensorPlanRequest& request = {}) {
@@ -419,8 +423,8 @@ template <std::floating_point T, class Membrane>
 /// is right whatever the plan has chosen.
 ///
 /// Throws InvalidInput for a plan that does not satisfy its request, with what would, for float
-/// where the plan wants double, for another membrane than the plan's, for a light grid that is not
-/// positive, and as the sensor's parts do. (Who wants what a plan chose in spite of all says so by
+/// where the plan wants double, for another membrane than the plan's, for a light grid or model that
+/// cannot be, and as the sensor's parts do. (Who wants what a plan chose in spite of all says so by
 /// setting its `satisfies`.)
 template <std::floating_point T, MembraneModel<T> Membrane = GaussianMembrane<T>>
 [[nodiscard]] TactileRenderer<T, Membrane> planned_renderer(const SensorAt& sensor_at,
@@ -431,9 +435,7 @@ template <std::floating_point T, MembraneModel<T> Membrane = GaussianMembrane<T>
   detail::require(plan.single_precision || sizeof(T) >= sizeof(double),
                   "the plan wants double, the renderer is of float");
   detail::require(plan.light_grid > 0, "the plan has light at every ", plan.light_grid, " pixels");
-  detail::require(plan.light <= PlannedLight::geodesic, "light model ", int(plan.light), " of 5");
-  detail::require(plan.membrane <= PlannedMembrane::layer, "membrane model ", int(plan.membrane),
-                  " of 3");
+  detail::require_models(plan.light, plan.membrane);
   const SensorPreset<double> sensor = sensor_at(plan.edge_length);
   const Raster<double> rest = rasterize(sensor.membrane, sensor.camera);
   detail::require_seen(rest);
