@@ -376,8 +376,8 @@ class SensorPlanner {
 /// anew on each mesh that is tried.
 ///
 /// Throws InvalidInput as the sensor does at `reference_edge`, for a request with a number or model
-/// that cannot be, and where contacts of that size show in fewer than 16 pixels; Cancelled where the
-/// hook says so. What cannot be satisfied is no error: the plan says so, and what is needed.
+/// that cannot be, and where contacts of that size show in fewer than 16 pixels; Cancelled where
+/// the hook says so. What cannot be satisfied is no error: the plan says so, and what is needed.
 [[nodiscard]] inline SensorPlan plan_sensor(const SensorAt& sensor_at,
                                             const SensorPlanRequest& request = {}) {
   return detail::SensorPlanner(sensor_at, request).plan();
@@ -423,9 +423,9 @@ template <std::floating_point T, class Membrane>
 /// is right whatever the plan has chosen.
 ///
 /// Throws InvalidInput for a plan that does not satisfy its request, with what would, for float
-/// where the plan wants double, for another membrane than the plan's, for a light grid or model that
-/// cannot be, and as the sensor's parts do. (Who wants what a plan chose in spite of all says so by
-/// setting its `satisfies`.)
+/// where the plan wants double, for another membrane than the plan's, for a light grid or model
+/// that cannot be, and as the sensor's parts do. (Who wants what a plan chose in spite of all says
+/// so by setting its `satisfies`.)
 template <std::floating_point T, MembraneModel<T> Membrane = GaussianMembrane<T>>
 [[nodiscard]] TactileRenderer<T, Membrane> planned_renderer(const SensorAt& sensor_at,
                                                             const SensorPlan& plan,
