@@ -1,9 +1,10 @@
 # cmake -D HOW=... -D SOURCE_DIR=... -D WORK_DIR=... -D CXX=... -P run.cmake
 #
 # Builds the consumer from nothing in one way, runs it, and compares what it prints with what is
-# right. HOW: a compiler's flags (gelight on its include path, no CMake), or single_header,
-# pkg-config, find_package, add_subdirectory, FetchContent; or compiled, which installs the library
-# that BUILD_DIR holds and compares its results with those of the headers, bit for bit.
+# right. HOW: headers (gelight on its include path, no CMake), single_header, pkg-config,
+# find_package, add_subdirectory or FetchContent; or compiled, which installs the library that
+# BUILD_DIR holds and compares its results with those of the headers, bit for bit. FLAGS are those
+# of the compiler.
 
 cmake_minimum_required(VERSION 3.22)
 
@@ -20,10 +21,7 @@ function(compile main)
   run(${CXX} -Wall -Wextra -Werror ${ARGN} ${consumer}/${main}.cpp -o consumer)
 endfunction()
 
-# Both files of the consumer by themselves: nothing may be defined twice. Elsewhere the one takes in
-# the other, which takes half the time. (The single header is made of the same definitions.)
-set(apart ${consumer}/second.cpp)
-set(in_one -include ${consumer}/second.cpp)
+separate_arguments(FLAGS UNIX_COMMAND "${FLAGS}")
 
 # What is installed must work wherever it is moved to.
 function(install_and_move)
@@ -42,14 +40,15 @@ endfunction()
 if(HOW STREQUAL "single_header")
   run(${CMAKE_COMMAND} -D INCLUDE_DIR=${SOURCE_DIR}/include -D LICENSE=${SOURCE_DIR}/LICENSE
     -D OUTPUT=${WORK_DIR}/gelight/gelight.hpp -P ${SOURCE_DIR}/cmake/join_headers.cmake)
-  compile(main -std=c++20 ${in_one} -I ${WORK_DIR} -isystem ${EIGEN_DIR})
+  # Its two files as one, which takes half the time.
+  compile(main ${FLAGS} -include ${consumer}/second.cpp -I ${WORK_DIR} -isystem ${EIGEN_DIR})
 elseif(HOW STREQUAL "pkg-config")
   install_and_move()
   set(ENV{PKG_CONFIG_PATH} ${WORK_DIR}/moved/share/pkgconfig)
   execute_process(COMMAND pkg-config --cflags --libs gelight COMMAND_ERROR_IS_FATAL ANY
     OUTPUT_VARIABLE flags OUTPUT_STRIP_TRAILING_WHITESPACE)
   separate_arguments(flags UNIX_COMMAND "${flags}")
-  compile(one_door -std=c++20 ${flags})
+  compile(one_door ${FLAGS} ${flags})
 elseif(HOW STREQUAL "find_package")
   install_and_move()
   build_with_cmake()
@@ -57,7 +56,9 @@ elseif(HOW STREQUAL "compiled")
   run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/first)
   file(RENAME ${WORK_DIR}/first ${WORK_DIR}/moved)
   build_with_cmake()
-  run(${CXX} -std=c++20 -I ${SOURCE_DIR}/include -isystem ${EIGEN_DIR} ${consumer}/bits.cpp -o plain)
+  # By the headers, with a second file that includes them: nothing may be defined twice.
+  run(${CXX} ${FLAGS} -Wall -Wextra -Werror -I ${SOURCE_DIR}/include -isystem ${EIGEN_DIR}
+    ${consumer}/bits.cpp ${consumer}/second.cpp -o plain)
   foreach(program plain bits)
     execute_process(COMMAND ${WORK_DIR}/${program} COMMAND_ERROR_IS_FATAL ANY
       OUTPUT_VARIABLE of_${program})
@@ -65,15 +66,10 @@ elseif(HOW STREQUAL "compiled")
   if(NOT of_plain STREQUAL of_bits)
     message(FATAL_ERROR "By the headers:\n${of_plain}by the library:\n${of_bits}")
   endif()
-elseif(HOW MATCHES "^(add_subdirectory|FetchContent)$")
-  build_with_cmake()
+elseif(HOW STREQUAL "headers")
+  compile(main ${FLAGS} ${consumer}/second.cpp -I ${SOURCE_DIR}/include -isystem ${EIGEN_DIR})
 else()
-  set(files ${in_one})
-  if(HOW STREQUAL "-std=c++20")
-    set(files ${apart})
-  endif()
-  separate_arguments(HOW UNIX_COMMAND "${HOW}")
-  compile(main ${HOW} ${files} -I ${SOURCE_DIR}/include -isystem ${EIGEN_DIR})
+  build_with_cmake()
 endif()
 
 execute_process(COMMAND ${WORK_DIR}/consumer COMMAND_ERROR_IS_FATAL ANY OUTPUT_VARIABLE printed)
