@@ -284,9 +284,13 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
       if (!is_sound || (fans.are_crowded() && mesh.has_twins(rims))) return false;
       for (const auto& [end, corner] : fans.steps()) {
         const Vec3<Real> way = mesh.position(end) - from;
-        Spoke spoke{end, false, Faces::root(detail::sum_of_squares(way)), {no_face, 0}};
+        // Written where it stays: to copy what was just written in parts waits for all of them.
+        Spoke& spoke = spokes_.emplace_back();
+        spoke.end = end;
+        spoke.between.dot = no_face;
+        spoke.length = Faces::root(detail::sum_of_squares(way));
         if (corner >= 0) {
-          Spoke& before = spokes_.back();
+          Spoke& before = *(&spoke - 1);
           spoke.between = corner_between(way_before, before.length, way, spoke.length);
           before.is_obtuse |= is_obtuse_at_end(before, spoke.between);
           spoke.is_obtuse = is_obtuse_at_end(spoke, spoke.between);
@@ -294,7 +298,6 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
           if (before.end > v) short_length.count(before.length);
           if (end > v) short_length.count(spoke.length);
         }
-        spokes_.push_back(spoke);
         way_before = way;
       }
     }
