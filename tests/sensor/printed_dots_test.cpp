@@ -204,6 +204,24 @@ TEST_CASE("ink takes a share of each channel; what is not known or seen is left 
   }
 }
 
+TEST_CASE("a dot that reaches behind the camera is left out, whatever tells how it moves") {
+  // A membrane so steep that a disc wider than it is deep ends behind the camera.
+  Image<double> steep(81, 61);
+  for (Index y = 0; y < 61; ++y) {
+    for (Index x = 0; x < 81; ++x) steep(x, y) = rest / (1 + 2 * eye.ray(x, y).x());
+  }
+  const std::vector<Vec2<double>> centres{{40, 30}};
+  const PrintedDots dots(eye, steep, centres, 2 * rest, black);
+  auto image = white();
+  dots.draw_into(image);
+  dots.draw_into(image, Image<Vec2<double>>(81, 61, Vec2<double>(1, 2)));
+  dots.draw_into(image, [](const Vec2<double>& pixel) {
+    CHECK(pixel.allFinite());
+    return Vec2<double>(1, 2);
+  });
+  CHECK(image == white());
+}
+
 TEST_CASE("a dot on a wall's far side is hidden, one on its near side is not") {
   // Hills towards the camera, which sees them from beside. A point of z = rest - h(x, y) is turned
   // away where its normal (-slope, 1) and the ray to it point apart from each other.

@@ -96,14 +96,15 @@ class PrintedDots {
     std::vector<double> covered(static_cast<std::size_t>(width_));
     for (std::size_t first = 0; first < outlines_.size(); first += corners) {
       bool is_known = true;
-      for (std::size_t i = 0; i < corners; ++i) {
+      for (std::size_t i = 0; i < corners && is_known; ++i) {
         const Vec2<double>& pixel = outlines_[first + i];
-        outline[i] = pixel + Vec2<double>(field(pixel));
-        is_known = is_known && detail::is_finite(outline[i]);
+        // Of what lies behind the camera no field is asked.
+        if (detail::is_finite(pixel)) outline[i] = pixel + Vec2<double>(field(pixel));
+        is_known = detail::is_finite(pixel) && detail::is_finite(outline[i]);
       }
+      if (!is_known) continue;
       // Seen from behind it goes round the other way.
-      const bool is_hidden = area(outline.data()) * area(&outlines_[first]) <= 0;
-      if (is_known && !is_hidden) fill(image, outline, covered);
+      if (area(outline.data()) * area(&outlines_[first]) > 0) fill(image, outline, covered);
     }
   }
 
