@@ -81,11 +81,12 @@ TEST_CASE("a marker moves as the projection of its point does") {
   }
   rest(3, 4) = inf;
   displacement(5, 6).y() = std::numeric_limits<double>::quiet_NaN();
+  displacement(7, 8).x() = inf;
   const auto moved = marker_displacement(eye, rest, displacement);
   for (Index y = 0; y < 30; ++y) {
     for (Index x = 0; x < 40; ++x) {
-      if ((x == 3 && y == 4) || (x == 5 && y == 6)) {
-        CHECK(std::isnan(moved(x, y).y()));
+      if ((x == 3 && y == 4) || (x == 5 && y == 6) || (x == 7 && y == 8)) {
+        CHECK((std::isnan(moved(x, y).x()) && std::isnan(moved(x, y).y())));
         continue;
       }
       const Vec3<double> point = eye.unproject(x, y, rest(x, y));

@@ -131,7 +131,7 @@ template <std::floating_point T>
                                   const Vec3<T>& by) {
   constexpr T nan = std::numeric_limits<T>::quiet_NaN();
   const T depth = rest + by.z();
-  if (!(rest > 0 && depth > 0) || !std::isfinite(depth)) return {nan, nan};
+  if (!(rest > 0 && depth > 0) || !std::isfinite(depth) || !is_finite(by)) return {nan, nan};
   // The difference of the two projections, without the digits that it would lose.
   const Vec3<T> ray = camera.ray(static_cast<T>(x), static_cast<T>(y));
   return {camera.fx * (by.x() - ray.x() * by.z()) / depth,
