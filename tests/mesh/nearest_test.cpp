@@ -52,6 +52,21 @@ TEST_CASE("no point of the surface is nearer, and vertices are nearest to themse
   }
 }
 
+TEST_CASE("shares of what lies on a side, but for rounding, are never negative") {
+  test::Random random(7);
+  for (int i = 0; i < 20000; ++i) {
+    gelight::Mesh<double> triangle{{}, {{0, 1, 2}}};
+    for (int k = 0; k < 3; ++k) {
+      triangle.positions.push_back({test::uniform(random, -1, 1), test::uniform(random, -1, 1), 0});
+    }
+    const Surface<double> surface(triangle);
+    const double t = test::uniform(random, 0, 1);
+    const Vec3<double> at = (1 - t) * surface.position(1) + t * surface.position(2);
+    const auto point = nearest_point(surface, at);
+    CHECK_NOTHROW(surface.require_point(point));
+  }
+}
+
 TEST_CASE("faces without area are their sides, and positions that are not finite are refused") {
   gelight::Mesh<double> mesh;
   mesh.positions = {{0, 0, 0}, {2, 0, 0}, {1, 0, 0}};

@@ -44,9 +44,8 @@ template <std::floating_point Real>
     const Vec3<Real> up = normal / std::sqrt(area), to = -corners[0] / size;
     const Vec3<Real> p = to - dot(to, up) * up;
     const Real second = dot(normal, cross(p, c)) / area, third = dot(normal, cross(b, p)) / area;
-    if (second >= 0 && third >= 0 && second + third <= 1) {
-      return {1 - second - third, second, third};
-    }
+    const Real first = 1 - second - third;
+    if (first >= 0 && second >= 0 && third >= 0) return {first, second, third};
   }
   // Not over the triangle, or it has no area: then it is one of the sides.
   std::array<Real, 3> best{};
