@@ -275,6 +275,26 @@ TEST_CASE("a flat sheet: three cells meet in the middle of their circle, and isl
   CHECK(round < 2 * pi * 0.012);
 }
 
+TEST_CASE("a flat sheet: between sources close together no line leaves its place") {
+  Random random(3);
+  const Mesh<double> mesh = test::jittered_grid(6, 0.2, random);
+  const ExactSolver solver(mesh, keeping());
+  const Surface<double>& surface = solver.surface();
+  for (int i = 0; i < 60; ++i) {
+    const Vec3<double> x(uniform(random, 1, 5), uniform(random, 1, 5), 0);
+    const double turn = uniform(random, 0, 2 * pi), apart = i % 2 == 0 ? 1e-3 : 1e-5;
+    const Vec3<double> y = x + apart * Vec3<double>(std::cos(turn), std::sin(turn), 0);
+    const Sources close{{nearest_point(surface, x), 0}, {nearest_point(surface, y), 0}};
+    for (const auto& edge : edges_of(solver, close)) {
+      CHECK(faces_along(surface, edge.points).size() == edge.points.size() - 1);
+      for (const auto& point : edge.points) {
+        const Vec3<double> p = surface.position(point);
+        CHECK(std::abs((p - x).norm() - (p - y).norm()) <= 1e-10);
+      }
+    }
+  }
+}
+
 TEST_CASE("a tube: two sources behind each other have two straight rings or one way round") {
   const auto mesh = tube(20);
   const ExactSolver solver(mesh, keeping());

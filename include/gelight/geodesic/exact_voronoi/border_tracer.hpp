@@ -536,8 +536,8 @@ class BorderTracer {
     line_.push_back(line_.front());
   }
 
-  // Whether the line's end and the beginning of the next piece are two points. Between two in faces
-  // that meet in a corner only that is added.
+  // Whether the line's end and the beginning of the next piece are two points. Between two in
+  // different faces a point of both is added: their corner, or where their side is nearest.
   bool step_to(Index last, Index next) {
     const Piece &a = pieces_[static_cast<std::size_t>(last)],
                 &b = pieces_[static_cast<std::size_t>(next)];
@@ -548,9 +548,17 @@ class BorderTracer {
     const auto is_shared = [&](Index v) {
       return std::find(others.begin(), others.end(), v) != others.end();
     };
-    const auto corner = std::find_if(corners.begin(), corners.end(), is_shared);
-    if (corner != corners.end()) line_.push_back(vertex_point<Real>(*corner));
+    Index from = -1, to = -1;
+    for (const Index v : corners) {
+      if (is_shared(v)) (from < 0 ? from : to) = v;
+    }
+    if (from >= 0) line_.push_back(to < 0 ? vertex_point<Real>(from) : on_side(from, to, a.end));
     return true;
+  }
+  [[nodiscard]] Point on_side(Index from, Index to, const Vec3<Real>& near) const {
+    const Vec3<Real> begin = surface_.position(from), way = surface_.position(to) - begin;
+    const Real share = dot(near - begin, way) / dot(way, way);
+    return simplified(surface_, edge_point(from, to, std::clamp(share, Real(0), Real(1))));
   }
 
   const WindowSolution<Real>& solution_;
