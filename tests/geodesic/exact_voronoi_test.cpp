@@ -295,6 +295,21 @@ TEST_CASE("a flat sheet: between sources close together no line leaves its place
   }
 }
 
+TEST_CASE("a flat sheet: a source beside an edge, by less than positions are rounded by") {
+  Random random(5);
+  const Mesh<double> mesh = test::jittered_grid(6, 0.2, random);
+  const ExactSolver solver(mesh, keeping());
+  for (int i = 0; i < 60; ++i) {
+    const Index f = test::uniform_index(random, solver.surface().face_count());
+    const double t = std::pow(10, uniform(random, -4, -1)), off = 5e-15 * t;
+    const Sources beside{{face_point<double>(f, {t, off, 1 - t - off}), 0},
+                         {test::random_point(mesh, random), 0}};
+    const Edges edges = edges_of(solver, beside);
+    CHECK(edges.size() == 1);
+    check_edges(solver, beside, edges, 1e-9);
+  }
+}
+
 TEST_CASE("a tube: two sources behind each other have two straight rings or one way round") {
   const auto mesh = tube(20);
   const ExactSolver solver(mesh, keeping());

@@ -198,7 +198,10 @@ class BorderTracer {
         const Vec2<Real> begin = flat_.from_frame(h, {w.begin[i], 0});
         const Vec2<Real> end = flat_.from_frame(h, {w.end[i], 0});
         const Vec2<Real> first = end - centre, last = begin - centre;
-        const Real width = std::atan2(cross_of(first, last), dot(first, last));
+        // From the window's own numbers: in the face's the centre may lie on the edge, or past it.
+        const Real width =
+            std::atan2(std::fabs(w.y[i]) * (w.end[i] - w.begin[i]),
+                       (w.begin[i] - w.x[i]) * (w.end[i] - w.x[i]) + w.y[i] * w.y[i]);
         if (!(width > 0)) continue;
         images_.push_back({centre, start, source_of_origin(w.origin[i]), false,
                            right_of(centre, begin), left_of(centre, end),
