@@ -560,7 +560,8 @@ class BorderTracer {
   }
   [[nodiscard]] Point on_side(Index from, Index to, const Vec3<Real>& near) const {
     const Vec3<Real> begin = surface_.position(from), way = surface_.position(to) - begin;
-    const Real share = dot(near - begin, way) / dot(way, way);
+    const Real square = squared_norm(way);
+    const Real share = square > 0 ? dot(near - begin, way) / square : 0;
     return simplified(surface_, edge_point(from, to, std::clamp(share, Real(0), Real(1))));
   }
 
