@@ -113,7 +113,7 @@ void require_precision(const gelight::Mesh<double>& mesh, const std::string& nam
 /// The mesh of a file that OpenMesh reads (STL, OBJ, PLY, OFF). Throws InvalidInput if there is
 /// none in it, or one that OpenMesh would mend: points and faces that it leaves out or tears off;
 /// and where there is no area.
-/// Points of OBJ are double; others single: they must lie near enough to the origin for that.
+/// Points of STL are single, others double: they must lie near enough to the origin for that.
 /// Polygons become fans of triangles from their first corner, which overlap where it does not see
 /// all of a concave one.
 [[nodiscard]] inline gelight::Mesh<double> mesh_of_file(const std::filesystem::path& path) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -20,19 +21,29 @@
 
 #include "gelight/core/error.hpp"
 
-// What a mesh file that is text says, line by line. OpenMesh leaves a point out that is no number
-// and gives its place to the next one, so that every face after it is another; and it reads single
-// precision.
+// What the files of meshes say that OpenMesh misreads, as OBJ. It leaves a point out that is no
+// number and gives its place to the next one, so that every face after it is another; of OFF it
+// leaves out the face after a colour or comment; in PLY it takes some properties for others, and
+// may go on for ever; and it reads single precision.
+
+/// A mesh file as OBJ.
+struct ObjText {
+  std::vector<std::array<double, 3>> points;
+  /// Its points and faces, and no more.
+  std::string lines;
+};
 
 namespace mesh_text_detail {
 
+/// What stands between words.
+inline constexpr std::string_view word_blanks = " \t\r\v\f\n";
+
 [[nodiscard]] inline std::vector<std::string_view> words_of(std::string_view line) {
-  constexpr std::string_view blanks = " \t\r\v\f";
   std::vector<std::string_view> words;
-  for (std::size_t at = line.find_first_not_of(blanks); at < line.size();) {
-    const std::size_t end = std::min(line.find_first_of(blanks, at), line.size());
+  for (std::size_t at = line.find_first_not_of(word_blanks); at < line.size();) {
+    const std::size_t end = std::min(line.find_first_of(word_blanks, at), line.size());
     words.push_back(line.substr(at, end - at));
-    at = line.find_first_not_of(blanks, end);
+    at = line.find_first_not_of(word_blanks, end);
   }
   return words;
 }
@@ -94,6 +105,8 @@ class MeshLines {
     return !words_.empty();
   }
   [[nodiscard]] std::string_view text() const { return text_; }
+  /// What follows the line.
+  [[nodiscard]] std::string_view rest() const { return rest_; }
   [[nodiscard]] std::span<const std::string_view> words() const { return words_; }
 
   /// Throws InvalidInput, which names the line, where something does not hold.
@@ -107,8 +120,7 @@ class MeshLines {
             text_.substr(0, text_.find('\r')).substr(0, 60),
             "\": not all are finite numbers up to 3.4e38");
   }
-  /// That from this word on they are counts of things, and of no more than the file has bytes:
-  /// OpenMesh makes room for them.
+  /// That from this word on they are counts of things, and of no more than the file has bytes.
   void require_counts(std::size_t first, std::size_t bytes) const {
     for (const std::string_view count : words().subspan(first)) {
       require(count.find_first_not_of("0123456789") == count.npos, count,
@@ -157,8 +169,17 @@ inline void require_corners(const MeshLines& line, std::size_t points) {
   }
 }
 
-/// Throws InvalidInput for a line of PLY's head, the first of which is 0, that is none. OpenMesh
-/// reads it word by word, and goes on for ever where it finds no number or has left out the end.
+/// What is said of a number of PLY, or of a list of them.
+struct PlyProperty {
+  std::string_view count, type, name;  // the first: of a list's length, empty where it is none
+};
+struct PlyElement {
+  std::string_view name;
+  std::size_t count = 0;
+  std::vector<PlyProperty> properties;
+};
+
+/// Throws InvalidInput for a line of PLY's head, the first of which is 0, that is none.
 inline void require_ply_head(const MeshLines& line, std::size_t number, std::size_t bytes) {
   const auto words = line.words();
   const auto is = [](std::string_view word, std::initializer_list<std::string_view> those) {
@@ -187,30 +208,176 @@ inline void require_ply_head(const MeshLines& line, std::size_t number, std::siz
                "binary_little_endian or binary_big_endian 1.0; element; property; end_header)");
 }
 
-inline void require_ply(MeshLines line, std::size_t bytes, const std::string& name) {
-  bool is_binary = false, has_element = false, is_over = false;
-  for (std::size_t number = 0; !is_over && line.next(); ++number) {
-    require_ply_head(line, number, bytes);
-    const std::string_view keyword = line.words()[0];
-    if (number == 1) is_binary = line.words()[1] != "ascii";
-    has_element = has_element || keyword == "element";
-    line.require(has_element || keyword != "property", "a property of no element");
-    is_over = keyword == "end_header";
+/// The numbers of a PLY file, one after the other. Throws InvalidInput where there is none.
+class PlyNumbers {
+ public:
+  PlyNumbers(std::string_view bytes, std::string_view format, const std::string& name)
+      : rest_(bytes), format_(format), name_(name) {}
+
+  [[nodiscard]] double next(std::string_view type) {
+    if (type == "char" || type == "int8") return read<std::int8_t>();
+    if (type == "uchar" || type == "uint8") return read<std::uint8_t>();
+    if (type == "short" || type == "int16") return read<std::int16_t>();
+    if (type == "ushort" || type == "uint16") return read<std::uint16_t>();
+    if (type == "int" || type == "int32") return read<std::int32_t>();
+    if (type == "uint" || type == "uint32") return read<std::uint32_t>();
+    if (type == "float" || type == "float32") return read<float>();
+    gelight::detail::require(type == "double" || type == "float64", name_, " has numbers of type ",
+                             type, ", which PLY has not");
+    return read<double>();
   }
-  gelight::detail::require(is_over, name, ": the head of the PLY file has no end_header");
-  while (!is_binary && line.next()) line.require_numbers(0, line.words().size());
+
+ private:
+  template <class Number>
+  [[nodiscard]] double read() {
+    const bool is_text = format_ == "ascii";
+    const std::size_t blanks = is_text ? rest_.find_first_not_of(word_blanks) : 0;
+    rest_.remove_prefix(std::min(blanks, rest_.size()));
+    const std::size_t size =
+        is_text ? std::min(rest_.find_first_of(word_blanks), rest_.size()) : sizeof(Number);
+    gelight::detail::require(size > 0 && size <= rest_.size(), name_,
+                             " ends before all that its head tells of");
+    const std::string_view word = rest_.substr(0, size);
+    rest_.remove_prefix(size);
+    if (is_text) return number_of(word);
+    std::array<char, sizeof(Number)> bytes;
+    std::ranges::copy(word, bytes.begin());
+    const bool is_native =
+        (format_ == "binary_big_endian") == (std::endian::native == std::endian::big);
+    if (!is_native) std::ranges::reverse(bytes);
+    return static_cast<double>(std::bit_cast<Number>(bytes));
+  }
+
+  std::string_view rest_, format_;
+  const std::string& name_;
+};
+
+/// Adds the point of a vertex, or a face by the numbers of its vertices from 0. Throws InvalidInput
+/// for what is none.
+///@{
+inline void add_point(ObjText& obj, const std::array<double, 3>& point, const std::string& name) {
+  const bool is_finite = std::ranges::all_of(
+      point, [](double c) { return std::abs(c) <= double{std::numeric_limits<float>::max()}; });
+  gelight::detail::require(is_finite, name, ", vertex ", obj.points.size(), " is at (", point[0],
+                           ", ", point[1], ", ", point[2],
+                           "): not all are finite numbers up to 3.4e38");
+  obj.points.push_back(point);
+  obj.lines += 'v';
+  for (const double c : point) {
+    std::array<char, 32> digits;
+    obj.lines += ' ';
+    obj.lines.append(digits.data(),
+                     std::to_chars(digits.data(), digits.data() + digits.size(), c).ptr);
+  }
+  obj.lines += '\n';
+}
+inline void add_face(ObjText& obj, const std::vector<double>& vertices, std::size_t face,
+                     const std::string& name) {
+  gelight::detail::require(vertices.size() >= 3, name, ", face ", face, " has ", vertices.size(),
+                           " corners, not 3 or more");
+  obj.lines += 'f';
+  for (auto v = vertices.begin(); v != vertices.end(); ++v) {
+    gelight::detail::require(
+        *v >= 0 && *v < static_cast<double>(obj.points.size()) && *v == std::floor(*v), name,
+        ", face ", face, " has vertex ", *v, ", of ", obj.points.size());
+    gelight::detail::require(std::find(vertices.begin(), v, *v) == v, name, ", face ", face,
+                             " has vertex ", *v, " twice");
+    obj.lines.append(" ").append(std::to_string(static_cast<long long>(*v) + 1));
+  }
+  obj.lines += '\n';
+}
+///@}
+
+/// Adds what a PLY file's numbers say of one vertex, face or other element.
+inline void add_element(ObjText& obj, const PlyElement& element, std::size_t number,
+                        PlyNumbers& numbers, const std::string& name) {
+  const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
+  std::array<double, 3> point{};
+  std::vector<double> vertices, others;
+  std::size_t coordinates = 0;
+  for (const auto& [count, type, what] : element.properties) {
+    const double size = count.empty() ? 1 : numbers.next(count);
+    gelight::detail::require(size >= 0, name, " has a list of ", size, " numbers");
+    const bool is_corners = is_face && (what == "vertex_indices" || what == "vertex_index");
+    std::vector<double>& values = is_corners ? vertices : others;
+    values.clear();
+    for (double i = 0; i < size; ++i) values.push_back(numbers.next(type));
+    const std::size_t axis = std::string_view("xyz").find(what);
+    if (!is_vertex || !count.empty() || what.size() != 1 || axis >= 3) continue;
+    point[axis] = values[0];
+    ++coordinates;
+  }
+  gelight::detail::require(!is_vertex || coordinates == 3, name,
+                           " has vertices without x, y and z");
+  if (is_vertex) add_point(obj, point, name);
+  if (is_face) add_face(obj, vertices, number, name);
 }
 
-inline void require_off(MeshLines line, std::size_t bytes) {
+[[nodiscard]] inline ObjText read_ply(MeshLines line, std::size_t bytes, const std::string& name) {
+  std::string_view format;
+  std::vector<PlyElement> elements;
+  bool is_over = false;
+  for (std::size_t number = 0; !is_over && line.next(); ++number) {
+    require_ply_head(line, number, bytes);
+    const auto words = line.words();
+    if (number == 1) format = words[1];
+    if (words[0] == "element") {
+      elements.push_back({words[1], static_cast<std::size_t>(number_of(words[2])), {}});
+    } else if (words[0] == "property") {
+      line.require(!elements.empty(), "a property of no element");
+      const bool is_list = words.size() == 5;
+      elements.back().properties.push_back(
+          {is_list ? words[2] : "", words[words.size() - 2], words.back()});
+    }
+    is_over = words[0] == "end_header";
+  }
+  gelight::detail::require(is_over, name, ": the head of the PLY file has no end_header");
+  PlyNumbers numbers(line.rest(), format, name);
+  while (format == "ascii" && line.next()) line.require_numbers(0, line.words().size());
+  ObjText obj;
+  for (const PlyElement& element : elements) {
+    for (std::size_t i = 0; i < element.count; ++i) add_element(obj, element, i, numbers, name);
+  }
+  return obj;
+}
+
+[[nodiscard]] inline ObjText read_off(MeshLines line, std::size_t bytes, const std::string& name) {
   bool is_head = true;
   while (is_head && line.next()) {
-    if (line.text().find("BINARY") != std::string_view::npos) return;
+    line.require(line.text().find("BINARY") == std::string_view::npos,
+                 "OFF of the binary kind is not read; save it as text");
     is_head = line.words()[0].find("OFF") == std::string_view::npos;
   }
-  if (is_head) return;
-  const bool are_counts_next = line.words().size() == 1;
-  if (!are_counts_next || line.next()) line.require_counts(are_counts_next ? 0 : 1, bytes);
-  while (line.next()) line.require_numbers(0, line.words().size());
+  if (is_head) return {};
+  const std::size_t first = line.words().size() == 1 ? 0 : 1;
+  const auto go_on = [&] {
+    gelight::detail::require(line.next(), name, " ends before all that its head tells of");
+  };
+  if (first == 0) go_on();
+  line.require_counts(first, bytes);
+  line.require(line.words().size() >= first + 2, "no numbers of vertices and faces");
+  const auto count = [&](std::size_t i) {
+    return static_cast<std::size_t>(number_of(line.words()[first + i]));
+  };
+  const std::size_t vertices = count(0), faces = count(1);
+  ObjText obj;
+  for (std::size_t i = 0; i < vertices + faces; ++i) {
+    go_on();
+    line.require_numbers(0, line.words().size());
+    std::vector<double> numbers;
+    for (const std::string_view word : line.words()) numbers.push_back(number_of(word));
+    if (i < vertices) {
+      line.require(numbers.size() >= 3, "a point of ", numbers.size(), " numbers");
+      add_point(obj, {numbers[0], numbers[1], numbers[2]}, name);
+    } else {
+      line.require(numbers[0] >= 0 && numbers[0] < static_cast<double>(numbers.size()),
+                   "a face of ", numbers[0], " corners, of which ", numbers.size() - 1, " follow");
+      const auto corner = numbers.begin() + 1;
+      add_face(obj, {corner, corner + static_cast<std::ptrdiff_t>(numbers[0])}, i - vertices, name);
+    }
+  }
+  gelight::detail::require(!line.next(), name, " goes on after all that its head tells of");
+  return obj;
 }
 
 inline void require_stl(MeshLines line) {
@@ -221,13 +388,7 @@ inline void require_stl(MeshLines line) {
 
 }  // namespace mesh_text_detail
 
-/// What an OBJ file says.
-struct ObjText {
-  std::vector<std::array<double, 3>> points;
-  /// Its points and faces without what follows a #, of which OpenMesh takes numbers for corners.
-  std::string lines;
-};
-
+/// What an OBJ file says, without what follows a #, of which OpenMesh takes numbers for corners.
 [[nodiscard]] inline ObjText read_obj(mesh_text_detail::MeshLines line) {
   using mesh_text_detail::number_of;
   ObjText obj;
@@ -246,12 +407,12 @@ struct ObjText {
   return obj;
 }
 
-/// What an OBJ file says; nothing of others. Throws InvalidInput, which names the line, for a
-/// coordinate that is no number, not finite or beyond single precision in what of OBJ, OFF, STL and
-/// PLY is text, for a face of OBJ that has fewer than three corners, one that is no vertex or a
-/// vertex twice, for a head of OFF that tells of what there cannot be, or any but a whole head of
-/// PLY; the face for one that is not finite in binary STL; and for a byte order mark before what is
-/// not OBJ.
+/// What OBJ, OFF and PLY say; nothing of others. Throws InvalidInput, which names the line
+/// or what is meant, for a coordinate that is no number, not finite or beyond single precision, for
+/// a face of OBJ, PLY or OFF that has fewer than three corners, one that is no vertex or a vertex
+/// twice, for an OFF file that is binary or not what its head tells, any but a whole head of PLY,
+/// and one that ends too early; the face for a corner that is not finite in binary STL; and for a
+/// byte order mark before what is not OBJ.
 [[nodiscard]] inline ObjText checked_text(const std::filesystem::path& path) {
   using namespace mesh_text_detail;
   std::ifstream file(path, std::ios::binary);
@@ -272,8 +433,8 @@ struct ObjText {
   const MeshLines lines(std::string_view(bytes).substr(is_marked ? mark.size() : 0), name,
                         is_obj || is_off);
   if (is_obj) return read_obj(lines);
-  if (is_off) require_off(lines, bytes.size());
-  if (is_stl) require_stl(lines);
-  if (kind == ".ply") require_ply(lines, bytes.size(), name);
+  if (is_off) return read_off(lines, bytes.size(), name);
+  if (kind == ".ply") return read_ply(lines, bytes.size(), name);
+  require_stl(lines);
   return {};
 }

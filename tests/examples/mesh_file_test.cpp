@@ -2,7 +2,11 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -108,6 +112,87 @@ TEST_CASE("heads of OFF that count what cannot be are refused with the line") {
   CHECK(contains(said("off", with(off, "OFF\n3", "OFF x")), "line 1: x is not a whole number"));
   CHECK(contains(said("off", with(off, "3 1 0", std::string(50, '9') + " 1 0")),
                  "line 2: " + std::string(50, '9') + " things are more than"));
+}
+
+TEST_CASE("colours, normals and comments change no mesh of OFF, and no face is lost") {
+  const std::string head = "4 2 0\n", square = "0.1 0 0\n1 0 0\n0 1 0\n1 1 0.5\n",
+                    faces = "3 0 1 2\n3 1 3 2\n";
+  const Mesh<double> plain = read("off", "OFF\n" + head + square + faces);
+  CHECK(plain.positions[0][0] == 0.1);  // in double
+  CHECK(plain.faces.size() == 2);
+  const std::string colours = "3 0 1 2 255 0 0 255 # red\n3 1 3 2 0.5 0 0\n";
+  const std::string normals = "0.1 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n1 1 0.5 0 0 1\n";
+  for (const std::string& text :
+       {"OFF\n" + head + square + colours, "NOFF " + head + normals + faces,
+        "OFF # of\n\n" + head + square + "3 0 1 2 7\r\n3 1 3 2 #\n"}) {
+    CAPTURE(text);
+    const Mesh<double> mesh = read("off", text);
+    CHECK(mesh.positions == plain.positions);
+    CHECK(mesh.faces == plain.faces);
+  }
+}
+
+TEST_CASE("OFF that is not what its head tells is refused") {
+  CHECK(contains(said("off", off + "3 0 2 1\n"), "goes on after all that its head tells of"));
+  CHECK(contains(said("off", with(off, "3 1 0", "3 2 0")), "ends before all that its head tells"));
+  CHECK(contains(said("off", with(off, "OFF", "OFF BINARY")), "line 1: OFF of the binary kind"));
+  CHECK(contains(said("off", "OFF\n"), "ends before all that its head tells"));
+  CHECK(contains(said("off", with(off, "3 1 0", "3")), "line 2: no numbers of vertices and faces"));
+  CHECK(contains(said("off", with(off, "1 0 0", "1 0")), "line 4: a point of 2 numbers"));
+  for (const char* face : {"3 0 1", "-1 0 1 2", "1e9 0 1 2"}) {
+    CHECK(contains(said("off", with(off, "3 0 1 2", face)), "line 6: a face of "));
+  }
+  CHECK(contains(said("off", with(off, "3 0 1 2", "2 0 1")), "face 0 has 2 corners"));
+  CHECK(contains(said("off", with(off, "3 0 1 2", "3 0 1 3")), "face 0 has vertex 3, of 3"));
+  CHECK(contains(said("off", with(off, "3 0 1 2", "3 0 1 1")), "face 0 has vertex 1 twice"));
+}
+
+TEST_CASE("PLY is read whatever else its vertices and faces have, and of what types") {
+  const Mesh<double> plain = read("ply", ply);
+  const auto is_plain = [&](const std::string& text) {
+    const Mesh<double> mesh = read("ply", text);
+    return mesh.positions == plain.positions && mesh.faces == plain.faces;
+  };
+  for (const char* count : {"char", "int16", "ushort", "int", "uint32"}) {
+    CHECK(is_plain(with(ply, "list uchar", std::string("list ") + count)));
+  }
+  const std::string list = "property list uchar int vertex_indices\n";
+  CHECK(is_plain(with(with(ply, list, list + "property list uchar float texcoord\n"), "3 0 1 2",
+                      "3 0 1 2 2 0.5 7")));
+  CHECK(is_plain(with(with(ply, list, "property int flags\n" + list), "3 0 1 2", "9 3 0 1 2")));
+  CHECK(contains(said("ply", with(ply, "float z", "float w")), "vertices without x, y and z"));
+  CHECK(contains(said("ply", with(ply, "float z", "long z")), "numbers of type long"));
+  CHECK(contains(said("ply", with(ply, "3 0 1 2", "3 0 1")), "ends before all that its head"));
+  CHECK(contains(said("ply", with(ply, "3 0 1 2", "3 0 1 -2")), "face 0 has vertex -2, of 3"));
+  CHECK(contains(said("ply", with(ply, "3 0 1 2", "-3 0 1 2")), "a list of -3 numbers"));
+}
+
+TEST_CASE("binary PLY is read in either order of bytes, whole numbers named s and u among them") {
+  for (const bool is_big : {false, true}) {
+    std::string text =
+        with(with(ply, "ascii", is_big ? "binary_big_endian" : "binary_little_endian"), "float x",
+             "uchar u\nproperty double x");
+    text.resize(text.find("end_header\n") + 11);
+    const auto add = [&](auto number) {
+      std::array<char, sizeof number> bytes;
+      std::memcpy(bytes.data(), &number, sizeof number);
+      const bool is_native = is_big == (std::endian::native == std::endian::big);
+      if (!is_native) std::reverse(bytes.begin(), bytes.end());
+      text.append(bytes.data(), bytes.size());
+    };
+    for (const std::array<float, 2>& p : {std::array{0.5F, 0.0F}, {1.0F, 0.0F}, {0.0F, 1.0F}}) {
+      add(std::uint8_t{200}), add(double{p[0]} + 1e-9), add(p[1]), add(0.0F);
+    }
+    add(std::uint8_t{3});
+    for (const std::int32_t corner : {0, 1, 2}) add(corner);
+    const Mesh<double> mesh = read("ply", text);
+    REQUIRE(mesh.positions.size() == 3);
+    CHECK(mesh.positions[0] == std::array{0.5 + 1e-9, 0.0, 0.0});
+    CHECK(mesh.positions[2] == std::array{1e-9, 1.0, 0.0});
+    CHECK(mesh.faces == read("ply", ply).faces);
+    text.pop_back();
+    CHECK(contains(said("ply", text), "ends before all that its head tells of"));
+  }
 }
 
 TEST_CASE("a byte order mark changes no mesh: it is left out of OBJ and refused elsewhere") {
