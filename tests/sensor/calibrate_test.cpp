@@ -267,6 +267,21 @@ TEST_CASE("so it is where circles are not refined") {
   }
 }
 
+TEST_CASE("photographs that show none of a region do not make its residual less") {
+  const BallPress small = photograph({80, 60, 17}, {}, 3, 1);
+  BallPress large = photograph({80, 60, 45}, {}, 3, 2);  // all of the image is near its contact
+  large.ball_radius = 50;
+  const auto far = [](const std::vector<BallPress>& all) {
+    return calibrate(gradient(), all, few_nodes()).regions[4];
+  };
+  const RegionResidual alone = far({small}), beside = far({small, large}), none = far({large});
+  CHECK(alone.region == "far");
+  CHECK(alone.residual > 2);  // the noise
+  CHECK(beside.residual == doctest::Approx(alone.residual).epsilon(0.05));
+  CHECK(beside.signal == doctest::Approx(alone.signal).epsilon(0.05));
+  CHECK(none.residual == 0);
+}
+
 TEST_CASE("a circle beside which nothing is seen, and a reflectance that is none, are refused") {
   for (const double radius : {120.0, 1e5, 1e8, 1e12, 1e300}) {
     std::vector<BallPress> known = presses(1, 7);

@@ -51,10 +51,11 @@ struct PressReport {
   Vec2<double> doubt{0, 0};
   bool is_proposed = false;  ///< the circle was searched for
   bool fits = true;          ///< otherwise left out of the fit
-  double residual = 0;       ///< mean absolute, inside of the contact, grey levels
+  double residual = 0;       ///< mean absolute, out to 0.9 of the contact's radius, grey levels
 };
 
-/// The mean absolute difference of photographs and model in a part of the image, grey levels.
+/// The mean absolute difference of photographs and model in a part of the image, grey levels: of
+/// the photographs that show some of it, and 0 where none does.
 struct RegionResidual {
   /// Which pixels, in words.
   std::string region;

@@ -646,13 +646,16 @@ class Calibrator {
   // --- report ------------------------------------------------------------------------------------
 
   [[nodiscard]] RegionResidual inside_residual(std::size_t i, const Circle& circle) const {
-    return region_residual(i, circle, -1, 0.9 * circle.radius, nullptr);
+    double count = 0;
+    return region_residual(i, circle, -1, 0.9 * circle.radius, nullptr, count);
   }
 
+  // And of how many pixels and channels.
   [[nodiscard]] RegionResidual region_residual(std::size_t i, const Circle& circle, double from,
-                                               double to, const BallSurface* surface) const {
+                                               double to, const BallSurface* surface,
+                                               double& count) const {
     RegionResidual sum;
-    double count = 0;
+    count = 0;
     for_pixels(circle, from, to, [&](Index x, Index y) {
       const double dx = x - circle.x, dy = y - circle.y;
       GelPoint p = place(x, y);
@@ -705,14 +708,19 @@ class Calibrator {
     }
     for (const Ring& ring : rings) {
       RegionResidual mean{ring.name, 0, 0};
+      double seen = 0;  // photographs in which there is some of the ring
       for (std::size_t i = 0; i < entries_.size(); ++i) {
         const Circle& circle = entries_[i].report.contact;
+        double count = 0;
         const RegionResidual one =
             region_residual(i, circle, ring.from < 0 ? -1 : ring.from * circle.radius,
-                            std::min(1e5, ring.to * circle.radius), &surfaces[i]);
-        mean.signal += one.signal / static_cast<double>(entries_.size());
-        mean.residual += one.residual / static_cast<double>(entries_.size());
+                            std::min(1e5, ring.to * circle.radius), &surfaces[i], count);
+        mean.signal += one.signal;
+        mean.residual += one.residual;
+        if (count > 0) ++seen;
       }
+      mean.signal /= std::max(1.0, seen);
+      mean.residual /= std::max(1.0, seen);
       result_.regions.push_back(mean);
     }
     for (std::size_t i = 0; i < entries_.size(); ++i) {
