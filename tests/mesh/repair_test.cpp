@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -313,6 +314,17 @@ TEST_CASE("any places can be ordered, and faces with indices out of range") {
       was_placed = is_placed;
     }
   }
+}
+
+TEST_CASE("an index out of range is none of the vertices that splitting adds") {
+  Mesh<double> bow{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}},
+                   {{0, 1, 2}, {0, 3, 4}, {1, 2, 5}, {1, 2, 9}}};
+  const auto parted = repair(bow, {.split_vertices = true});
+  CHECK(parted.added_vertices == 1);
+  CHECK(parted.mesh.faces[2] == std::array<Index, 3>{1, 2, 6});
+  CHECK(parted.mesh.faces[3] == std::array<Index, 3>{1, 2, 9});
+  CHECK(check(parted.mesh).out_of_range.count == 2);
+  CHECK(!is_taken(parted.mesh));
 }
 
 TEST_CASE("a weld distance or flatness that cannot be is refused") {

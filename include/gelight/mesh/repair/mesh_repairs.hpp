@@ -164,7 +164,9 @@ class MeshRepairs {
     }
   }
 
+  // An index out of range stays out of range.
   void split() {
+    const auto count = static_cast<Index>(mesh().positions.size());
     const auto is_sound = sound_faces();
     auto fan = fans(mesh().faces, sorted_sides(mesh().faces, is_sound));
     Array<Index> owner(mesh().positions.size(), -1);     // of each vertex: the fan that keeps it
@@ -179,6 +181,10 @@ class MeshRepairs {
         if (copy_for[own] < 0) copy_for[own] = copy_of(v);
         v = copy_for[own];
       }
+    }
+    for (Index f = 0; f < face_count(); ++f) {
+      if (is_sound[f]) continue;
+      for (Index& v : face(f)) v = v < count ? v : std::max(v, count + result_.added_vertices);
     }
   }
 
