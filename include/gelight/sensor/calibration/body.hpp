@@ -544,7 +544,7 @@ class Calibrator {
   void leave_out() {
     std::vector<double> residuals;
     for (std::size_t i = 0; i < entries_.size(); ++i) {
-      residuals.push_back(inside_residual(i, entries_[i].report.contact).residual);
+      residuals.push_back(inside_residual(i, entries_[i].report.contact));
     }
     std::vector<double> sorted = residuals;
     std::nth_element(sorted.begin(),
@@ -645,17 +645,19 @@ class Calibrator {
 
   // --- report ------------------------------------------------------------------------------------
 
-  [[nodiscard]] RegionResidual inside_residual(std::size_t i, const Circle& circle) const {
-    double count = 0;
-    return region_residual(i, circle, -1, 0.9 * circle.radius, nullptr, count);
+  // Over the pixels and channels of a region in one photograph.
+  struct RegionSum {
+    double signal = 0, residual = 0, count = 0;
+  };
+
+  [[nodiscard]] double inside_residual(std::size_t i, const Circle& circle) const {
+    const RegionSum sum = region_sum(i, circle, -1, 0.9 * circle.radius, nullptr);
+    return sum.residual / std::max(1.0, sum.count);
   }
 
-  // And of how many pixels and channels.
-  [[nodiscard]] RegionResidual region_residual(std::size_t i, const Circle& circle, double from,
-                                               double to, const BallSurface* surface,
-                                               double& count) const {
-    RegionResidual sum;
-    count = 0;
+  [[nodiscard]] RegionSum region_sum(std::size_t i, const Circle& circle, double from, double to,
+                                     const BallSurface* surface) const {
+    RegionSum sum;
     for_pixels(circle, from, to, [&](Index x, Index y) {
       const double dx = x - circle.x, dy = y - circle.y;
       GelPoint p = place(x, y);
@@ -673,12 +675,8 @@ class Calibrator {
         sum.signal += std::abs(seen);
         sum.residual += std::abs(seen - background_level(background_, x, y, c) * model[c]);
       }
-      count += 3;
+      sum.count += 3;
     });
-    if (count > 0) {
-      sum.signal /= count;
-      sum.residual /= count;
-    }
     return sum;
   }
 
@@ -711,13 +709,12 @@ class Calibrator {
       double seen = 0;  // photographs in which there is some of the ring
       for (std::size_t i = 0; i < entries_.size(); ++i) {
         const Circle& circle = entries_[i].report.contact;
-        double count = 0;
-        const RegionResidual one =
-            region_residual(i, circle, ring.from < 0 ? -1 : ring.from * circle.radius,
-                            std::min(1e5, ring.to * circle.radius), &surfaces[i], count);
-        mean.signal += one.signal;
-        mean.residual += one.residual;
-        if (count > 0) ++seen;
+        const RegionSum sum = region_sum(i, circle, ring.from < 0 ? -1 : ring.from * circle.radius,
+                                         std::min(1e5, ring.to * circle.radius), &surfaces[i]);
+        if (sum.count == 0) continue;
+        mean.signal += sum.signal / sum.count;
+        mean.residual += sum.residual / sum.count;
+        ++seen;
       }
       mean.signal /= std::max(1.0, seen);
       mean.residual /= std::max(1.0, seen);
@@ -725,7 +722,7 @@ class Calibrator {
     }
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       PressReport& press = entries_[i].report;
-      press.residual = inside_residual(i, press.contact).residual;
+      press.residual = inside_residual(i, press.contact);
       if (!press.fits) {
         result_.warnings.push_back(joined(press.name, " does not fit the others (residual ",
                                           two_decimals(press.residual),
