@@ -97,6 +97,30 @@ inline void sort_windows(WindowList<Real>& list) {
   }
 }
 
+/// Of windows of a sorted list that see the same part of the edge from the same place, but for
+/// `slack`, leaves the nearest.
+template <std::floating_point Real>
+inline void drop_repeated(Real slack, WindowList<Real>& list) {
+  const auto are_near = [slack](Real a, Real b) { return std::fabs(a - b) <= slack; };
+  const auto repeats = [&](std::ptrdiff_t i, std::ptrdiff_t k) {
+    return are_near(list.begin[i], list.begin[k]) && are_near(list.end[i], list.end[k]) &&
+           are_near(list.x[i], list.x[k]) && are_near(list.y[i], list.y[k]);
+  };
+  std::ptrdiff_t count = 0;
+  for (std::ptrdiff_t i = 0; i < list.size; ++i) {
+    std::ptrdiff_t k = count - 1;
+    const Real middle = list.begin[i] + list.end[i] - 2 * slack;
+    while (k >= 0 && list.begin[k] + list.end[k] >= middle && !repeats(i, k)) --k;
+    const bool is_new = k < 0 || !repeats(i, k);
+    if (is_new) {
+      list.move(count++, i);
+    } else if (list.start[i] < list.start[k]) {
+      list.move(k, i);
+    }
+  }
+  list.size = count;
+}
+
 /// Takes from each window of a sorted list the points that a neighbour reaches no later, so that
 /// what is left hardly overlaps, as in Mitchell, Mount, Papadimitriou 1987
 /// (doi:10.1137/0216045). A point is taken only where the neighbour keeps it: nothing is lost.

@@ -669,7 +669,11 @@ class WindowPropagation {
     if (limits_->ring < unreachable<Real>) drop_behind_rings(length);
     if (list_.size > 1) {
       sort_windows(list_);
-      if (!sees_through_a_point) WindowTrimmer(list_).trim();
+      if (sees_through_a_point) {
+        drop_repeated(on_edge * length, list_);
+      } else {
+        WindowTrimmer(list_).trim();
+      }
     }
     if (list_.size == 0) return;
     counts.propagated += list_.size;
@@ -741,7 +745,11 @@ class WindowPropagation {
     } else if (last.bend == surface_->length(h) && surface_->length(Mesh::next(h)) > 0) {
       last = {{0, 0}, Arrival::from_vertex, surface_->tip(h)};
     }
-    arrive(surface_->apex(h), nearest.distance, last);
+    const Index apex = surface_->apex(h);
+    // Round faces without area rounding would make the way a little shorter every time.
+    const Real doubt = (1 - clearly_shorter) * (nearest.distance + longest_edge_);
+    if (faces_->has_lines() && !(nearest.distance + doubt < distances[apex])) return;
+    arrive(apex, nearest.distance, last);
   }
 
   void cross(Index h) {
