@@ -1232,3 +1232,15 @@ TEST_CASE("many faces of no area on few edges: ways round them come to an end") 
     }
   }
 }
+
+TEST_CASE("a face of no area far off does not make fine edges any less exact") {
+  auto mesh = gelight::grid<double>(10, 10, 1e-7);
+  const Index n = count(mesh);
+  mesh.positions.insert(mesh.positions.end(), {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}});
+  mesh.faces.push_back({n, n + 1, n + 2});
+  const auto distance = ExactSolver(mesh).distance(0);
+  for (Index v = 1; v < n; ++v) {
+    const double straight = (position(mesh, v) - position(mesh, 0)).norm();
+    CHECK(std::abs(distance[at(v)] - straight) <= 2e-13 * straight);
+  }
+}

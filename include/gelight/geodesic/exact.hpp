@@ -184,7 +184,8 @@ template <std::floating_point T>
 /// components, edges of three faces or more (paths turn into each of them), vertices where several
 /// fans meet (paths pass through), flipped faces, zero-length edges and zero-area faces.
 ///
-/// Exact up to rounding: some 1e-15 relative, times the aspect ratio of needles; at any distance
+/// Exact up to rounding: some 1e-15 relative, times the aspect ratio of needles; on a mesh with
+/// zero-area faces vertices may be 1e-13 of the way and an edge too far; at any distance
 /// from the origin, and for sources and queries as near to a vertex or an edge as you like. A solve
 /// makes about vertices^1.5 windows on a smooth closed surface, less on a rough one, and holds
 /// those of the wavefront only, unless told to keep them. Where many faces meet on each edge it is

@@ -201,6 +201,7 @@ class WindowPropagation {
   // so many in one turn, in which no vertex came nearer, goes round a tube of no girth, at no
   // length, and finds nothing more.
   static constexpr std::ptrdiff_t most_lists_per_halfedge = 2;
+  static constexpr unsigned char most_times_nearer = 50;
   // What is not clearly shorter is by this share.
   static constexpr Real tie = 0.6 * (1 - clearly_shorter);
   // What unfolding leaves in doubt of a path's direction, in radians; where it is short in its last
@@ -229,6 +230,7 @@ class WindowPropagation {
     if (keeps_any() || kept.bytes() > 0) kept.reset(surface_->halfedge_count());
     counts = {};
     waiting_.reset(surface_->halfedge_count());
+    if (faces_->has_lines()) times_nearer_.assign(distances.size(), 0);
     active_.clear();
     settled_since_bound_ = 0;
   }
@@ -745,11 +747,20 @@ class WindowPropagation {
     } else if (last.bend == surface_->length(h) && surface_->length(Mesh::next(h)) > 0) {
       last = {{0, 0}, Arrival::from_vertex, surface_->tip(h)};
     }
+    if (!faces_->has_lines() || may_come_nearer(h, nearest.distance)) {
+      arrive(surface_->apex(h), nearest.distance, last);
+    }
+  }
+
+  // Round faces without area rounding makes the way to a vertex a little shorter every time: it
+  // must do so clearly, if it did many times even for the longest edge that it may have come by.
+  [[nodiscard]] bool may_come_nearer(Index h, Real distance) {
     const Index apex = surface_->apex(h);
-    // Round faces without area rounding would make the way a little shorter every time.
-    const Real doubt = (1 - clearly_shorter) * (nearest.distance + longest_edge_);
-    if (faces_->has_lines() && !(nearest.distance + doubt < distances[apex])) return;
-    arrive(apex, nearest.distance, last);
+    unsigned char& times = times_nearer_[apex];
+    const Real edge = times < most_times_nearer ? surface_->length(h) : longest_edge_;
+    if (!(distance + (1 - clearly_shorter) * (distance + edge) < distances[apex])) return false;
+    times = std::min<unsigned char>(times + 1, most_times_nearer);
+    return true;
   }
 
   void cross(Index h) {
@@ -801,8 +812,9 @@ class WindowPropagation {
   const Limits* limits_ = nullptr;
   Real bound_ = unreachable<Real>;
   IndexedHeap<Real> heap_;
-  Array<char> settled_;   // of each vertex: whether it was ever the nearest one
-  Array<Index> reached_;  // vertices with a distance
+  Array<char> settled_;                // of each vertex: whether it was ever the nearest one
+  Array<unsigned char> times_nearer_;  // of each vertex, on meshes with faces without area
+  Array<Index> reached_;               // vertices with a distance
   bool is_further_ = false;
   bool is_done_ = false;  // the last run came to its end: nothing waits to be settled
   WindowStore waiting_;
