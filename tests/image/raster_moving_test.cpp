@@ -340,6 +340,70 @@ TEST_CASE("of faces at the same place the first is seen, whichever way they look
   }
 }
 
+// What is seen of faces that face the camera, with corners at whole half pixels: first those of
+// the least depth, then those that are first in the mesh.
+struct FlatFace {
+  std::array<std::array<int, 2>, 3> corners;
+  int depth;
+
+  [[nodiscard]] bool covers(int u, int v) const {
+    const auto& [a, b, c] = corners;
+    const int p = area(a, b, {2 * u, 2 * v}), q = area(b, c, {2 * u, 2 * v}),
+              r = area(c, a, {2 * u, 2 * v});
+    if (area(a, b, c) == 0) return false;
+    return (p >= 0 && q >= 0 && r >= 0) || (p <= 0 && q <= 0 && r <= 0);
+  }
+  [[nodiscard]] static int area(std::array<int, 2> a, std::array<int, 2> b, std::array<int, 2> c) {
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+  }
+};
+
+TEST_CASE(
+    "small faces with pixels on their sides are seen as whole numbers tell, first ones first") {
+  std::mt19937 random(27);
+  const auto any = [&](int from, int to) {
+    return from + static_cast<int>(random() % static_cast<unsigned>(to - from + 1));
+  };
+  RasterWorkspace work;
+  for (int view = 0; view < 300; ++view) {
+    const Camera<double> eye{16, 16, 0, 0, any(1, 30), any(1, 30)};
+    std::vector<FlatFace> faces(static_cast<std::size_t>(any(1, 120)));
+    Mesh<double> mesh;
+    for (auto& face : faces) {
+      const int x = any(-2, 2 * eye.width), y = any(-2, 2 * eye.height), size = any(1, 24);
+      face.depth = any(1, 2);
+      for (auto& [column, row] : face.corners) {
+        column = x + any(0, size), row = y + any(0, size);
+        mesh.positions.push_back(
+            {face.depth * column / 32.0, face.depth * row / 32.0, static_cast<double>(face.depth)});
+      }
+      const auto n = static_cast<Index>(mesh.positions.size());
+      mesh.faces.push_back({n - 3, n - 2, n - 1});
+    }
+    auto with = empty_raster(eye), without = with;
+    Image<double> depth(eye.width, eye.height, nothing);
+    rasterize_into(with, mesh, Pose(), eye, &work);
+    rasterize_into(without, mesh, Pose(), eye);
+    rasterize_into<double>(depth, mesh, Pose(), eye, &work);
+    int wrong = 0;
+    for (int v = 0; v < eye.height; ++v) {
+      for (int u = 0; u < eye.width; ++u) {
+        Index first = -1;
+        double z = nothing;
+        for (std::size_t f = 0; f < faces.size(); ++f) {
+          if (faces[f].covers(u, v) && faces[f].depth < z) {
+            first = static_cast<Index>(f), z = faces[f].depth;
+          }
+        }
+        wrong += with.face(u, v) != first || with.depth(u, v) != z;
+        wrong += without.face(u, v) != first || without.depth(u, v) != z;
+        wrong += depth(u, v) != z;
+      }
+    }
+    CHECK(wrong == 0);
+  }
+}
+
 TEST_CASE(
     "what earlier calls drew stays in front of a face at the same depth, for any number of calls") {
   // More calls than a byte counts, into images of several sizes.

@@ -7,30 +7,36 @@
 
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
+#include "gelight/image/raster/held_faces.hpp"
 #include "gelight/image/raster/lanes.hpp"
 #include "gelight/image/raster/plane.hpp"
 #include "gelight/image/raster/triangle.hpp"
 
 namespace gelight::detail {
 
+/// A face of a mesh by its number there, with the points at its corners. Trivial.
+struct SeenFace {
+  std::array<Index, 3> corners;
+  Index number;
+};
+
 /// Some faces of a mesh.
 struct FaceBatch {
   static constexpr std::size_t size = PositionBatch::size / 3;
   const ImagePoint* points = nullptr;
-  std::array<std::array<Index, 3>, size> corners;  // which of the points
-  std::array<Index, size> faces;                   // in the mesh
+  std::array<SeenFace, size> faces;
   std::size_t count = 0;
   bool are_usual = false;  // all points are near the image, at usual depths
 
   /// Whether the corners of a face are near the image.
   [[nodiscard]] bool is_near(std::size_t i) const {
-    const auto is = [&](std::size_t k) { return points[corners[i][k]].inverse_z > 0; };
+    const auto is = [&](std::size_t k) { return points[faces[i].corners[k]].inverse_z > 0; };
     return is(0) && is(1) && is(2);
   }
   /// Whether they are so at usual depths.
   [[nodiscard]] bool is_usual(std::size_t i) const {
     const auto is = [&](std::size_t k) {
-      const double inverse_z = points[corners[i][k]].inverse_z;
+      const double inverse_z = points[faces[i].corners[k]].inverse_z;
       return inverse_z > least_usual && inverse_z < most_usual;
     };
     return is(0) && is(1) && is(2);
@@ -38,154 +44,184 @@ struct FaceBatch {
 };
 
 #if defined(__GNUC__)
-/// What is known of the faces of a batch before they are drawn, a row a number. Those that are not
-/// near the image, are at unusual depths or thin are left to others.
+/// To the next whole number up or down, of numbers in reach of an Index.
+///@{
+template <Index lanes>
+[[gnu::always_inline]] inline void round_up(Lanes<double, lanes>& x) {
+  const auto whole = __builtin_convertvector(x, Lanes<Index, lanes>);
+  const auto back = __builtin_convertvector(whole, Lanes<double, lanes>);
+  x = back < x ? back + 1 : back;
+}
+template <Index lanes>
+[[gnu::always_inline]] inline void round_down(Lanes<double, lanes>& x) {
+  const auto whole = __builtin_convertvector(x, Lanes<Index, lanes>);
+  const auto back = __builtin_convertvector(whole, Lanes<double, lanes>);
+  x = back > x ? back - 1 : back;
+}
+///@}
+
+/// As `first_pixel` and `last_pixel`, of several numbers.
+///@{
+template <Index lanes>
+[[gnu::always_inline]] inline void find_first(Lanes<double, lanes>& x, double pixels) {
+  const Lanes<double, lanes> none{}, end = none + pixels, from_0 = x < none ? none : x;
+  x = end < from_0 ? end : from_0;
+  round_up<lanes>(x);
+}
+template <Index lanes>
+[[gnu::always_inline]] inline void find_last(Lanes<double, lanes>& x, double pixels) {
+  const Lanes<double, lanes> before = Lanes<double, lanes>{} - 1, last = before + pixels;
+  const Lanes<double, lanes> from = x < before ? before : x;
+  x = last < from ? last : from;
+  round_down<lanes>(x);
+}
+///@}
+
+/// What is known of several triangles, a lane each, by the numbers of their corners. (No function
+/// returns lanes alone: compilers warn that how depends on the processor.)
+template <Index lanes>
+struct TriangleLanes {
+  using Doubles = Lanes<double, lanes>;
+  std::array<Doubles, 3> x, y, z;
+
+  /// The box and its area; the depths of the corners; and the area as that of an ImageTriangle.
+  Doubles left, right, top, bottom, box_area, least, most, area;
+
+  void measure() {
+    const Range across = range(x), down = range(y), depth = range(z);
+    left = across.least, right = across.most, top = down.least, bottom = down.most;
+    least = depth.least, most = depth.most;
+    box_area = (right - left) * (bottom - top);
+    const Doubles none{};
+    const Doubles rough = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]);
+    const Doubles absolute = rough < none ? -rough : rough;
+    area = absolute > box_area / 16 ? rough : none;
+  }
+
+ private:
+  struct Range {
+    Doubles least, most;
+  };
+  [[nodiscard]] static Range range(const std::array<Doubles, 3>& of) {
+    const auto& [a, b, c] = of;
+    const Doubles lesser = b < a ? b : a, greater = a < b ? b : a;
+    return {c < lesser ? c : lesser, greater < c ? c : greater};
+  }
+};
+
+/// The corners of some faces, a row a number.
+template <std::size_t size>
+class CornerRows {
+ public:
+  void gather(const ImagePoint* points, const SeenFace* faces, std::size_t count) {
+    const std::size_t end = (count + 7) / 8 * 8;  // of as many lanes as there may be
+    for (std::size_t i = 0; i < end; i += 4) gather_four(points, faces, count - 1, i);
+  }
+
+  /// Of some faces from one on.
+  template <Index lanes>
+  void load_points(TriangleLanes<lanes>& into, std::size_t i) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      load(into.x[k], &x_[k][i]), load(into.y[k], &y_[k][i]), load(into.z[k], &z_[k][i]);
+    }
+  }
+  template <Index lanes>
+  void load_inverse_z(std::array<Lanes<double, lanes>, 3>& into, std::size_t i) const {
+    for (std::size_t k = 0; k < 3; ++k) load(into[k], &inverse_z_[k][i]);
+  }
+  [[nodiscard]] Three inverse_z(std::size_t i) const {
+    return {inverse_z_[0][i], inverse_z_[1][i], inverse_z_[2][i]};
+  }
+
+ private:
+  using Rows = std::array<std::array<double, size>, 3>;
+
+  /// Of four faces; behind the last face, of the last again.
+  void gather_four(const ImagePoint* points, const SeenFace* faces, std::size_t last,
+                   std::size_t i) {
+    const std::array four{&faces[std::min(i, last)], &faces[std::min(i + 1, last)],
+                          &faces[std::min(i + 2, last)], &faces[std::min(i + 3, last)]};
+    for (std::size_t k = 0; k < 3; ++k) {
+      Four<double> a, b, c, d;
+      load(a, &points[four[0]->corners[k]]), load(b, &points[four[1]->corners[k]]);
+      load(c, &points[four[2]->corners[k]]), load(d, &points[four[3]->corners[k]]);
+      transpose(a, b, c, d);
+      store(a, &x_[k][i]), store(b, &y_[k][i]), store(c, &z_[k][i]), store(d, &inverse_z_[k][i]);
+    }
+  }
+
+  Rows x_, y_, z_, inverse_z_;
+};
+
+/// How the faces of a batch are drawn, and where, a row a number.
 class FaceMeasures {
  public:
   static constexpr std::size_t size = FaceBatch::size;
+  static_assert(size % 8 == 0);
   template <class T>
   using Row = std::array<T, size>;
 
-  /// The sides opposite to the corners, as those of an ImageTriangle; and from where a side begins
-  /// to the first pixel of the box, times dy.
-  struct Sides {
-    Row<double> x, y, dx, dy, across;
-  };
-  std::array<Sides, 3> sides;
-  /// Of the corners.
-  std::array<Row<double>, 3> inverse_z;
-  /// Twice the areas, but for rounding, positive where the corners go round with the clock; zero:
-  /// the face is left to others.
-  Row<double> areas;
-  Row<double> doubtful;                 // areas up to this
-  Row<double> least, most;              // depths
-  Row<Index> left, right, top, bottom;  // pixels in the box
-
-  [[nodiscard]] PixelBox box(std::size_t i) const { return {left[i], right[i], top[i], bottom[i]}; }
+  /// Small faces: rows and columns of the box, a number for both; or one of the others.
+  static constexpr Index most_across = PixelBox::most_narrow,
+                         small_kinds = most_across * most_across;
+  /// Those that cover no pixel, may be held back, are large; and those to be drawn pixel by pixel,
+  /// since they are thin, not near the image, or at unusual depths.
+  static constexpr Index nothing = small_kinds, back = nothing + 1, large = back + 1,
+                         exact = large + 1;
+  Row<Index> kind;
+  /// Of those that may be held back.
+  Row<float> least;         // depth, or nearer
+  Row<Index> across, down;  // from which tile to which
 
   void find(const FaceBatch& batch, Index width, Index height, bool holds_back) {
     if (!works_in_lanes()) return;
     vectorised_in_lanes([this, &batch, width, height, holds_back](auto lanes) {
-      for (std::size_t i = 0; i < batch.count; i += 4) gather_four(batch, i);
+      corners_.gather(batch.points, batch.faces.data(), batch.count);
       for (std::size_t i = 0; i < batch.count; i += lanes()) {
-        find_boxes<lanes()>(i, double(width), double(height));
-        if (holds_back && are_back<lanes()>(i)) continue;
-        find_side<lanes()>(i, sides[0], sides[1]);
-        find_side<lanes()>(i, sides[1], sides[2]);
-        find_side<lanes()>(i, sides[2], sides[0]);
+        measure<lanes()>(i, double(width), double(height), holds_back);
       }
       leave_unusual(batch);
     });
   }
 
  private:
-  /// The corners of four faces; behind the last face, of the last again.
-  void gather_four(const FaceBatch& batch, std::size_t i) {
-    const std::size_t end = batch.count - 1;
-    const std::array faces{&batch.corners[i], &batch.corners[std::min(i + 1, end)],
-                           &batch.corners[std::min(i + 2, end)],
-                           &batch.corners[std::min(i + 3, end)]};
-    gather_corner<0>(batch.points, faces, i, sides[2]);
-    gather_corner<1>(batch.points, faces, i, sides[0]);
-    gather_corner<2>(batch.points, faces, i, sides[1]);
-  }
-
-  template <std::size_t k, class Faces>
-  void gather_corner(const ImagePoint* points, const Faces& faces, std::size_t i, Sides& begun) {
-    Four<double> a, b, c, d;
-    load(a, &points[(*faces[0])[k]]), load(b, &points[(*faces[1])[k]]);
-    load(c, &points[(*faces[2])[k]]), load(d, &points[(*faces[3])[k]]);
-    transpose(a, b, c, d);
-    store(begun.x, i, a), store(begun.y, i, b);
-    store(z_[k], i, c), store(inverse_z[k], i, d);
-  }
-
-  /// Whether all of some faces are held back or left to others, so that nobody asks for their
-  /// sides.
   template <Index lanes>
-  [[nodiscard]] bool are_back(std::size_t i) const {
-    return std::all_of(&areas[i], &areas[i] + lanes, [](double area) { return area >= 0; });
+  void measure(std::size_t i, double width, double height, bool holds_back) {
+    using Doubles = Lanes<double, lanes>;
+    using Whole = Lanes<Index, lanes>;
+    TriangleLanes<lanes> of;
+    corners_.load_points(of, i);
+    of.measure();
+    find_first<lanes>(of.left, width), find_last<lanes>(of.right, width);
+    find_first<lanes>(of.top, height), find_last<lanes>(of.bottom, height);
+    // No conditions that are joined: GCC computes those number by number.
+    const Doubles none{}, columns = of.right - of.left, rows = of.bottom - of.top;
+    const Doubles lesser = rows < columns ? rows : columns,
+                  greater = columns < rows ? rows : columns;
+    const Doubles small = rows * double(most_across) + columns;
+    Doubles is = greater < none + most_across ? small : none + large;
+    if (holds_back) is = none < of.area ? none + back : is;
+    is = lesser < none ? none + nothing : is;
+    is = of.area == none ? none + exact : is;
+    store(__builtin_convertvector(is, Whole), &kind[i]);
+    if (!holds_back) return;
+    Whole from_x = __builtin_convertvector(of.left, Whole),
+          from_y = __builtin_convertvector(of.top, Whole);
+    HeldFaces::pack_tiles(from_x, __builtin_convertvector(of.right, Whole));
+    HeldFaces::pack_tiles(from_y, __builtin_convertvector(of.bottom, Whole));
+    store(from_x, &across[i]);
+    store(from_y, &down[i]);
+    store(__builtin_convertvector(of.least * HeldFaces::nearer, Lanes<float, lanes>), &least[i]);
   }
 
   void leave_unusual(const FaceBatch& batch) {
     if (batch.are_usual) return;
     for (std::size_t i = 0; i < batch.count; ++i) {
-      if (!batch.is_usual(i)) areas[i] = 0;
+      if (!batch.is_usual(i)) kind[i] = exact;
     }
   }
 
-  /// Of some faces from one on.
-  template <Index lanes>
-  void find_boxes(std::size_t i, double columns, double rows) {
-    using Doubles = Lanes<double, lanes>;
-    Doubles ax, ay, az, bx, by, bz, cx, cy, cz;
-    load(ax, &sides[2].x[i]), load(ay, &sides[2].y[i]), load(az, &z_[0][i]);
-    load(bx, &sides[0].x[i]), load(by, &sides[0].y[i]), load(bz, &z_[1][i]);
-    load(cx, &sides[1].x[i]), load(cy, &sides[1].y[i]), load(cz, &z_[2][i]);
-    const Doubles z0_ab = bz < az ? bz : az, z0 = cz < z0_ab ? cz : z0_ab;
-    const Doubles z1_ab = az < bz ? bz : az, z1 = z1_ab < cz ? cz : z1_ab;
-    const Doubles x0_ab = bx < ax ? bx : ax, x0 = cx < x0_ab ? cx : x0_ab;
-    const Doubles x1_ab = ax < bx ? bx : ax, x1 = x1_ab < cx ? cx : x1_ab;
-    const Doubles y0_ab = by < ay ? by : ay, y0 = cy < y0_ab ? cy : y0_ab;
-    const Doubles y1_ab = ay < by ? by : ay, y1 = y1_ab < cy ? cy : y1_ab;
-    const Doubles none{}, box = (x1 - x0) * (y1 - y0);
-    const Doubles area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
-    const Doubles absolute = area < none ? -area : area;
-    store(least, i, z0);
-    store(most, i, z1);
-    store(areas, i, absolute > box / 16 ? area : none);
-    store(doubtful, i, doubtful_share * box);
-    store_first<lanes>(left, i, x0, columns);
-    store_first<lanes>(top, i, y0, rows);
-    store_last<lanes>(right, i, x1, columns);
-    store_last<lanes>(bottom, i, y1, rows);
-  }
-
-  template <Index lanes>
-  void find_side(std::size_t i, Sides& from, const Sides& to) const {
-    using Doubles = Lanes<double, lanes>;
-    Doubles x, y, to_x, to_y, area;
-    load(x, &from.x[i]), load(y, &from.y[i]), load(to_x, &to.x[i]), load(to_y, &to.y[i]);
-    load(area, &areas[i]);
-    Lanes<Index, lanes> first;
-    load(first, &left[i]);
-    const Doubles none{}, dx = to_x - x, dy = to_y - y;
-    const Doubles inside_dx = area < none ? -dx : dx, inside_dy = area < none ? -dy : dy;
-    store(from.dx, i, inside_dx);
-    store(from.dy, i, inside_dy);
-    store(from.across, i, inside_dy * (__builtin_convertvector(first, Doubles) - x));
-  }
-
-  /// As `first_pixel` and `last_pixel`.
-  ///@{
-  template <Index lanes>
-  static void store_first(Row<Index>& into, std::size_t i, const Lanes<double, lanes>& x,
-                          double pixels) {
-    using Doubles = Lanes<double, lanes>;
-    const Doubles none{}, end = none + pixels;
-    const Doubles from_0 = x < none ? none : x, in_reach = end < from_0 ? end : from_0;
-    const auto whole = __builtin_convertvector(in_reach, Lanes<Index, lanes>);
-    const Doubles back = __builtin_convertvector(whole, Doubles);
-    store(into, i, __builtin_convertvector(back < in_reach ? back + 1 : back, Lanes<Index, lanes>));
-  }
-  template <Index lanes>
-  static void store_last(Row<Index>& into, std::size_t i, const Lanes<double, lanes>& x,
-                         double pixels) {
-    using Doubles = Lanes<double, lanes>;
-    const Doubles before = Doubles{} - 1, last = before + pixels;
-    const Doubles from = x < before ? before : x, in_reach = last < from ? last : from;
-    const auto whole = __builtin_convertvector(in_reach, Lanes<Index, lanes>);
-    const Doubles back = __builtin_convertvector(whole, Doubles);
-    store(into, i, __builtin_convertvector(back > in_reach ? back - 1 : back, Lanes<Index, lanes>));
-  }
-  ///@}
-
-  template <class T, class Numbers>
-  static void store(Row<T>& into, std::size_t i, const Numbers& numbers) {
-    std::memcpy(&into[i], &numbers, sizeof numbers);
-  }
-
-  std::array<Row<double>, 3> z_;
+  CornerRows<size> corners_;
 };
 #else
 struct FaceMeasures {

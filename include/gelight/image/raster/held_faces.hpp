@@ -31,14 +31,17 @@ class HeldFaces {
     return true;
   }
 
-  void add(Index face, double least, const PixelBox& box) {
-    // Rounded down, whatever float makes of it.
-    held_[count_] = {face,
-                     static_cast<float>(least * (1 - 0x1p-22)),
-                     tile_of(box.first_column),
-                     tile_of(box.last_column),
-                     tile_of(box.first_row),
-                     tile_of(box.last_row)};
+  /// From which tile to which that is, of lanes of numbers, packed.
+  template <class Numbers>
+  [[gnu::always_inline]] static inline void pack_tiles(Numbers& first, const Numbers& last) {
+    // (There are none below 0, where a shift would be no division.)
+    first = (first >> tile_bits) + ((last >> tile_bits) << 16);
+  }
+  /// What makes a depth one that is not farther off, whatever float makes of it.
+  static constexpr double nearer = 1 - 0x1p-22;
+
+  void add(Index face, float least, Index across, Index down) {
+    held_[count_] = {face, least, across, down};
     ++count_;
   }
 
@@ -62,14 +65,19 @@ class HeldFaces {
   }
 
  private:
-  static constexpr Index tile = 4;  // pixels, both ways
-  static constexpr Index most_pixels = tile << 16;
+  static constexpr Index tile_bits = 2, tile = 1 << tile_bits;  // pixels, both ways
+  static constexpr Index last_tile = (1 << 15) - 1, most_pixels = tile << 15;
 
   /// Trivial, so that room for many is not touched.
   struct Held {
     Index face;
     float least;
-    std::uint16_t left, right, top, bottom;  // tiles
+    Index across, down;
+
+    [[nodiscard]] Index left() const { return across & last_tile; }
+    [[nodiscard]] Index right() const { return across >> 16; }
+    [[nodiscard]] Index top() const { return down & last_tile; }
+    [[nodiscard]] Index bottom() const { return down >> 16; }
   };
 
   template <class Element>
@@ -77,20 +85,16 @@ class HeldFaces {
     const auto n = static_cast<std::size_t>(count);
     if (elements.size() < n) elements.resize_unwritten(n);
   }
-  [[nodiscard]] static std::uint16_t tile_of(Index pixel) {
-    return static_cast<std::uint16_t>(static_cast<std::uint32_t>(pixel) / tile);
-  }
-
   /// The largest depth in each tile around the faces. A tile at the end of a row or column begins
   /// where it is whole.
   template <class T>
   void find_farthest(const RasterTarget<T>& target, Index width, Index height) {
     Index left = columns_, right = 0, top = height, bottom = 0;
     for (std::size_t i = 0; i < count_; ++i) {
-      left = std::min(left, Index{held_[i].left});
-      right = std::max(right, Index{held_[i].right});
-      top = std::min(top, Index{held_[i].top});
-      bottom = std::max(bottom, Index{held_[i].bottom});
+      left = std::min(left, held_[i].left());
+      right = std::max(right, held_[i].right());
+      top = std::min(top, held_[i].top());
+      bottom = std::max(bottom, held_[i].bottom());
     }
     for (Index y = top; y <= bottom; ++y) {
       for (Index x = left; x <= right; ++x) {
@@ -127,7 +131,7 @@ class HeldFaces {
   }
 
   [[nodiscard]] bool is_hidden(const Held& held) const {
-    const Index left = held.left, right = held.right, top = held.top, bottom = held.bottom;
+    const Index left = held.left(), right = held.right(), top = held.top(), bottom = held.bottom();
     const double least = double{held.least};
     // Most faces are as small.
     if (right - left < 2 && bottom - top < 2) return least > farthest_around_[place(left, top)];

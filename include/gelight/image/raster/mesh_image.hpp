@@ -103,10 +103,10 @@ class MeshImage {
       for (const Index v : face) require_vertex(f, v, vertices_);
     }
     if (all_are_usual_) return;
-    each_batch(nullptr, [&](const FaceBatch& batch) {
+    each_batch(nullptr, [&](const FaceBatch& batch, bool) {
       for (std::size_t i = 0; i < batch.count; ++i) {
         const auto is_fine = [&](std::size_t k) {
-          const ImagePoint& p = batch.points[batch.corners[i][k]];
+          const ImagePoint& p = batch.points[batch.faces[i].corners[k]];
           return p.inverse_z > 0 && is_drawn<T>(p.z);
         };
         if (!(is_fine(0) && is_fine(1) && is_fine(2))) draw_cut(NoTarget<T>{}, batch, i, true);
@@ -131,17 +131,19 @@ class MeshImage {
   template <class Target>
   void draw(const Target& target, const HeldFaces* some, HeldFaces* held) const {
     FaceMeasures measures;
-    each_batch(some, [&](const FaceBatch& batch) {
+    WaitingFaces waiting(!target.order_is_free());
+    each_batch(some, [&](const FaceBatch& batch, bool is_last) {
       measures.find(batch, width_, height_, held != nullptr);
       for (std::size_t i = 0;; ++i) {
-        i = draw_batch(target, width_, height_, batch, measures, i, held);
+        i = draw_batch(target, width_, height_, batch, measures, i, held, waiting, is_last);
         if (i == batch.count) break;
         draw_cut(target, batch, i, false);
       }
     });
   }
 
-  /// Calls `work(batch)` with some faces after the other, of those given or of all.
+  /// Calls `work(batch, is_last)` with some faces after the other, of those given or of all, and
+  /// whether it is the last with these points.
   template <class Work>
   void each_batch(const HeldFaces* some, const Work& work) const {
     FaceBatch batch;
@@ -156,12 +158,10 @@ class MeshImage {
       for (std::size_t i = 0; i < size; ++i) {
         const Index n = first + static_cast<Index>(i), f = some != nullptr ? some->face(n) : n;
         const Face face = Traits::face(mesh_, f);
-        auto& corners = batch.corners[i];
-        batch.faces[i] = f;
-        corners[0] = face[0], corners[1] = face[1], corners[2] = face[2];
+        batch.faces[i] = {{face[0], face[1], face[2]}, f};
       }
       if (points_ == nullptr) batch.are_usual = project_corners(own.data(), positions, batch);
-      work(batch);
+      work(batch, points_ == nullptr || count - first <= Index{FaceBatch::size});
     }
   }
 
@@ -170,7 +170,7 @@ class MeshImage {
                                      FaceBatch& batch) const {
     positions.count = 0;
     for (std::size_t i = 0; i < batch.count; ++i) {
-      for (Index& v : batch.corners[i]) {
+      for (Index& v : batch.faces[i].corners) {
         const auto at = static_cast<Index>(positions.count);
         positions.add(vertex_position(mesh_, v));
         v = at;
@@ -183,9 +183,9 @@ class MeshImage {
   template <class Target>
   void draw_cut(const Target& target, const FaceBatch& batch, std::size_t i,
                 bool is_checked) const {
-    const auto& [a, b, c] = batch.corners[i];
+    const auto& [a, b, c] = batch.faces[i].corners;
     const std::array seen{batch.points[a], batch.points[b], batch.points[c]};
-    const Index f = batch.faces[i];
+    const Index f = batch.faces[i].number;
     std::array<Vec3<double>, 3> positions;
     if (!(seen[0].inverse_z > 0 && seen[1].inverse_z > 0 && seen[2].inverse_z > 0)) {
       const Face face = Traits::face(mesh_, f);

@@ -41,10 +41,14 @@ inline constexpr double doubtful_share = 0x1p-50;
 
 /// The pixels whose centres lie in the box of a triangle.
 struct PixelBox {
+  /// Boxes of no more columns are looked at as a whole.
+  static constexpr Index most_narrow = 8;
+
   Index first_column = 0, last_column = 0, first_row = 0, last_row = 0;
   [[nodiscard]] bool is_empty() const {
     return (first_column > last_column) | (first_row > last_row);
   }
+  [[nodiscard]] bool is_wide() const { return last_column - first_column >= most_narrow; }
 };
 
 /// Draws a triangle of the image: a face, or a part of one. Which pixel centres lie in it or on its
@@ -94,22 +98,14 @@ class ImageTriangle {
     const PixelBox pixels = box(width, height);
     if (pixels.is_empty() || !find_sides()) return;
     const bool may_leave_range = !(is_drawn<T>(least_) && is_drawn<T>(most_));
-    each_row(pixels, width, [&](Index v, Index first, Index last) {
-      draw_row(target, face, shares, may_leave_range, v, first, last);
-    });
-  }
-
-  /// Calls `work(v, first, last)` with the rows of pixels, and the part of each that can be covered
-  /// where that is less work than to look at all.
-  template <class Work>
-  void each_row(const PixelBox& pixels, Index width, const Work& work) {
     const auto [first_column, last_column, first_row, last_row] = pixels;
-    const bool is_wide = last_column - first_column > 3;
+    const bool is_wide = pixels.is_wide();
     if (is_wide) find_slopes();
     for (Index v = first_row; v <= last_row; ++v) {
+      // The part of the row that can be covered, where that is less work than to look at all.
       const auto [first, last] =
           is_wide ? reach(v, pixels, width) : std::array{first_column, last_column};
-      if (first <= last) work(v, first, last);
+      draw_row(target, face, shares, may_leave_range, v, first, last);
     }
   }
 
@@ -120,11 +116,18 @@ class ImageTriangle {
   }
 
   /// Of a triangle with an area whose sign is known.
-  void set_sides(double area, double doubtful) {
-    doubtful_ = doubtful;
+  void set_sides(double area) {
     const double sign = area < 0 ? -1 : 1;
     sides_ = {side(sign, b_, c_), side(sign, c_, a_), side(sign, a_, b_)};
+    doubtful_ = doubtful_share * box_area();
   }
+  void find_slopes() {
+    for (Side& side : sides_) side.slope = side.dy != 0 ? side.dx / side.dy : 0;
+  }
+  [[nodiscard]] const std::array<Side, 3>& sides() const { return sides_; }
+  [[nodiscard]] double doubtful() const { return doubtful_; }
+  [[nodiscard]] double least() const { return least_; }
+  [[nodiscard]] double most() const { return most_; }
 
  private:
   [[nodiscard]] double box_area() const { return (right_ - left_) * (bottom_ - top_); }
@@ -134,13 +137,9 @@ class ImageTriangle {
     double area = rough_area();
     const bool is_thin = area == 0;
     if (is_thin) area = difference_of_products(b_.x - a_.x, c_.y - a_.y, b_.y - a_.y, c_.x - a_.x);
-    set_sides(area,
-              is_thin ? std::numeric_limits<double>::infinity() : doubtful_share * box_area());
+    set_sides(area);
+    if (is_thin) doubtful_ = std::numeric_limits<double>::infinity();
     return area != 0;
-  }
-
-  void find_slopes() {
-    for (Side& side : sides_) side.slope = side.dy != 0 ? side.dx / side.dy : 0;
   }
 
   /// The first and the last pixel of a row that can be covered.
