@@ -34,12 +34,12 @@ class LargeFaceDrawing {
  public:
   LargeFaceDrawing(const RasterTarget<T>& target, Index width, Index face, ImageTriangle& triangle,
                    const Three& inverse_z)
-      : target_(target),
-        width_(width),
-        triangle_(triangle),
-        screen_(target, face, inverse_z),
+      : screen_(target, face, inverse_z),
         cover_(none + triangle.doubtful(), none + triangle.least(), none + triangle.most(),
-               {none + inverse_z[0], none + inverse_z[1], none + inverse_z[2]}) {}
+               {none + inverse_z[0], none + inverse_z[1], none + inverse_z[2]}),
+        target_(target),
+        triangle_(triangle),
+        width_(width) {}
 
   /// Whether that is all of the face: pixels about which rounding leaves a doubt are left out. The
   /// others get the bits that ImageTriangle gives them.
@@ -106,11 +106,11 @@ class LargeFaceDrawing {
     }
   }
 
-  const RasterTarget<T>& target_;
-  Index width_;
-  ImageTriangle& triangle_;
   LaneScreen<T, lanes> screen_;
   Cover<lanes> cover_;
+  const RasterTarget<T>& target_;
+  ImageTriangle& triangle_;
+  Index width_;
 };
 
 /// Draws a face of a batch whose corners are near the image.
