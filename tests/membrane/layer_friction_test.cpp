@@ -113,6 +113,27 @@ TEST_CASE("an object that is dragged far slips, with all of friction and no more
   }
 }
 
+TEST_CASE(
+    "a force on an object that moves sideways is that of the press it tells, at little more") {
+  const ElasticLayer layer(watching(61, 1e-4), wide, {1e5, 0.48, 3e-3, 0.5});
+  const Image<double> depth = ball_in(61, 1e-4);
+  const LayerLoad moved{.shift = {2e-5, -1e-5}, .twist = 0.01};
+  for (const double force : {0.05, 0.3}) {
+    CAPTURE(force);
+    LayerLoad pressed = moved;
+    pressed.force = force;
+    const auto contact = layer.press(depth, pressed);
+    CHECK(contact.converged);
+    CHECK(-contact.force.z() == doctest::Approx(force).epsilon(2e-3));
+    Image<double> nearer = depth;
+    for (double& z : nearer.pixels()) z -= contact.travel;
+    const auto same = layer.press(nearer, moved);
+    CHECK((same.force - contact.force).norm() < 3e-3 * force);
+    const auto alone = layer.press(depth, {.force = force});
+    CHECK(contact.convolutions <= alone.convolutions + 4 * same.convolutions);
+  }
+}
+
 TEST_CASE("friction's bound holds at every tolerance") {
   const auto depth = ball_in(33, 1e-4);
   for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4}) {

@@ -30,6 +30,14 @@ struct RigidObject {
   double twist = 0;    ///< and turned, about `axis`
   Vec2<double> axis;   ///< column and row
 
+  /// The same object as it was pressed in.
+  [[nodiscard]] RigidObject still() const {
+    RigidObject result = *this;
+    result.shift = Vec2<double>(0, 0);
+    result.twist = 0;
+    return result;
+  }
+
   /// The same object tilted about its axis, by so much for every pixel along x and y.
   [[nodiscard]] RigidObject tilted(const Vec2<double>& tilt, const LayerGrid& grid) const {
     RigidObject result = *this;
@@ -74,44 +82,17 @@ class PressedLayer {
   }
 
   /// The contact at which the layer bears a force, the sum of all pressures, to within the
-  /// tolerance: a secant search on the logarithms of force and press, since the one goes with a
-  /// power of the other. None where the object would have to come through the layer.
+  /// tolerance. None where the object would have to come through the layer.
   [[nodiscard]] std::optional<LayerState> balance(const RigidObject& object, double force,
                                                   const LayerState& start, Effort& effort) const {
-    constexpr int most_tries = 60;
     // Contacts so exact that what they leave does not hide the force.
     const double tolerance = effort.tolerance;
     effort.tolerance /= 5;
-    const double deepest = object.deepest, most = grid_.thickness * (1 - 1e-9);
-    double press = start.travel + deepest;
-    if (!(press > 0)) press = deepest > 0 ? deepest : 1;
-    press = std::min(press, most / 2);
-    double below = 0, above = most, power = 1.5, last_press = 0, last_force = 0;
-    LayerState state = start;
-    for (int i = 0; i < most_tries; ++i) {
-      const bool is_last = i + 1 == most_tries || !effort.goes_on();
-      state = settle(object, press - deepest, state, effort);
-      double borne = 0;
-      for (const double p : state.pressure) borne += p;
-      const double missing = std::abs(borne / force - 1);
-      if (missing <= tolerance) break;
-      if (borne < force && press >= most) return {};
-      (borne < force ? below : above) = press;
-      if (last_press > 0 && borne != last_force && press != last_press) {
-        power = std::clamp(std::log(borne / last_force) / std::log(press / last_press), 0.5, 10.0);
-      }
-      last_press = press;
-      last_force = borne;
-      double next = press * std::clamp(std::pow(force / borne, 1 / power), 0.1, 10.0);
-      if (!(next > below)) next = (press + below) / 2;
-      if (!(next < above))
-        next = std::isfinite(above) && above < most ? (press + above) / 2 : above;
-      press = next;
-      if (!is_last) continue;
-      state.residual = std::max(state.residual, missing);
-      break;
-    }
-    return state;
+    std::optional<Borne> found = search(object.still(), force, tolerance, {start}, effort);
+    // Friction changes the force a little and makes contacts dear, so it comes last.
+    if (found && is_held(object)) found = search(object, force, tolerance, *found, effort);
+    if (!found) return {};
+    return std::move(found->state);
   }
 
   /// The contact at which the layer bears a force along a line through `centre`, in pixels' widths
@@ -125,7 +106,9 @@ class PressedLayer {
                                                           Effort& effort) const {
     constexpr int most_steps = 40;
     const double tolerance = effort.tolerance;
-    const std::optional<LayerState> begin = near_balance(object, force, centre, start, effort);
+    const std::optional<LayerState> begin =
+        is_held(object) ? balance_tilting(object.still(), force, centre, start, effort)
+                        : near_balance(object, force, centre, start, effort);
     if (!begin) return {};
     effort.tolerance = tolerance / 20;
     const double press = object.tilted(begin->tilt, grid_).deepest + begin->travel;
@@ -192,6 +175,56 @@ class PressedLayer {
   }
 
  private:
+  // A contact, and with which power of the press force goes around it.
+  struct Borne {
+    LayerState state;
+    double power = 1.5;
+  };
+
+  // Whether friction holds an object.
+  [[nodiscard]] bool is_held(const RigidObject& object) const {
+    return friction_ > 0 && (object.twist != 0 || object.shift != Vec2<double>(0, 0));
+  }
+
+  // The contact that bears a force, by a secant search on the logarithms of force and press, since
+  // the one goes with a power of the other.
+  [[nodiscard]] std::optional<Borne> search(const RigidObject& object, double force,
+                                            double tolerance, const Borne& start,
+                                            Effort& effort) const {
+    constexpr int most_tries = 60;
+    const double deepest = object.deepest, most = grid_.thickness * (1 - 1e-9);
+    double press = start.state.travel + deepest;
+    if (!(press > 0)) press = deepest > 0 ? deepest : 1;
+    press = std::min(press, start.state.pressure.empty() ? most / 2 : most);
+    double below = 0, above = most, last_press = 0, last_force = 0;
+    Borne found = start;
+    for (int i = 0; i < most_tries; ++i) {
+      const bool is_last = i + 1 == most_tries || !effort.goes_on();
+      found.state = settle(object, press - deepest, found.state, effort);
+      double borne = 0;
+      for (const double p : found.state.pressure) borne += p;
+      const double missing = std::abs(borne / force - 1);
+      if (missing <= tolerance) break;
+      if (borne < force && press >= most) return {};
+      (borne < force ? below : above) = press;
+      if (last_press > 0 && borne != last_force && press != last_press) {
+        found.power =
+            std::clamp(std::log(borne / last_force) / std::log(press / last_press), 0.5, 10.0);
+      }
+      last_press = press;
+      last_force = borne;
+      double next = press * std::clamp(std::pow(force / borne, 1 / found.power), 0.1, 10.0);
+      if (!(next > below)) next = (press + below) / 2;
+      if (!(next < above))
+        next = std::isfinite(above) && above < most ? (press + above) / 2 : above;
+      press = next;
+      if (!is_last) continue;
+      found.state.residual = std::max(found.state.residual, missing);
+      break;
+    }
+    return found;
+  }
+
   // The same without a look at whether it converged.
   [[nodiscard]] LayerState settled(const RigidObject& object, double travel,
                                    const LayerState& start, Effort& effort) const {
@@ -543,8 +576,7 @@ class PressedLayer {
 
   // Pressure, and traction where friction holds the object, in the state's box.
   void find_loads(LayerState& state, const RigidObject& object, Effort& effort) const {
-    const bool is_held = friction_ > 0 && (object.twist != 0 || object.shift != Vec2<double>(0, 0));
-    Task task{kernels(state.box, state.box, true, is_held), Array<double>(state.box.area()),
+    Task task{kernels(state.box, state.box, true, is_held(object)), Array<double>(state.box.area()),
               object.deepest + state.travel, effort};
     for (Index y = 0; y < state.box.height; ++y) {
       for (Index x = 0; x < state.box.width; ++x) {
@@ -553,7 +585,7 @@ class PressedLayer {
       }
     }
     state.residual = press_down(state, task, task.overlap).after;
-    if (is_held) {
+    if (is_held(object)) {
       hold(state, task, object);
     } else {
       state.traction.clear();
