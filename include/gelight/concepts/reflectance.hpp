@@ -31,7 +31,9 @@ struct SurfaceRow {
   Index x;               ///< column of the first pixel
   Index y;               ///< its row
   std::ptrdiff_t count;  ///< how many there are: at most `longest_surface_row`
-  const T* nx;           ///< unit normals towards the camera, in its frame; zero: not known
+  /// Unit normals towards the camera, in its frame; zero: not known, as at the image's border
+  /// unless `FrameOptions::border_normals` tells otherwise.
+  const T* nx;
   const T* ny;           ///< their second
   const T* nz;           ///< and third coordinates
   /// The share of the ambient light that is left where the gel is pressed in; null: all of it.

@@ -1,5 +1,9 @@
 #pragma once
 
+#if !defined(_MSVC_LANG) && __cplusplus < 201709L
+#error "gelight needs C++20: compile with -std=c++20"
+#endif
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>

@@ -144,6 +144,15 @@ template <std::floating_point T, TriangleMesh M>
   return raster;
 }
 
+/// The same of a moved mesh: `rasterize_into` draws several, and keeps its memory.
+template <std::floating_point T, TriangleMesh M>
+[[nodiscard]] Raster<T> rasterize(const M& mesh, const Pose& pose, const Camera<T>& camera) {
+  Raster<T> raster = empty_raster(camera);
+  RasterWorkspace work;
+  rasterize_into(raster, mesh, pose, camera, &work);
+  return raster;
+}
+
 }  // namespace gelight
 
 #if defined(GELIGHT_COMPILED)

@@ -23,6 +23,9 @@ template <std::floating_point T>
 /// is not positive and finite.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> icosphere(int level, T radius = 1);
+/// Not with the radius first: it would be taken for a level.
+template <std::floating_point T>
+Mesh<T> icosphere(std::floating_point auto level, T radius = 1) = delete;
 
 /// An axis-aligned box about the origin, of 8 vertices and 12 faces, with these edge lengths.
 /// Throws InvalidInput for one that is not positive and finite.
