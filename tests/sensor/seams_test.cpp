@@ -381,3 +381,36 @@ TEST_CASE("membranes refuse what they cannot be") {
   CHECK_THROWS_AS(GaussianMembrane<float>(std::nan("")), InvalidInput);
   CHECK_THROWS_AS(GaussianMembrane<float>(1, -1), InvalidInput);
 }
+
+namespace {
+
+// White where the renderer says that an object touches.
+template <class T>
+struct TouchedMap {
+  static constexpr bool reads_touched = true;
+  void shade_row(const ColourRow<T>& out, const SurfaceRow<T>& row) const {
+    for (std::ptrdiff_t i = 0; i < row.count; ++i) {
+      out.r[i] = out.g[i] = out.b[i] = row.touched[i];
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("what lies flat on the gel touches it, however the mean over it is rounded", T,
+                   float, double) {
+  const Camera<T> eye{60, 60, T(23.5), T(23.5), 48, 48};
+  const Image<T> rest(48, 48, T(0.03));
+  int lost = 0, frames = 0;
+  for (double sigma = 0.5; sigma < 5; sigma += 0.25) {
+    const auto radius = static_cast<Index>(std::ceil(4 * sigma));
+    const TactileRenderer sensor(eye, rest, GaussianMembrane<T>(sigma, radius), TouchedMap<T>{});
+    for (double press = 1e-4; press < 3e-3; press *= 1.1) {
+      const Image<T> depth(48, 48, static_cast<T>(0.03 - press));
+      for (const Rgb8& pixel : sensor.render(depth).pixels()) lost += pixel[0] == 0 ? 1 : 0;
+      ++frames;
+    }
+  }
+  CHECK(frames > 500);
+  CHECK(lost == 0);
+}

@@ -507,8 +507,11 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
     }
   }
 
+  // But for rounding: where a flat object lies on the gel, a mean over its protrusion may come out
+  // a little larger than that, and the surface before the object.
   template <class D>
   void find_touched(const D& depth, Workspace& work, Index y) const {
+    constexpr T share = 1 + 16 * std::numeric_limits<T>::epsilon();
     const T* const z = detail::row_of(depth, y, work.membrane.buffer.data(), camera_.width);
     const T* const rest = membrane_.rest(y);
     T* const touched = work.touched.data();
@@ -516,7 +519,7 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
       const T* const surface = membrane_.row(work.membrane, y, run);
       detail::vectorised([&] {
         for (Index x = run.begin; x < run.end; ++x) {
-          touched[x] = z[x] > 0 && z[x] < rest[x] && z[x] <= surface[x] ? T(1) : T(0);
+          touched[x] = z[x] > 0 && z[x] < rest[x] && z[x] <= share * surface[x] ? T(1) : T(0);
         }
       });
     }
