@@ -349,6 +349,10 @@ inline void add_element(ObjText& obj, const PlyElement& element, std::size_t num
     is_head = line.words()[0].find("OFF") == std::string_view::npos;
   }
   if (is_head) return {};
+  // Those of 4OFF are to be divided by a fourth; those of nOFF have any number of coordinates.
+  const std::string_view kind = line.words()[0].substr(0, line.words()[0].find("OFF"));
+  line.require(kind.find_first_of("4n") == kind.npos,
+               "OFF with other points than of three coordinates is not read");
   const std::size_t first = line.words().size() == 1 ? 0 : 1;
   const auto go_on = [&] {
     gelight::detail::require(line.next(), name, " ends before all that its head tells of");
@@ -410,9 +414,9 @@ inline void require_stl(MeshLines line) {
 /// What OBJ, OFF and PLY say; nothing of others. Throws InvalidInput, which names the line
 /// or what is meant, for a coordinate that is no number, not finite or beyond single precision, for
 /// a face of OBJ, PLY or OFF that has fewer than three corners, one that is no vertex or a vertex
-/// twice, for an OFF file that is binary or not what its head tells, any but a whole head of PLY,
-/// and one that ends too early; the face for a corner that is not finite in binary STL; and for a
-/// byte order mark before what is not OBJ.
+/// twice, for an OFF file that is binary, has points of other than three coordinates or is not what
+/// its head tells, any but a whole head of PLY, and one that ends too early; the face for a corner
+/// that is not finite in binary STL; and for a byte order mark before what is not OBJ.
 [[nodiscard]] inline ObjText checked_text(const std::filesystem::path& path) {
   using namespace mesh_text_detail;
   std::ifstream file(path, std::ios::binary);

@@ -136,6 +136,9 @@ TEST_CASE("OFF that is not what its head tells is refused") {
   CHECK(contains(said("off", off + "3 0 2 1\n"), "goes on after all that its head tells of"));
   CHECK(contains(said("off", with(off, "3 1 0", "3 2 0")), "ends before all that its head tells"));
   CHECK(contains(said("off", with(off, "OFF", "OFF BINARY")), "line 1: OFF of the binary kind"));
+  for (const char* kind : {"4OFF", "C4OFF", "nOFF", "4nOFF"}) {
+    CHECK(contains(said("off", with(off, "OFF", kind)), "line 1: OFF with other points than of"));
+  }
   CHECK(contains(said("off", "OFF\n"), "ends before all that its head tells"));
   CHECK(contains(said("off", with(off, "3 1 0", "3")), "line 2: no numbers of vertices and faces"));
   CHECK(contains(said("off", with(off, "1 0 0", "1 0")), "line 4: a point of 2 numbers"));
