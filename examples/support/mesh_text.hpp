@@ -297,7 +297,8 @@ inline void add_element(ObjText& obj, const PlyElement& element, std::size_t num
   std::size_t coordinates = 0;
   for (const auto& [count, type, what] : element.properties) {
     const double size = count.empty() ? 1 : numbers.next(count);
-    gelight::detail::require(size >= 0, name, " has a list of ", size, " numbers");
+    gelight::detail::require(size >= 0 && size == std::floor(size), name, " has a list of ", size,
+                             " numbers");
     const bool is_corners = is_face && (what == "vertex_indices" || what == "vertex_index");
     std::vector<double>& values = is_corners ? vertices : others;
     values.clear();
@@ -374,7 +375,8 @@ inline void add_element(ObjText& obj, const PlyElement& element, std::size_t num
       line.require(numbers.size() >= 3, "a point of ", numbers.size(), " numbers");
       add_point(obj, {numbers[0], numbers[1], numbers[2]}, name);
     } else {
-      line.require(numbers[0] >= 0 && numbers[0] < static_cast<double>(numbers.size()),
+      line.require(numbers[0] >= 0 && numbers[0] < static_cast<double>(numbers.size()) &&
+                       numbers[0] == std::floor(numbers[0]),
                    "a face of ", numbers[0], " corners, of which ", numbers.size() - 1, " follow");
       const auto corner = numbers.begin() + 1;
       add_face(obj, {corner, corner + static_cast<std::ptrdiff_t>(numbers[0])}, i - vertices, name);

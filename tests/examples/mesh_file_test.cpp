@@ -142,7 +142,7 @@ TEST_CASE("OFF that is not what its head tells is refused") {
   CHECK(contains(said("off", "OFF\n"), "ends before all that its head tells"));
   CHECK(contains(said("off", with(off, "3 1 0", "3")), "line 2: no numbers of vertices and faces"));
   CHECK(contains(said("off", with(off, "1 0 0", "1 0")), "line 4: a point of 2 numbers"));
-  for (const char* face : {"3 0 1", "-1 0 1 2", "1e9 0 1 2"}) {
+  for (const char* face : {"3 0 1", "-1 0 1 2", "1e9 0 1 2", "2.5 0 1 2", "3.5 0 1 2 2"}) {
     CHECK(contains(said("off", with(off, "3 0 1 2", face)), "line 6: a face of "));
   }
   CHECK(contains(said("off", with(off, "3 0 1 2", "2 0 1")), "face 0 has 2 corners"));
@@ -168,6 +168,8 @@ TEST_CASE("PLY is read whatever else its vertices and faces have, and of what ty
   CHECK(contains(said("ply", with(ply, "3 0 1 2", "3 0 1")), "ends before all that its head"));
   CHECK(contains(said("ply", with(ply, "3 0 1 2", "3 0 1 -2")), "face 0 has vertex -2, of 3"));
   CHECK(contains(said("ply", with(ply, "3 0 1 2", "-3 0 1 2")), "a list of -3 numbers"));
+  CHECK(contains(said("ply", with(with(ply, "list uchar", "list float"), "3 0 1 2", "2.5 0 1 2")),
+                 "a list of 2.5 numbers"));
 }
 
 TEST_CASE("binary PLY is read in either order of bytes, whole numbers named s and u among them") {
