@@ -294,7 +294,7 @@ inline void add_element(ObjText& obj, const PlyElement& element, std::size_t num
   const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
   std::array<double, 3> point{};
   std::vector<double> vertices, others;
-  std::size_t coordinates = 0;
+  std::array<int, 3> told{};  // how often each coordinate is
   for (const auto& [count, type, what] : element.properties) {
     const double size = count.empty() ? 1 : numbers.next(count);
     gelight::detail::require(size >= 0 && size == std::floor(size), name, " has a list of ", size,
@@ -306,10 +306,10 @@ inline void add_element(ObjText& obj, const PlyElement& element, std::size_t num
     const std::size_t axis = std::string_view("xyz").find(what);
     if (!is_vertex || !count.empty() || what.size() != 1 || axis >= 3) continue;
     point[axis] = values[0];
-    ++coordinates;
+    ++told[axis];
   }
-  gelight::detail::require(!is_vertex || coordinates == 3, name,
-                           " has vertices without x, y and z");
+  gelight::detail::require(!is_vertex || told == std::array{1, 1, 1}, name,
+                           " has vertices without x, y and z, or with one of them twice");
   if (is_vertex) add_point(obj, point, name);
   if (is_face) add_face(obj, vertices, number, name);
 }

@@ -164,6 +164,7 @@ TEST_CASE("PLY is read whatever else its vertices and faces have, and of what ty
                       "3 0 1 2 2 0.5 7")));
   CHECK(is_plain(with(with(ply, list, "property int flags\n" + list), "3 0 1 2", "9 3 0 1 2")));
   CHECK(contains(said("ply", with(ply, "float z", "float w")), "vertices without x, y and z"));
+  CHECK(contains(said("ply", with(ply, "float z", "float y")), "vertices without x, y and z"));
   CHECK(contains(said("ply", with(ply, "float z", "long z")), "numbers of type long"));
   CHECK(contains(said("ply", with(ply, "3 0 1 2", "3 0 1")), "ends before all that its head"));
   CHECK(contains(said("ply", with(ply, "3 0 1 2", "3 0 1 -2")), "face 0 has vertex -2, of 3"));
