@@ -414,3 +414,33 @@ TEST_CASE_TEMPLATE("what lies flat on the gel touches it, however the mean over 
   CHECK(frames > 500);
   CHECK(lost == 0);
 }
+
+TEST_CASE("what pulls a membrane that does not clip to rest pulls it wherever it plugs in") {
+  const Camera<float> eye{60, 60, 29.5F, 23.5F, 60, 48};
+  const Image<float> rest(60, 48, 0.03F);
+  Image<float> depth = rest;
+  for (Index y = 20; y < 27; ++y) std::fill_n(depth.row(y) + 25, 8, 0.031F);
+  depth(50, 40) = 1e30F;  // out of the range of depths: it does not pull
+  const GaussianMembrane<float> pulled(2, 6, false);
+  const auto check = [&](const auto& membrane, bool is_pulled) {
+    const TactileRenderer sensor(eye, rest, membrane, NormalMap{});
+    const TactileRenderer whole(eye, rest, membrane, NormalMap{}, {.skip_unchanged = false});
+    auto frame = sensor.rest_frame();
+    sensor.render_next_into(frame, depth);
+    CHECK(frame.image == sensor.render(depth));
+    CHECK(frame.image == whole.render(depth));
+    CHECK((frame.image != sensor.rest_image()) == is_pulled);
+    return frame.image;
+  };
+  const Image<Rgb8> own = check(pulled, true);
+  const Image<Rgb8> plugged = check(Plugged(2, 6, false), true);
+  for (std::size_t i = 0; i < own.pixels().size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      CHECK(std::abs(int{own.pixels()[i][k]} - int{plugged.pixels()[i][k]}) <= 1);
+    }
+  }
+  // Nothing touches, so that nothing is hidden.
+  CHECK(check(ShadowedMembrane<float>(eye, pulled), true) == plugged);
+  check(Plugged(2, 6, true), false);
+  check(ShadowedMembrane<float>(eye, GaussianMembrane<float>(2, 6)), false);
+}

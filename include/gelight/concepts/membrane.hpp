@@ -66,7 +66,7 @@ inline constexpr Index whole_image = std::numeric_limits<Index>::max();
 template <std::floating_point T>
 struct Press {
   /// Of what is to touch the membrane; it means what image/mask.hpp says, and what lies deeper than
-  /// `rest` does not touch.
+  /// `rest` does not touch (but see `clips_to_rest` below).
   ImageView<const T> depth;
   ImageView<const T> rest;  ///< of the untouched membrane; NaN where there is none
   Window window;            ///< the pixels of which the surface is asked
@@ -83,7 +83,9 @@ struct Press {
 /// Where `rest` is NaN so is the surface; where `depth` is not known, it is where the model takes
 /// it to be, or NaN, and then dark beside. Calls may come from several threads, each with a
 /// workspace of its own. A model that has images may have `require_fits(camera)`, which throws
-/// InvalidInput where they are not of the camera's size; a renderer asks it once.
+/// InvalidInput where they are not of the camera's size; a renderer asks it once. One that is
+/// pulled by what lies deeper than the membrane at rest has `clips_to_rest()`, which answers no:
+/// else a renderer does not ask it for a surface where nothing is nearer than that.
 template <class M, class T>
 concept MembraneModel = std::floating_point<T> && requires(const M& membrane, Index size) {
   { membrane.reach() } -> std::convertible_to<Index>;

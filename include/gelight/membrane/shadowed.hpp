@@ -104,6 +104,8 @@ class ShadowedMembrane {
       }
     }
   }
+  /// As the bulge's.
+  [[nodiscard]] bool clips_to_rest() const { return bulge_.clips_to_rest(); }
   /// Throws InvalidInput for a camera of another size.
   void require_fits(const Camera<T>& camera) const {
     detail::require_own_size(camera.width, camera.height, camera_.width, camera_.height);

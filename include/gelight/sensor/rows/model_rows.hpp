@@ -13,6 +13,7 @@
 #include "gelight/core/wide.hpp"
 #include "gelight/image/mask.hpp"
 #include "gelight/image/normal_rows.hpp"
+#include "gelight/membrane/contact.hpp"
 #include "gelight/sensor/rows/membrane_rows.hpp"
 #include "gelight/sensor/rows/padded_rows.hpp"
 #include "gelight/sensor/rows/row_runs.hpp"
@@ -29,7 +30,7 @@ class ModelRows {
   /// What changes while the rows of one image go through.
   struct Workspace {
     Lines<T> buffer;        // a row of depths
-    Image<T> depth;         // of a frame that is not of T, or not packed
+    Image<T> depth;         // of a frame that is not of T, not packed, or may leave the range
     PaddedRows<T> surface;  // at rest but for `moved`
     Window moved;           // whole blocks
     Array<char> holes;      // of each row: whether it has unknown depths
@@ -76,7 +77,7 @@ class ModelRows {
   /// needs to be known. `everything` computes also what is at rest.
   template <ImageOf<T> D>
   void press(Workspace& work, const D& image, bool everything, const Window& wanted) const {
-    const ImageView<const T> depth = packed(work, image);
+    const ImageView<const T> depth = in_range(work, packed(work, image));
     work.everything = everything;
     restore(work);
     const Window touched = find_contact(work, depth);
@@ -95,7 +96,7 @@ class ModelRows {
   template <ImageOf<T> D>
   void protrusion(Workspace& work, const D& image, Index y, T* out) const {
     const T* const depth = row_of(image, y, work.buffer.data(), width_);
-    vectorised([&] { protrusion_row(out, depth, rest(y), T(0), width_); });
+    vectorised([&] { protrusion_row(out, depth, rest(y), allowed(), width_); });
   }
 
   /// Row y of the surface, from -1 to the height, a pixel more on each side; beyond the image it is
@@ -131,6 +132,19 @@ class ModelRows {
     return std::as_const(work.depth).view();
   }
 
+  // What lies beyond the range of depths is nothing to a membrane that it might pull.
+  [[nodiscard]] ImageView<const T> in_range(Workspace& work,
+                                            const ImageView<const T>& depth) const {
+    if (allowed() == 0) return depth;
+    for (Index y = 0; y < height_; ++y) {
+      for (Index x = 0; x < width_; ++x) {
+        const T z = depth(x, y);
+        work.depth(x, y) = z > deepest_ ? std::numeric_limits<T>::infinity() : z;
+      }
+    }
+    return std::as_const(work.depth).view();
+  }
+
   [[nodiscard]] Window whole_blocks(const Window& window) const {
     if (window.is_empty()) return {};
     return {window.left / block_size * block_size, window.top,
@@ -148,17 +162,30 @@ class ModelRows {
     }
   }
 
-  // Where something touches the membrane. Notes what is not known.
+  // 0 where what lies deeper than the membrane does not touch it, and otherwise the largest depth
+  // that pulls it.
+  [[nodiscard]] T allowed() const {
+    if constexpr (requires { model_.clips_to_rest(); }) {
+      if (!model_.clips_to_rest()) return deepest_;
+    }
+    return 0;
+  }
+
+  // Where something touches the membrane, or pulls it. Notes what is not known.
   [[nodiscard]] Window find_contact(Workspace& work, const ImageView<const T>& depth) const {
     Window touched{width_, height_, 0, 0};
+    const T most = allowed();
     for (Index y = 0; y < height_; ++y) {
       const T* const z = depth.row(y);
       const T* const r = rest(y);
       char& holes = work.holes[static_cast<std::size_t>(y)];
       holes = 0;
-      if (vectorised([&] { return row_is_at_rest(z, r, farthest_[y], T(0), width_); })) continue;
+      if (vectorised([&] { return row_is_at_rest(z, r, farthest_[y], most, width_); })) continue;
       holes = vectorised([&] { return row_has_holes(z, r, width_); });
-      const auto touches = [&](Index x) { return z[x] > 0 && z[x] < r[x]; };
+      const auto touches = [&](Index x) {
+        const T contact = contact_depth(z[x], r[x], most);
+        return contact < r[x] || contact > r[x];
+      };
       Index left = 0, right = width_;
       while (left < width_ && !touches(left)) ++left;
       if (left == width_) continue;
