@@ -9,6 +9,8 @@
 #include <limits>
 #include <numbers>
 #include <span>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "gelight/core/error.hpp"
@@ -290,6 +292,59 @@ TEST_CASE("a flat sheet: between sources close together no line leaves its place
       for (const auto& point : edge.points) {
         const Vec3<double> p = surface.position(point);
         CHECK(std::abs((p - x).norm() - (p - y).norm()) <= 1e-10);
+      }
+    }
+  }
+}
+
+// The length of the part in the square from 0 to `side` of the line as far from two points.
+double bisector_length(const Vec3<double>& x, const Vec3<double>& y, double side) {
+  const Vec3<double> middle = (x + y) / 2, way = (y - x).normalized();
+  const std::array<double, 2> along{-way[1], way[0]};
+  double from = -2 * side, to = 2 * side;
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (along[k] == 0) continue;
+    const double a = -middle[Eigen::Index(k)] / along[k];
+    const double b = (side - middle[Eigen::Index(k)]) / along[k];
+    from = std::max(from, std::min(a, b));
+    to = std::min(to, std::max(a, b));
+  }
+  return to - from;
+}
+
+TEST_CASE("a flat sheet: between sources close together the line is whole") {
+  Random random(7);
+  const Mesh<double> mesh = test::jittered_grid(6, 0.2, random);
+  const ExactSolver solver(mesh, keeping());
+  const Surface<double>& surface = solver.surface();
+  for (const double apart : {1e-3, 1e-4, 1e-5}) {
+    for (int i = 0; i < 60; ++i) {
+      const auto aside = [&] {
+        const double turn = uniform(random, 0, 2 * pi);
+        return Vec3<double>(apart * Vec3<double>(std::cos(turn), std::sin(turn), 0));
+      };
+      // Anywhere, beside a vertex, on an edge.
+      const Index h = test::uniform_index(random, surface.halfedge_count());
+      const Vec3<double> corner = surface.position(surface.origin(h)),
+                         other = surface.position(surface.tip(h));
+      if (std::min(corner.head(2).minCoeff(), other.head(2).minCoeff()) < 0.5) continue;
+      if (std::max(corner.head(2).maxCoeff(), other.head(2).maxCoeff()) > 5.5) continue;
+      Vec3<double> x(uniform(random, 1, 5), uniform(random, 1, 5), 0), y = x + aside();
+      if (i % 3 == 1) std::tie(x, y) = std::pair(corner + aside(), corner + aside());
+      if (i % 3 == 2) x = 0.4 * corner + 0.6 * other, y = x + aside();
+      const Sources close{{nearest_point(surface, x), 0}, {nearest_point(surface, y), 0}};
+      x = surface.position(close[0].point);
+      y = surface.position(close[1].point);
+      const Edges edges = edges_of(solver, close);
+      CHECK(edges.size() == 1);
+      // Where it lies is rounding of its distances over that by which they differ.
+      CHECK(std::abs(length_of(surface, edges) - bisector_length(x, y, 6)) <=
+            4e-13 / (x - y).norm());
+      for (const auto& edge : edges) {
+        for (const auto& point : edge.points) {
+          const Vec3<double> p = surface.position(point);
+          CHECK(std::abs((p - x).norm() - (p - y).norm()) <= 1e-11);
+        }
       }
     }
   }

@@ -216,10 +216,18 @@ class WindowTrimmer {
     const Real at_low = (ax - bx) * ((ax - low) + (bx - low)) + (ay - by) * (ay + by);
     const Real slope = 2 * (bx - ax);
     const Real at_high = at_low + slope * (high - low);
-    const Real tie = 2 * rounding * from_a;
-    if (at_low < -tie && at_high > tie) return split(a, b, low - at_low / slope);
-    return give_overlap(a, b, low, high, at_low <= tie && at_high <= tie,
-                        at_low >= -tie && at_high >= -tie);
+    // Where images are apart, however little, windows keep what may be nearer by them; where that
+    // is rounding, only what is.
+    constexpr Real shorter = 1 - clearly_shorter;
+    const Real farthest = std::max(from_a, (ax - high) * (ax - high) + ay * ay);
+    const bool are_apart = slope * slope > shorter * shorter * farthest;
+    const Real doubt = are_apart ? shorter * farthest : -2 * rounding * from_a;
+    if (slope > 0 && at_low < doubt && at_high > -doubt) {
+      const Real p = low - at_low / slope, room = std::max(doubt, Real(0)) / slope;
+      return split_between(a, b, p - room, p + room);
+    }
+    return give_overlap(a, b, low, high, at_low <= -doubt && at_high <= -doubt,
+                        at_low >= doubt && at_high >= doubt);
   }
 
   Verdict part_by_distance(std::ptrdiff_t a, std::ptrdiff_t b, Real low, Real high) {
