@@ -317,7 +317,7 @@ TEST_CASE("a flat sheet: between sources close together the line is whole") {
   const Mesh<double> mesh = test::jittered_grid(6, 0.2, random);
   const ExactSolver solver(mesh, keeping());
   const Surface<double>& surface = solver.surface();
-  for (const double apart : {1e-3, 1e-4, 1e-5}) {
+  for (const double apart : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9}) {
     for (int i = 0; i < 60; ++i) {
       const auto aside = [&] {
         const double turn = uniform(random, 0, 2 * pi);
@@ -337,6 +337,10 @@ TEST_CASE("a flat sheet: between sources close together the line is whole") {
       y = surface.position(close[1].point);
       const Edges edges = edges_of(solver, close);
       CHECK(edges.size() == 1);
+      for (const auto& edge : edges) {
+        CHECK(is_at_border(surface, edge.points.front()));
+        CHECK(is_at_border(surface, edge.points.back()));
+      }
       // Where it lies is rounding of its distances over that by which they differ.
       CHECK(std::abs(length_of(surface, edges) - bisector_length(x, y, 6)) <=
             4e-13 / (x - y).norm());

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -38,10 +37,11 @@ namespace gelight::detail {
 
 /// In each face sources are seen as images, places in its plane with a distance each, by the face's
 /// windows. The points as far from two of them lie on a branch of a hyperbola, which is
-///   1 / r = slope . u + constant
-/// along the rays, of unit direction u, from the first. So is a straight line, and the condition
-/// that such a point lies on one side of a line, or is nearer to a third image, is that u lies in
-/// one arc of the circle. What is left of the whole turn are the pieces of the border.
+///   middle + cosh(s) ahead + sinh(s) aside.
+/// So is a straight line, and the condition that such a point lies on one side of a line, or is
+/// nearer to a third image, is linear in cosh(s) and sinh(s): e^s lies between two roots. What is
+/// left of the whole branch are the pieces of the border. Angles about an image would not do: next
+/// to one nearly as far they hardly change along the branch.
 template <std::floating_point T>
 class BorderTracer {
  public:
@@ -67,7 +67,7 @@ class BorderTracer {
       }
       if (is_thin(surface_, *solution_.faces, 3 * f) || !is_shared(f)) continue;
       flat_ = FlatFace<Real>(surface_, *solution_.faces, f);
-      find_images();
+      find_views();
       find_pieces();
     }
     return linked();
@@ -79,7 +79,6 @@ class BorderTracer {
   using Point = SurfacePoint<Real>;
   using Origin = detail::Origin<Real>;
   using Arrival = detail::Arrival<Real>;
-  static constexpr Real turn = 2 * std::numbers::pi;
   static constexpr Index not_known = -2;
   // As shares of the mesh's size: pieces shorter than this are rounding of where borders cross.
   static constexpr Real shortest = 1e-11;
@@ -88,33 +87,41 @@ class BorderTracer {
   // A point so near to an edge lies on it.
   static constexpr Real nearest_to_edges = 1e-12;
   // A piece is joined to one that begins within so many of the shortest of its end.
-  static constexpr Real reach_of_joints = 1e3;
+  static constexpr Real reach_of_joints = 1e2;
   // A piece is halved so often at most.
   static constexpr int most_halvings = 12;
 
-  // A source or bend, as a face sees it: all of the face does, or what lies between two lines.
+  // A source or bend, as a face sees it.
   struct Image {
     Vec2<Real> centre;
     Real start;  // the distance there
     Index source;
+  };
+  // What lies between two lines.
+  struct Wedge {
+    HalfPlane<Real> right, left;
+  };
+  // An image, and where it is seen: in all of the face, or by way of some windows.
+  struct View {
+    Image image;
     bool is_seen_by_all = true;
-    HalfPlane<Real> right{}, left{};
-    Real from = 0, width = turn;         // the directions in which it is seen, as angles
-    Vec2<Real> first{0, 0}, last{0, 0};  // and those at both ends, unit
+    std::vector<Wedge> wedges{};
   };
-  // 1 / r = slope . u + constant, along rays of direction u.
-  struct Polar {
-    Vec2<Real> slope;
-    Real constant;
-    [[nodiscard]] Real at(const Vec2<Real>& u) const { return dot(slope, u) + constant; }
+  // The points as far from two images, by e = exp(s).
+  struct Branch {
+    Vec2<Real> middle, ahead, aside;
+    Real half_gap, later;  // of the images, and half of what the second starts later by
+    [[nodiscard]] Vec2<Real> at(Real e) const {
+      return middle + (e + 1 / e) / 2 * ahead + (e - 1 / e) / 2 * aside;
+    }
   };
-  // The directions u with normal . u >= least.
+  // The points of a branch with along . (cosh(s), sinh(s)) >= least.
   struct Condition {
-    Vec2<Real> normal;
+    Vec2<Real> along;
     Real least;
   };
   struct Interval {
-    Real from, to;
+    Real from, to;  // of e, above zero
   };
   // A source in a face.
   struct Place {
@@ -126,6 +133,7 @@ class BorderTracer {
     Index face;
     std::vector<Point> points;
     Vec3<Real> begin, end;
+    Real doubt;  // how far from its end it may have to go on
   };
 
   // --- the images of a face ----------------------------------------------------------------------
@@ -166,8 +174,8 @@ class BorderTracer {
     return {first, last};
   }
 
-  void find_images() {
-    images_.clear();
+  void find_views() {
+    views_.clear();
     const auto corners = surface_.face(flat_.face);
     Real farthest = unreachable<Real>;  // no point of the face is farther
     for (std::size_t k = 0; k < 3; ++k) {
@@ -178,37 +186,51 @@ class BorderTracer {
     }
     if (!(farthest < unreachable<Real>)) return;
     for (std::size_t k = 0; k < 3; ++k) {
-      images_.push_back(
-          {flat_.corners[k], solution_.distances[corners[k]], source_of(corners[k]), true, {}, {}});
+      views_.push_back(
+          {{flat_.corners[k], solution_.distances[corners[k]], source_of(corners[k])}});
     }
     for (const Place& place : sources_in(flat_.face)) {
       const Real start = solution_.sources[static_cast<std::size_t>(place.source)].distance;
-      images_.push_back({flat_.place(place.shares), start, place.source, true, {}, {}});
+      views_.push_back({{flat_.place(place.shares), start, place.source}});
     }
     for (Index h = 3 * flat_.face; h < 3 * flat_.face + 3; ++h) add_windows(h, farthest);
   }
 
   void add_windows(Index h, Real farthest) {
+    const auto k = static_cast<std::size_t>(h % 3);
+    const Vec2<Real>&along = flat_.ways[k], &up = flat_.sides[k].normal;
     solution_.windows->for_each(h, [&](const auto& w, std::ptrdiff_t count) {
       for (std::ptrdiff_t i = 0; i < count; ++i) {
         const Real start = solution_.origins[w.origin[i]].start;
         const Real aside = std::clamp(w.x[i], w.begin[i], w.end[i]) - w.x[i];
         if (start + std::hypot(aside, w.y[i]) > farthest) continue;
-        const Vec2<Real> centre = flat_.from_frame(h, {w.x[i], w.y[i]});
-        const Vec2<Real> begin = flat_.from_frame(h, {w.begin[i], 0});
-        const Vec2<Real> end = flat_.from_frame(h, {w.end[i], 0});
-        const Vec2<Real> first = end - centre, last = begin - centre;
-        // From the window's own numbers: in the face's the centre may lie on the edge, or past it.
-        const Real width =
-            std::atan2(std::fabs(w.y[i]) * (w.end[i] - w.begin[i]),
-                       (w.begin[i] - w.x[i]) * (w.end[i] - w.x[i]) + w.y[i] * w.y[i]);
-        if (!(width > 0)) continue;
-        images_.push_back({centre, start, source_of_origin(w.origin[i]), false,
-                           right_of(centre, begin), left_of(centre, end),
-                           std::atan2(first.y(), first.x()), width, stable_unit(first),
-                           stable_unit(last)});
+        // Lines by the window's own numbers: in the face's the centre may lie on its end.
+        const auto left = [&](Real by) {
+          const Vec2<Real> way = stable_unit(Vec2<Real>((by - w.x[i]) * along - w.y[i] * up));
+          const Vec2<Real> normal(-way.y(), way.x());
+          return HalfPlane<Real>{normal, dot(normal, flat_.from_frame(h, {by, 0}))};
+        };
+        const HalfPlane<Real> not_right = left(w.begin[i]);
+        add_wedge({flat_.from_frame(h, {w.x[i], w.y[i]}), start, source_of_origin(w.origin[i])},
+                  {{-not_right.normal, -not_right.offset}, left(w.end[i])});
       }
     });
+  }
+
+  // Windows of one image are seen together, and a little wider: gaps between them are rounding.
+  void add_wedge(const Image& image, Wedge wedge) {
+    wedge.right.offset -= on_edge_;
+    wedge.left.offset -= on_edge_;
+    const auto same = std::find_if(views_.begin(), views_.end(), [&](const View& view) {
+      return view.image.source == image.source &&
+             std::fabs(view.image.start - image.start) <= equal_ &&
+             stable_norm(view.image.centre - image.centre) <= equal_;
+    });
+    if (same == views_.end()) {
+      views_.push_back({image, false, {wedge}});
+    } else if (!same->is_seen_by_all) {
+      same->wedges.push_back(wedge);
+    }
   }
 
   [[nodiscard]] Index source_of_origin(Index origin) {
@@ -253,51 +275,63 @@ class BorderTracer {
   // --- the borders in a face ---------------------------------------------------------------------
 
   void find_pieces() {
-    for (std::size_t i = 0; i < images_.size(); ++i) {
-      for (std::size_t j = 0; j < images_.size(); ++j) {
-        if (images_[i].source < images_[j].source) find_pieces(i, j);
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      for (std::size_t j = 0; j < views_.size(); ++j) {
+        if (views_[i].image.source < views_[j].image.source) find_pieces(i, j);
       }
     }
   }
 
-  // Between two images, seen from the first: where both are seen and no third one is nearer.
+  // Between two images: where both are seen and no third one is nearer.
   void find_pieces(std::size_t i, std::size_t j) {
-    const Image &first = images_[i], &second = images_[j];
     if (covers(i, j) || covers(j, i)) return;
-    const Polar border = border_between(first, second);
-    left_.assign(1, {first.from, first.from + first.width});
-    keep({border.slope, -border.constant}, first);
-    // And a little beyond the face, lest a line along an edge is missed by the faces on both sides.
-    keep_inside(first, border, 2 * on_edge_);
-    if (!second.is_seen_by_all) {
-      keep(beside(second.right, first.centre, border), first);
-      keep(beside(second.left, first.centre, border), first);
-    }
+    const Image &first = views_[i].image, &second = views_[j].image;
+    const Branch branch = branch_between(first, second);
+    left_.assign(1, {0, unreachable<Real>});
+    // A little beyond the face, lest a line along an edge is missed by the faces on both sides.
+    keep_inside(branch, 2 * on_edge_);
+    keep_seen(branch, views_[i]);
+    keep_seen(branch, views_[j]);
     // That which left nothing the last time likely does so again.
     const auto drop = [&](std::size_t k) {
       if (left_.empty() || k == i || k == j || covers(i, k) || covers(j, k)) return;
-      drop_nearer(i, j, k, border);
+      drop_nearer(i, j, k, branch);
       if (left_.empty()) nearest_ = k;
     };
-    if (nearest_ < images_.size()) drop(nearest_);
-    for (std::size_t k = 0; k < images_.size() && !left_.empty(); ++k) drop(k);
+    if (nearest_ < views_.size()) drop(nearest_);
+    for (std::size_t k = 0; k < views_.size() && !left_.empty(); ++k) drop(k);
     if (left_.empty()) return;
     unite(left_);
     found_ = left_;
     for (const Interval& whole : found_) {
-      const Index side = side_of(first, border, whole);
+      const Index side = side_of(branch, whole);
       if (side >= 0 && !is_first_face_of(side)) continue;
       left_.assign(1, whole);
-      if (side < 0) keep_inside(first, border, 0);
-      for (const Interval& piece : left_) add_piece(first, second, border, piece);
+      if (side < 0) keep_inside(branch, 0);
+      for (const Interval& piece : left_) add_piece(first, second, branch, piece);
     }
   }
 
-  void keep_inside(const Image& first, const Polar& border, Real beyond) {
+  void keep_inside(const Branch& branch, Real beyond) {
     for (HalfPlane<Real> side : flat_.sides) {
       side.offset -= beyond;
-      keep(beside(side, first.centre, border), first);
+      keep(beside(side, branch));
     }
+  }
+
+  // Leaves where an image is seen.
+  void keep_seen(const Branch& branch, const View& view) {
+    if (view.is_seen_by_all || left_.empty()) return;
+    const std::vector<Interval> all = std::exchange(left_, {});
+    for (const Wedge& wedge : view.wedges) {
+      inside_ = all;
+      std::vector<Interval> outside = std::exchange(left_, {});
+      split(beside(wedge.right, branch));
+      split(beside(wedge.left, branch));
+      left_ = std::move(outside);
+      left_.insert(left_.end(), inside_.begin(), inside_.end());
+    }
+    if (!left_.empty()) unite(left_);
   }
 
   static void unite(std::vector<Interval>& intervals) {
@@ -317,119 +351,117 @@ class BorderTracer {
   // Whether an image is at least as near as another wherever both are seen. Of two that are the
   // same the first is.
   [[nodiscard]] bool covers(std::size_t a, std::size_t b) const {
-    const Real later = images_[b].start - images_[a].start;
+    const Image &one = views_[a].image, &other = views_[b].image;
+    const Real later = other.start - one.start;
     if (later < -equal_) return false;
-    const Real gap = stable_norm(images_[a].centre - images_[b].centre);
+    const Real gap = stable_norm(one.centre - other.centre);
     return gap <= later + equal_ && (a < b || !(gap <= equal_ - later));
   }
 
-  [[nodiscard]] static Polar border_between(const Image& a, const Image& b) {
-    const Vec2<Real> way = b.centre - a.centre;
-    const Real gap = stable_norm(way), ahead = a.start - b.start;
-    const Real scale = 2 / ((gap - ahead) * (gap + ahead));
-    return {scale * way, scale * ahead};
+  // The cell of the first lies to the left of the direction in which s grows.
+  [[nodiscard]] static Branch branch_between(const Image& first, const Image& second) {
+    const Vec2<Real> way = second.centre - first.centre;
+    const Real gap = stable_norm(way), later = second.start - first.start;
+    const Vec2<Real> ahead = way / gap, aside(-ahead.y(), ahead.x());
+    return {(first.centre + second.centre) / 2, later / 2 * ahead,
+            std::sqrt(gap - later) * std::sqrt(gap + later) / 2 * aside, gap / 2, later / 2};
   }
 
-  // Where a line's points, on rays from a centre, lie in a half-plane.
-  [[nodiscard]] static Condition beside(const HalfPlane<Real>& half, const Vec2<Real>& centre,
-                                        const Polar& line) {
-    const Real height = half.height(centre);
-    return {half.normal + height * line.slope, -height * line.constant};
+  [[nodiscard]] static Condition beside(const HalfPlane<Real>& half, const Branch& branch) {
+    return {{dot(half.normal, branch.ahead), dot(half.normal, branch.aside)},
+            -half.height(branch.middle)};
   }
 
-  void drop_nearer(std::size_t i, std::size_t j, std::size_t k, const Polar& border) {
-    const Image &first = images_[i], &third = images_[k];
+  // Where a third image is nearer than the first. At a distance r from that one is a point p with
+  //   way . p + sooner r >= (gap - sooner) (gap + sooner) / 2.
+  [[nodiscard]] static Condition nearer(const Image& first, const Image& third,
+                                        const Branch& branch) {
+    const Vec2<Real> way = third.centre - first.centre;
+    const Real gap = stable_norm(way), sooner = (first.start - third.start) / gap;
+    const Vec2<Real> ahead = way / gap;
+    return {{dot(ahead, branch.ahead) + sooner * branch.half_gap, dot(ahead, branch.aside)},
+            gap * (1 - sooner) * (1 + sooner) / 2 - dot(ahead, branch.middle - first.centre) -
+                sooner * branch.later};
+  }
+
+  void drop_nearer(std::size_t i, std::size_t j, std::size_t k, const Branch& branch) {
+    const View& third = views_[k];
     inside_ = left_;
     left_.clear();
-    if (!covers(k, i) && !covers(k, j)) {
-      const Polar other = border_between(first, third);
-      split({other.slope - border.slope, border.constant - other.constant}, first);
+    if (!covers(k, i) && !covers(k, j)) split(nearer(views_[i].image, third.image, branch));
+    if (third.is_seen_by_all || inside_.empty()) return;
+    std::vector<Interval> farther = std::exchange(left_, {});
+    for (const Wedge& wedge : third.wedges) {
+      split(beside(wedge.right, branch));
+      split(beside(wedge.left, branch));
+      inside_ = std::exchange(left_, {});
     }
-    if (third.is_seen_by_all) return;
-    split(beside(third.right, first.centre, border), first);
-    split(beside(third.left, first.centre, border), first);
+    left_ = std::move(farther);
+    left_.insert(left_.end(), inside_.begin(), inside_.end());
   }
 
   // Leaves what meets a condition.
-  void keep(const Condition& condition, const Image& image) {
+  void keep(const Condition& condition) {
     inside_ = left_;
-    split(condition, image);
+    split(condition);
     left_ = inside_;
   }
 
-  // Of what is inside, what meets a condition stays; the rest is added to what is left. Angles are
-  // those in which an image is seen.
-  void split(const Condition& condition, const Image& image) {
-    const auto [least, greatest] = range_of(condition.normal, image);
-    if (condition.least <= least) return;
-    if (condition.least >= greatest) {
-      left_.insert(left_.end(), inside_.begin(), inside_.end());
-      inside_.clear();
-      return;
-    }
-    const Real size = stable_norm(condition.normal), begin = image.from;
-    const Real half = std::acos(std::clamp(condition.least / size, Real(-1), Real(1)));
-    Real from = std::atan2(condition.normal.y(), condition.normal.x()) - half;
-    from -= turn * std::floor((from - begin) / turn);
-    const Real to = from + 2 * half;
-    scratch_.clear();
-    for (const Interval& interval : inside_) {
-      // The arc, and what of it goes on beyond a whole turn.
-      Real rest = interval.from;
-      for (const Interval& arc : {Interval{from - turn, to - turn}, Interval{from, to}}) {
-        const Interval both{std::max(rest, arc.from), std::min(interval.to, arc.to)};
-        if (!(both.from < both.to)) continue;
-        if (rest < both.from) left_.push_back({rest, both.from});
-        scratch_.push_back(both);
-        rest = both.to;
+  // Of what is inside, what meets a condition stays; the rest is added to what is left.
+  void split(const Condition& condition) {
+    // With e = exp(s): rising e^2 - 2 least e + falling >= 0.
+    const Vec2<Real>& along = condition.along;
+    const Real size =
+        std::max({std::fabs(along.x()), std::fabs(along.y()), std::fabs(condition.least)});
+    if (!(size > 0)) return;
+    const Real rising = (along.x() + along.y()) / size, falling = (along.x() - along.y()) / size;
+    const Real least = condition.least / size, square = least * least - rising * falling;
+    std::array<Real, 4> ends{0, unreachable<Real>, unreachable<Real>, unreachable<Real>};
+    std::size_t roots = 0;
+    const Real sum = least + std::copysign(std::sqrt(std::max(square, Real(0))), least);
+    if (square > 0 && sum != 0) {
+      for (const Real root : {sum / rising, falling / sum}) {
+        if (root > 0 && root < unreachable<Real>) ends[++roots] = root;
       }
-      if (rest < interval.to) left_.push_back({rest, interval.to});
+    }
+    if (ends[2] < ends[1]) std::swap(ends[1], ends[2]);
+    bool is_met =
+        roots == 0 ? rising + falling >= 2 * least : falling > 0 || (falling == 0 && least < 0);
+    scratch_.clear();
+    for (std::size_t k = 0; k <= roots; ++k) {
+      for (const Interval& interval : inside_) {
+        const Interval both{std::max(interval.from, ends[k]), std::min(interval.to, ends[k + 1])};
+        if (both.from < both.to) (is_met ? scratch_ : left_).push_back(both);
+      }
+      is_met = !is_met;
     }
     std::swap(inside_, scratch_);
   }
 
-  // The least and greatest of normal . u among the directions in which an image is seen.
-  [[nodiscard]] static std::pair<Real, Real> range_of(const Vec2<Real>& normal,
-                                                      const Image& image) {
-    const Real size = stable_norm(normal);
-    if (image.is_seen_by_all) return {-size, size};
-    const Real a = dot(normal, image.first), b = dot(normal, image.last);
-    const Real after_first = cross_of(image.first, normal),
-               before_last = cross_of(normal, image.last);
-    return {after_first < 0 && before_last < 0 ? -size : std::min(a, b),
-            after_first > 0 && before_last > 0 ? size : std::max(a, b)};
-  }
-
   // --- pieces ------------------------------------------------------------------------------------
 
-  void add_piece(const Image& first, const Image& second, const Polar& border,
-                 const Interval& angles) {
-    const auto place = [&](Real angle) { return place_at(first, border, angle); };
-    const Vec2<Real> begin = place(angles.from), end = place(angles.to);
+  void add_piece(const Image& first, const Image& second, const Branch& branch,
+                 const Interval& interval) {
+    const Vec2<Real> begin = branch.at(interval.from), end = branch.at(interval.to);
     if (!(norm(end - begin) > same_)) return;
     const Real longest =
         std::max({surface_.length(3 * flat_.face), surface_.length(3 * flat_.face + 1),
                   surface_.length(3 * flat_.face + 2)});
     places_.assign(1, begin);
-    add_places(place, angles, begin, end, Real{options_.deviation} * longest, most_halvings);
-    Piece piece{{first.source, second.source}, flat_.face, {}, {}, {}};
+    add_places(branch, interval, begin, end, Real{options_.deviation} * longest, most_halvings);
+    // Beside images close together a line is somewhere else at once, where they move by rounding.
+    const Real slope = norm(stable_unit(end - first.centre) - stable_unit(end - second.centre));
+    Piece piece{{first.source, second.source}, flat_.face, {}, {}, {}, equal_ / slope};
     piece.begin = flat_.in_space(surface_, begin);
     piece.end = flat_.in_space(surface_, end);
     for (const Vec2<Real>& p : places_) piece.points.push_back(point_at(p));
     pieces_.push_back(std::move(piece));
   }
 
-  [[nodiscard]] static Vec2<Real> place_at(const Image& first, const Polar& border, Real angle) {
-    const Vec2<Real> u(std::cos(angle), std::sin(angle));
-    return first.centre + u / border.at(u);
-  }
-
   // The side of the face along which a piece lies, or -1.
-  [[nodiscard]] Index side_of(const Image& first, const Polar& border,
-                              const Interval& angles) const {
-    const std::array<Vec2<Real>, 3> places{place_at(first, border, angles.from),
-                                           place_at(first, border, (angles.from + angles.to) / 2),
-                                           place_at(first, border, angles.to)};
+  [[nodiscard]] Index side_of(const Branch& branch, const Interval& interval) const {
+    const std::array<Vec2<Real>, 3> places{branch.at(interval.from), branch.at(middle_of(interval)),
+                                           branch.at(interval.to)};
     for (Index k = 0; k < 3; ++k) {
       const HalfPlane<Real>& side = flat_.sides[static_cast<std::size_t>(k)];
       const bool is_along = std::all_of(places.begin(), places.end(), [&](const Vec2<Real>& p) {
@@ -446,14 +478,18 @@ class BorderTracer {
     return true;
   }
 
-  void add_places(const auto& place, const Interval& angles, const Vec2<Real>& begin,
+  [[nodiscard]] static Real middle_of(const Interval& interval) {
+    return std::sqrt(interval.from) * std::sqrt(interval.to);
+  }
+
+  void add_places(const Branch& branch, const Interval& interval, const Vec2<Real>& begin,
                   const Vec2<Real>& end, Real deviation, int halvings) {
-    const Real half = (angles.from + angles.to) / 2;
-    const Vec2<Real> middle = place(half), way = end - begin;
+    const Real half = middle_of(interval);
+    const Vec2<Real> middle = branch.at(half), way = end - begin;
     const Real beside = std::fabs(cross_of(way, middle - begin));
     if (halvings > 0 && beside > deviation * norm(way)) {
-      add_places(place, {angles.from, half}, begin, middle, deviation, halvings - 1);
-      add_places(place, {half, angles.to}, middle, end, deviation, halvings - 1);
+      add_places(branch, {interval.from, half}, begin, middle, deviation, halvings - 1);
+      add_places(branch, {half, interval.to}, middle, end, deviation, halvings - 1);
     } else {
       places_.push_back(end);
     }
@@ -511,7 +547,7 @@ class BorderTracer {
   [[nodiscard]] Index after(Index number, const Array<char>& is_taken) const {
     const Piece& piece = pieces_[static_cast<std::size_t>(number)];
     Index best = -1;
-    Real least = reach_of_joints * same_;
+    Real least = std::max(reach_of_joints * same_, piece.doubt);
     const auto look = [&](Index f) {
       for (Index i = first_piece_[f]; i < first_piece_[f + 1]; ++i) {
         const Piece& other = pieces_[static_cast<std::size_t>(i)];
@@ -572,8 +608,8 @@ class BorderTracer {
   Real same_ = 0, on_edge_ = 0, equal_ = 0;
   FlatFace<Real> flat_;  // the face at hand
   std::vector<Place> places_of_sources_;
-  std::vector<Image> images_;
-  std::size_t nearest_ = 0;  // of the images: that which was last nearer than two others
+  std::vector<View> views_;
+  std::size_t nearest_ = 0;  // of the views: that which was last nearer than two others
   std::vector<Interval> left_, inside_, scratch_, found_;
   std::vector<Vec2<Real>> places_;
   std::vector<Piece> pieces_;
