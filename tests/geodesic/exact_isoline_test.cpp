@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -120,6 +121,30 @@ TEST_CASE("a flat sheet: circles, whole and cut off by the border") {
     CHECK(exact_isolines(corner, 0.0).empty());
     CHECK(area_within(corner, -1.0) == 0);
   }
+}
+
+TEST_CASE("a flat sheet: from beside a vertex nothing but the circle") {
+  test::Random random(11);
+  const auto mesh = test::jittered_grid(6, 0.25, random);
+  const ExactSolver solver(mesh, keeping());
+  const Surface<double>& surface = solver.surface();
+  double off = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const double aside = std::pow(10, test::uniform(random, -6, -4.5));
+    const double turn = test::uniform(random, 0, 2 * std::numbers::pi);
+    const Index v = test::uniform_index(random, surface.vertex_count());
+    const Vec3<double> at =
+        surface.position(v) + aside * Vec3<double>(std::cos(turn), std::sin(turn), 0);
+    const auto source = nearest_point(surface, at);
+    const Vec3<double> centre = surface.position(source);
+    const double level = test::uniform(random, 2, 6);
+    for (const auto& line : exact_isolines(solver.solve(source), level)) {
+      for (const auto& arc : line.arcs) {
+        off = std::max(off, std::abs((arc.begin - centre).norm() - level));
+      }
+    }
+  }
+  CHECK(off <= 1e-9);
 }
 
 TEST_CASE("circles that touch edges of a lattice at vertices, or all but touch them") {

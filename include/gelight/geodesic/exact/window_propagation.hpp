@@ -207,6 +207,9 @@ class WindowPropagation {
   // What unfolding leaves in doubt of a path's direction, in radians; where it is short in its last
   // face, as much more as that is shorter than the edge before.
   static constexpr Real angle_rounding = 1e-12;
+  // A line that begins within this share of an edge from a vertex leaves gaps behind it that are
+  // more than rounding of distances.
+  static constexpr Real beside_vertex = 1e-5;
   // An image no farther than this share of the edge from a point of it is that point, but for
   // rounding.
   static constexpr Real on_edge = 16 * std::numeric_limits<Real>::epsilon();
@@ -447,11 +450,11 @@ class WindowPropagation {
   // vertex close it, and are no longer.
   [[nodiscard]] bool begins_next_to(Index vertex) const {
     const Real piece = distances[vertex] - start_of(arrivals[vertex]);
-    if (piece > next_to_vertex * longest_edge_) return false;
+    if (piece > beside_vertex * longest_edge_) return false;
     const auto corners = surface_->corners(vertex);
     return std::any_of(corners.begin(), corners.end(), [&](Index out) {
       const Index in = Mesh::previous(out);
-      return piece <= next_to_vertex * std::max(surface_->length(out), surface_->length(in));
+      return piece <= beside_vertex * std::max(surface_->length(out), surface_->length(in));
     });
   }
 
