@@ -7,6 +7,7 @@ import pickle
 import signal
 import struct
 import threading
+import time
 import zlib
 
 import numpy as np
@@ -97,7 +98,8 @@ def test_what_take_raises_ends_the_rows(threads):
 
 
 class WhenBothWork:
-    """A solver's hook that acts once two threads solve, and notes who is asked how far it is."""
+    """A solver's hook that acts once two threads solve, and notes who is asked how far it is. The
+    first waits for the other, which on a busy machine may begin when it would be done."""
 
     def __init__(self, act):
         self.act, self.shares, self.asked_after = act, {}, 0
@@ -105,6 +107,9 @@ class WhenBothWork:
     def __call__(self, done):
         self.asked_after += self.act is None
         self.shares[threading.get_ident()] = done
+        end = time.monotonic() + 10
+        while len(self.shares) < 2 and time.monotonic() < end:
+            time.sleep(0.001)
         if len(self.shares) == 2 and self.act is not None:
             act, self.act = self.act, None
             act()
@@ -119,7 +124,8 @@ def raise_enough():
     (raise_enough, KeyError), (lambda: os.kill(os.getpid(), signal.SIGINT), KeyboardInterrupt)])
 def test_what_ends_one_row_ends_those_of_other_threads(act, error):
     ask, taken = WhenBothWork(act), []
-    solver = gelight.ExactSolver(gelight.icosphere(6), cancelled=ask)
+    # A solve of ten times as long as it takes to hear of a signal.
+    solver = gelight.ExactSolver(gelight.icosphere(7), cancelled=ask)
     # Where Python was begun in the background, it ignores the signal.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
