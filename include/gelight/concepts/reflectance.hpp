@@ -34,8 +34,8 @@ struct SurfaceRow {
   /// Unit normals towards the camera, in its frame; zero: not known, as at the image's border
   /// unless `FrameOptions::border_normals` tells otherwise.
   const T* nx;
-  const T* ny;           ///< their second
-  const T* nz;           ///< and third coordinates
+  const T* ny;  ///< their second
+  const T* nz;  ///< and third coordinates
   /// The share of the ambient light that is left where the gel is pressed in; null: all of it.
   const T* kept;
   /// Not zero where an object touches the gel; null unless the reflectance has a member

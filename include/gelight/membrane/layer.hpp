@@ -162,11 +162,11 @@ class ElasticLayer {
   /// object. Starts from the contact `previous`, if there is one, which saves what the two have in
   /// common, but next to nothing with friction. For a ball and a block of 4 mm on `gelsight_mini`,
   /// 320 x 240, it took 25 convolutions pressed in, 70 to 95 by a force, 80 to 110 moved sideways,
-  /// and by a force and moved 140 to 300, some 0.8 ms each. Throws InvalidInput for a depth image of another size than the
-  /// camera's, a force that is negative, not finite or more than the object can bring (there is
-  /// none, or it would come through the layer or behind the camera) or whose centre lies beside the
-  /// object, a sideways motion that is not finite, and an object that comes further into the gel
-  /// than that is thick; Cancelled where the options' hook says so.
+  /// and by a force and moved 140 to 300, some 0.8 ms each. Throws InvalidInput for a depth image
+  /// of another size than the camera's, a force that is negative, not finite or more than the
+  /// object can bring (there is none, or it would come through the layer or behind the camera) or
+  /// whose centre lies beside the object, a sideways motion that is not finite, and an object that
+  /// comes further into the gel than that is thick; Cancelled where the options' hook says so.
   template <ImageOf<T> D>
   [[nodiscard]] LayerContact<T> press(const D& depth, const LayerLoad& load = {},
                                       const LayerContact<T>* previous = nullptr) const {
