@@ -85,6 +85,10 @@ TEST_CASE("a mesh under a pose is seen as the moved mesh, with a workspace and w
       CHECK(are_same(without.depth, expected.depth));
       CHECK(without.face == expected.face);
       CHECK(are_same(depth, expected.depth));
+      const auto at_once = rasterize(mesh, Pose(pose), camera);
+      CHECK(at_once.depth == with.depth);
+      CHECK(at_once.face == with.face);
+      CHECK(at_once.barycentric == with.barycentric);
       seen += *std::min_element(depth.pixels().begin(), depth.pixels().end()) < nothing ? 1 : 0;
     }
   }

@@ -124,7 +124,7 @@ def raise_enough():
     (raise_enough, KeyError), (lambda: os.kill(os.getpid(), signal.SIGINT), KeyboardInterrupt)])
 def test_what_ends_one_row_ends_those_of_other_threads(act, error):
     ask, taken = WhenBothWork(act), []
-    # A solve of ten times as long as it takes to hear of a signal.
+    # A solve of longer than it takes to hear of a signal.
     solver = gelight.ExactSolver(gelight.icosphere(7), cancelled=ask)
     # Where Python was begun in the background, it ignores the signal.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -27,8 +27,8 @@ struct Led;
 
 /// A light model: the direction in which the light of an LED travels at each of some points of a
 /// membrane, in the frame of the membrane's mesh, zero where it has none. In a renderer that is the
-/// camera's frame: with a positive z light goes away from the camera and meets the side that it
-/// sees, with a negative one it comes from behind and lights nothing. As long as 1, or shorter
+/// camera's frame: with a positive z light goes away from the camera, with a negative one towards
+/// it; what meets a surface from behind does not light it. As long as 1, or shorter
 /// where there is less light. Where the points are tells `Surface<T>(mesh).position(point)`, of the
 /// mesh that they are of. The model asks the hook while it works, and throws Cancelled where that
 /// answers yes. Calls may come from several threads. A `static constexpr bool is_tangent`, if there

@@ -144,7 +144,8 @@ template <std::floating_point T, TriangleMesh M>
   return raster;
 }
 
-/// The same of a moved mesh: `rasterize_into` draws several, and keeps its memory.
+/// The same of a moved mesh; refuses a pose that is not finite, too. `rasterize_into` draws
+/// several, and keeps its memory.
 template <std::floating_point T, TriangleMesh M>
 [[nodiscard]] Raster<T> rasterize(const M& mesh, const Pose& pose, const Camera<T>& camera) {
   Raster<T> raster = empty_raster(camera);

@@ -160,9 +160,8 @@ class ElasticLayer {
   /// With a force the object moves along z until the layer bears it, by a secant search, and tilts
   /// where the load says so, which takes some ten contacts more. All that the image shows is one
   /// object. Starts from the contact `previous`, if there is one, which saves what the two have in
-  /// common, but next to nothing with friction. For a ball and a block of 4 mm on `gelsight_mini`,
-  /// 320 x 240, it took 25 convolutions pressed in, 70 to 95 by a force, 80 to 110 moved sideways,
-  /// and by a force and moved 140 to 300, some 0.8 ms each. Throws InvalidInput for a depth image
+  /// common, but next to nothing with friction, which is sought once the force without it is found;
+  /// `convolutions` tells what it took. Throws InvalidInput for a depth image
   /// of another size than the camera's, a force that is negative, not finite or more than the
   /// object can bring (there is none, or it would come through the layer or behind the camera) or
   /// whose centre lies beside the object, a sideways motion that is not finite, and an object that

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstring>
 
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"

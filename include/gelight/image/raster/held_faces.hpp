@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"

@@ -13,9 +13,6 @@
 #if defined(__GNUC__)
 namespace gelight::detail {
 
-/// Pixels side by side in a row.
-inline constexpr Index pixels_at_once = 4;
-
 template <class T, Index count>
 struct LanesType {
   using type [[gnu::vector_size(count * sizeof(T))]] = T;
@@ -34,19 +31,6 @@ template <class T, class Source>
 template <class T>
 [[gnu::always_inline]] inline void store(const T& from, void* into) {
   std::memcpy(into, &from, sizeof from);
-}
-///@}
-
-/// Four pixels here; or four here and four there. They are stored in the reverse order, for there
-/// may be here, with pixels that are as they were.
-///@{
-template <class T>
-[[gnu::always_inline]] inline void load_pixels(Four<T>& into, const T* here, const T*) {
-  load(into, here);
-}
-template <class T>
-[[gnu::always_inline]] inline void store_pixels(const Four<T>& from, T* here, T*) {
-  std::memcpy(here, &from, sizeof from);
 }
 ///@}
 
@@ -74,20 +58,6 @@ template <class T>
 #if defined(GELIGHT_HAS_EIGHT_LANES)
 template <class T>
 using Eight = Lanes<T, 8>;
-template <class T>
-[[gnu::always_inline]] inline void load_pixels(Eight<T>& into, const T* here, const T* there) {
-  Four<T> a, b;
-  load(a, here);
-  load(b, there);
-  into = __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
-}
-template <class T>
-[[gnu::always_inline]] inline void store_pixels(const Eight<T>& from, T* here, T* there) {
-  const Four<T> a = __builtin_shufflevector(from, from, 0, 1, 2, 3);
-  const Four<T> b = __builtin_shufflevector(from, from, 4, 5, 6, 7);
-  std::memcpy(there, &b, sizeof b);
-  std::memcpy(here, &a, sizeof a);
-}
 #endif
 
 /// A bit for each lane in which a comparison holds.
@@ -112,19 +82,18 @@ template <class Holds>
   }
 }
 
-/// The lanes' numbers 0, 1, 2 ...; and those of a block of rows of four pixels.
+/// The lanes' numbers 0, 1, 2 ...
 ///@{
 template <Index count>
 struct LaneNumbers;
 template <>
 struct LaneNumbers<4> {
-  static constexpr Four<double> all{0, 1, 2, 3}, column{0, 1, 2, 3}, row{0, 0, 0, 0};
+  static constexpr Four<double> all{0, 1, 2, 3};
 };
 #if defined(GELIGHT_HAS_EIGHT_LANES)
 template <>
 struct LaneNumbers<8> {
-  static constexpr Eight<double> all{0, 1, 2, 3, 4, 5, 6, 7}, column{0, 1, 2, 3, 0, 1, 2, 3},
-      row{0, 0, 0, 0, 1, 1, 1, 1};
+  static constexpr Eight<double> all{0, 1, 2, 3, 4, 5, 6, 7};
 };
 #endif
 ///@}

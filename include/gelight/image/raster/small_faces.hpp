@@ -5,7 +5,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 
 #include "gelight/core/types.hpp"
 #include "gelight/image/raster/faces.hpp"
@@ -132,7 +131,7 @@ class SmallFaceDrawing {
         pixels |= covered.is & static_cast<std::int64_t>(bit);
         store(__builtin_convertvector(covered.depth, Lanes<T, lanes>), &depth_[n * lanes]);
         if (target_.wants_faces()) areas_.template keep<lanes>(n * lanes, areas);
-        offsets_[n] = row * row_bytes() + column * static_cast<std::ptrdiff_t>(sizeof(T));
+        offsets_[n] = row * target_.row_bytes() + column * static_cast<std::ptrdiff_t>(sizeof(T));
         bit *= 2;
         ++n;
       }
@@ -152,10 +151,6 @@ class SmallFaceDrawing {
     const auto x = __builtin_convertvector(left, Numbers),
                y = __builtin_convertvector(top, Numbers);
     for (std::size_t k = 0; k < lanes; ++k) first_[k] = target_.depth(x[k], y[k]);
-  }
-  [[nodiscard]] std::ptrdiff_t row_bytes() const {
-    return reinterpret_cast<const std::byte*>(target_.depth(0, 1)) -
-           reinterpret_cast<const std::byte*>(target_.depth(0, 0));
   }
 
   /// Shows the pixels of some of the faces in the lanes that are covered, and nearer than what is

@@ -37,10 +37,7 @@ class RasterTarget {
   [[nodiscard]] static bool needs(const std::array<ImagePoint, 3>&) { return true; }
 
   [[nodiscard]] T* depth(Index x, Index y) const { return depth_.row(y) + x; }
-  /// The depth some rows below another.
-  [[nodiscard]] T* below(T* depth, Index rows) const {
-    return reinterpret_cast<T*>(reinterpret_cast<std::byte*>(depth) + rows * depth_.row_bytes());
-  }
+  [[nodiscard]] std::ptrdiff_t row_bytes() const { return depth_.row_bytes(); }
   /// Which pixel that is, in the images of faces and of places in them: all are packed alike.
   [[nodiscard]] std::ptrdiff_t place(const T* depth) const { return depth - depth_.data(); }
 
