@@ -86,8 +86,10 @@ class BorderTracer {
   static constexpr Real rounding_of_distances = 1e-12;
   // A point so near to an edge lies on it.
   static constexpr Real nearest_to_edges = 1e-12;
-  // A piece is joined to one that begins within so many of the shortest of its end.
-  static constexpr Real reach_of_joints = 1e2;
+  // A piece is joined to one that begins within so many of the shortest of its end: where a line
+  // goes through a vertex, pieces end where the vertex is nearer by rounding, which may be farther
+  // from it by the root of that.
+  static constexpr Real reach_of_joints = 1e3;
   // A piece is halved so often at most.
   static constexpr int most_halvings = 12;
 
