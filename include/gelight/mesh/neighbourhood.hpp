@@ -117,14 +117,26 @@ inline void for_each_face_at(const Surface<T>& surface, const SurfacePoint<T>& p
   for_each_place(surface, point, [&](Index f, const std::array<T, 3>&) { visit(f); });
 }
 
+/// Whether a face holds a point.
+template <std::floating_point T>
+[[nodiscard]] bool holds(const Surface<T>& surface, Index face, const SurfacePoint<T>& point) {
+  using Kind = typename SurfacePoint<T>::Kind;
+  const auto [a, b] = point.element;
+  if (point.kind == Kind::face) return face == a;
+  bool has_a = false, has_b = point.kind == Kind::vertex;
+  for (const Index v : surface.face(face)) {
+    has_a |= v == a;
+    has_b |= v == b;
+  }
+  return has_a & has_b;
+}
+
 /// Whether a face holds both points.
 template <std::floating_point T>
 [[nodiscard]] bool share_face(const Surface<T>& surface, const SurfacePoint<T>& p,
                               const SurfacePoint<T>& q) {
   bool shared = false;
-  for_each_face_at(surface, p, [&](Index f) {
-    for_each_face_at(surface, q, [&](Index g) { shared |= f == g; });
-  });
+  for_each_face_at(surface, p, [&](Index f) { shared |= holds(surface, f, q); });
   return shared;
 }
 

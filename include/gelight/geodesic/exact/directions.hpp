@@ -4,6 +4,7 @@
 #include <concepts>
 
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -27,13 +28,16 @@ template <std::floating_point T>
 
 /// The unit vector in space from one point to another of half-edge h's frame in its face.
 template <std::floating_point T>
-[[nodiscard]] Vec3<T> unit_way(const Surface<T>& surface, Index h, const Vec2<T>& from,
-                               const Vec2<T>& to) {
+[[nodiscard]] Vec3<T> unit_way(const Surface<T>& surface, const PlanarFaces<T>& faces, Index h,
+                               const Vec2<T>& from, const Vec2<T>& to) {
+  using namespace arithmetic;
+  // As so many times the sides from h's origin. A face without area has its apex on h.
+  const Vec2<T>& apex = faces.apex(h);
+  const T to_apex = apex.y() > 0 ? (to.y() - from.y()) / apex.y() : 0;
+  const T to_tip = (to.x() - from.x() - to_apex * apex.x()) / surface.length(h);
   const Vec3<T>& o = surface.position(surface.origin(h));
-  const Vec3<T> x = stable_unit(surface.position(surface.tip(h)) - o);
-  const Vec3<T> to_apex = surface.position(surface.apex(h)) - o;
-  const Vec3<T> y = stable_unit(to_apex - dot(x, to_apex) * x);
-  return stable_unit((to.x() - from.x()) * x + (to.y() - from.y()) * y);
+  return stable_unit(to_tip * (surface.position(surface.tip(h)) - o) +
+                     to_apex * (surface.position(surface.apex(h)) - o));
 }
 
 /// The angle from half-edge h to a direction, towards the inside of its face, in radians.

@@ -63,7 +63,7 @@ class PastVertex {
       const Real angle = angle_of(turn.from.at) + turn.sign * turn.angle;
       end = norm(to.at) * Vec2<Real>(std::cos(angle), std::sin(angle));
     }
-    return {unit_way(surface_, corner, turn.from.at, end), Mesh::face_of(corner)};
+    return {unit_way(surface_, faces_, corner, turn.from.at, end), Mesh::face_of(corner)};
   }
 
  private:

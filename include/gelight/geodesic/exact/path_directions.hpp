@@ -102,7 +102,8 @@ class PathDirections {
     if (end.last.entry == Arrival::from_source) {
       return unit_way(solution_.surface, solution_.source_point(end.last.origin), end.point);
     }
-    return unit_way(solution_.surface, end.last.entry, line_start(end.last, end.at), end.at);
+    return unit_way(solution_.surface, *solution_.faces, end.last.entry,
+                    line_start(end.last, end.at), end.at);
   }
 
   // Whether a point that is no vertex lies so near to a corner of its faces that its place is lost
@@ -193,7 +194,7 @@ class PathDirections {
         Vec2<Real> to = solution_.faces->place(solution_.surface, across, weights);
         if (solution_.surface.origin(across) != solution_.surface.origin(h))
           to.x() = solution_.surface.length(h) - to.x();
-        way = {unit_way(solution_.surface, h,
+        way = {unit_way(solution_.surface, *solution_.faces, h,
                         solution_.faces->place(solution_.surface, h, p.weights), {to.x(), -to.y()}),
                f};
       }

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact/directions.hpp"
+#include "gelight/geodesic/exact/lane.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/window_crossing.hpp"
 #include "gelight/geodesic/exact/window_filters.hpp"
@@ -132,27 +135,41 @@ class PointQuery {
   }
 
   // Windows on a side where the point itself lies are left out: such paths arrive in other faces.
-  // So are lines that would miss the side: those bend at a corner, as the way from there does.
-  template <class Visit>
   void through_windows(Index f, const Weights& weights, const Real& limit,
-                       const Visit& visit) const {
+                       const auto& visit) const {
     for (Index h = 3 * f; h < 3 * f + 3; ++h) {
       if (weights[static_cast<std::size_t>((h + 2) % 3)] == 0) continue;
       const Vec2<Real> at = solution_.faces->place(solution_.surface, h, weights);
       const Real x = at.x(), y = at.y(), length = solution_.surface.length(h);
       solution_.windows->for_each(h, [&](const WindowColumns<Real>& w, std::ptrdiff_t count) {
-        for (std::ptrdiff_t i = 0; i < count; ++i) {
-          const Real start = solution_.origins[w.origin[i]].start, rest = limit - start;
-          const Real dx = x - w.x[i], dy = y - w.y[i];
-          if (rest < 0 || dx * dx + dy * dy > rest * rest) continue;
-          const Real crossing = straight_crossing(w.x[i], w.y[i], x, y);
-          const Real outside = std::max(-crossing, crossing - length);
-          if (outside > rounding * length) continue;
-          const Real d = start + distance_through(w.begin[i], w.end[i], w.x[i], w.y[i], x, y);
-          visit(d, Arrival{{w.x[i], w.y[i]}, h, w.origin[i]}, at);
+        for (std::ptrdiff_t i = 0; i < count; i += lane_size) {
+          unsigned left = crossed(w, i, length, x, y) & first_bits(count - i);
+          for (; left != 0; left &= left - 1) {
+            const std::ptrdiff_t k = i + std::countr_zero(left);
+            const Real start = solution_.origins[w.origin[k]].start;
+            if (start > limit) continue;
+            visit(start + distance_through(w.begin[k], w.end[k], w.x[k], w.y[k], x, y),
+                  Arrival{{w.x[k], w.y[k]}, h, w.origin[k]}, at);
+          }
         }
       });
     }
+  }
+
+  // A bit for each window of a lane that the line to (x, y) crosses, or almost: a way that bends at
+  // a window's end is longer than one beside it. Lines that would miss the side, of this length,
+  // are left out, too: those bend at a corner, as the way from there does.
+  static unsigned crossed(const WindowColumns<Real>& w, std::ptrdiff_t i, Real length, Real x,
+                          Real y) {
+    // Of the side, far more than is left between windows; of the way to an image, what rounding
+    // makes of where the line crosses.
+    constexpr Real beside = 1e-4, far = 64 * std::numeric_limits<Real>::epsilon();
+    const Lane from_x = Lane::load(w.x + i), from_y = Lane::load(w.y + i);
+    const Lane slack = beside * length + far * (abs(from_x) - from_y);  // y < 0
+    const Lane crossing = from_x + (x - from_x) * (from_y / (from_y - y));
+    const Lane begin = max(Lane::load(w.begin + i) - slack, -rounding * length);
+    const Lane end = min(Lane::load(w.end + i) + slack, length * (1 + rounding));
+    return ~(less(crossing, begin) | less(end, crossing));
   }
 
   // Straight from the nearest point of a segment in a face of the point.
