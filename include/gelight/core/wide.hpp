@@ -96,6 +96,28 @@ auto vectorised_by_four(const Work& work) {
 #endif
 }
 
+/// The same for work that is told, by a constant, how many numbers of double precision a register
+/// holds: eight, four or two.
+template <class Work>
+auto vectorised_by_register(const Work& work) {
+#if defined(GELIGHT_CHOOSES_AVX512)
+  if (has_avx512()) return run_widest([&work] { return work(std::integral_constant<int, 8>()); });
+#endif
+#if defined(GELIGHT_CHOOSES_REGISTERS)
+  if (__builtin_cpu_supports("avx2") != 0) {
+    return run_wide([&work] { return work(std::integral_constant<int, 4>()); });
+  }
+#endif
+#if defined(__AVX512F__)
+  constexpr int held = 8;
+#elif defined(__AVX__)
+  constexpr int held = 4;
+#else
+  constexpr int held = 2;
+#endif
+  return run_plain([&work] { return work(std::integral_constant<int, held>()); });
+}
+
 /// The same for work that is told how many numbers to compute at a time, by a constant: eight where
 /// registers hold them, and else four.
 template <class Work>

@@ -66,7 +66,7 @@ class SparseFactor : public LinearFactor<Scalar> {
         const auto& child = dissection_->nodes()[c];
         add_child(node, child, updates.get() + child.update, block, update);
       }
-      Front<Scalar>(block, node.own(), node.height(), update).eliminate();
+      Front<Scalar>{block, node.own(), node.height(), update}.eliminate();
       keep(node, block);
     }
   }

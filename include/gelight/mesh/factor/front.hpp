@@ -1,7 +1,5 @@
 #pragma once
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,8 +8,10 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/compiled.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/core/wide.hpp"
 #include "gelight/mesh/factor/numbers.hpp"
 
 namespace gelight::detail {
@@ -26,119 +26,199 @@ template <class Scalar>
   }
 }
 
-/// Elimination of the first unknowns of a dense positive definite matrix: the step of which a
+/// A dense positive definite matrix of which the first unknowns are eliminated: the step of which a
 /// multifrontal factorisation is made. Matrices lie column by column, of squares the lower
 /// triangle.
 template <class Scalar>
-class Front {
- public:
+struct Front {
   /// How many values beyond its last one a block or an update is read; what is there has no effect.
   static constexpr Index overhang = 64;
 
-  /// `block` is the first `own` columns, of `height` rows; `update` the square left over.
-  Front(Scalar* block, Index own, Index height, Scalar* update)
-      : block_(block), own_(own), height_(height), border_(height - own), update_(update) {}
+  Scalar* block;  // the first `own` columns, of `height` rows
+  Index own, height;
+  Scalar* update;  // the square left over
 
   /// Turns the block into the columns of the Cholesky factor, and subtracts from the update what
   /// they change there. Throws std::runtime_error where a pivot is not positive.
   void eliminate() const;
+};
 
- private:
-  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
-  using Packet = detail::Packet<Scalar>;
-  static constexpr Index width = Packet::width;
-  static constexpr Index tile_columns = 4;
-  static constexpr Index small_height = 128;
-  static_assert(2 * width + tile_columns <= overhang);
+/// The same by registers that hold so many numbers; the results do not depend on how many.
+template <class Scalar, Index width>
+class FrontElimination {
+ public:
+  explicit FrontElimination(const Front<Scalar>& front) : front_(front) {}
 
-  void eliminate_large() const;
-
-  // A few columns at a time, from the left: for blocks too small to repay Eigen's preparations.
-  void eliminate_small() const {
-    for (Index j = 0; j < own_; j += tile_columns) {
-      const Index columns = std::min(tile_columns, own_ - j);
-      Scalar* const pivots = block_ + std::ptrdiff_t{j} * height_ + j;
-      subtract_products({pivots, height_, height_ - j, columns}, block_ + j, j);
-      finish({pivots, height_, height_ - j, columns});
-    }
-    for (Index j = 0; j < border_; j += tile_columns) {
-      subtract_products({update_ + std::ptrdiff_t{j} * border_ + j, border_, border_ - j,
-                         std::min(tile_columns, border_ - j)},
-                        block_ + own_ + j, own_);
+  void run() {
+    const Index own = front_.own, height = front_.height, border = height - own;
+    for (Index begin = 0; begin < own; begin += panel_columns) {
+      const Index end = std::min(begin + panel_columns, own), left = own - end;
+      factor(begin, end);
+      const Rows inner = rows(begin, end, end, left, inner_copy_);
+      const Rows outer = rows(begin, end, own, border, outer_copy_);
+      Scalar* const rest = column(end);
+      subtract_square({rest + end, height, left, left}, inner);
+      subtract_rectangle({rest + own, height, border, left}, outer, inner);
+      subtract_square({front_.update, border, border, border}, outer);
     }
   }
 
-  /// At most tile_columns columns, the first row of each on the first one's diagonal.
-  struct Columns {
+ private:
+  static constexpr Index tile_columns = 4;
+  // So many columns are eliminated before what they change in all others is subtracted at once.
+  static constexpr Index panel_columns = 64;
+  // Of higher blocks a panel is copied for that, so that what is read in turn lies in turn.
+  static constexpr Index low = 128;
+
+  using Packet = detail::Packet<Scalar, width>;
+  // In a column of a tile, of which the sums are kept in registers.
+  static constexpr Index packets = std::is_floating_point_v<Scalar> ? 2 : 1;
+  static constexpr Index tile_rows = packets * width;
+  static constexpr Index group_rows = std::max(tile_rows, tile_columns);
+  static_assert(tile_rows + tile_columns <= Front<Scalar>::overhang);
+
+  // Columns that products are subtracted from.
+  struct Target {
     Scalar* values;
-    Index stride, rows, count;
+    Index stride, rows, columns;
 
     [[nodiscard]] Scalar* operator[](Index j) const { return values + std::ptrdiff_t{j} * stride; }
   };
 
-  // target(i, j) -= sum over k < count of row(i, k) conj(row(j, k)), where `row` is the block from
-  // the target's first row on.
-  void subtract_products(const Columns& target, const Scalar* row, Index count) const {
-    if (count == 0) return;
-    constexpr Index most = std::is_floating_point_v<Scalar> ? 2 : 1;  // packets
-    Index i = 0;
-    for (; target.rows - i > (most - 1) * width; i += most * width) {
-      subtract_tile<most>(target, i, row, count);
-    }
-    if (i < target.rows) subtract_tile<1>(target, i, row, count);
+  // Some rows of a panel of columns.
+  struct Rows {
+    const Scalar* values;
+    Index stride;  // from a column to the next
+    Index columns;
+    bool are_copied;  // in groups, one after the other
+  };
+
+  [[nodiscard]] Scalar* column(Index j) const {
+    return front_.block + std::ptrdiff_t{j} * front_.height;
   }
 
-  // The same for the rows from the i-th on that fit in some packets, with the sums in registers.
-  template <Index packets>
-  void subtract_tile(const Columns& target, Index i, const Scalar* right, Index count) const {
-    const Scalar* left = right + i;
-    Packet sum[tile_columns][packets];
-    for (Index k = 0; k < count; ++k, left += height_, right += height_) {
-      Packet x[packets];
-      for (Index p = 0; p < packets; ++p) x[p] = Packet::load(left + p * width);
+  [[nodiscard]] static Index tile_with(const Rows& rows, Index i) {
+    return rows.are_copied ? i - i % tile_rows : i;
+  }
+  [[nodiscard]] static const Scalar* at(const Rows& rows, Index i) {
+    if (!rows.are_copied) return rows.values + i;
+    return rows.values + std::ptrdiff_t{i - i % group_rows} * rows.columns + i % group_rows;
+  }
+
+  // Rows of columns; copied where columns lie far apart.
+  [[nodiscard]] Rows rows(Index begin, Index end, Index first, Index count,
+                          Array<Scalar>& copy) const {
+    const Scalar* const from = column(begin) + first;
+    const Index columns = end - begin;
+    if (front_.height <= low || count == 0) return {from, front_.height, columns, false};
+    const Index groups = (count + group_rows - 1) / group_rows;
+    copy.resize(static_cast<std::size_t>(groups) * group_rows * static_cast<std::size_t>(columns));
+    Scalar* to = copy.data();
+    for (Index i = 0; i < count; i += group_rows) {
+      const Index here = std::min(group_rows, count - i);
+      for (Index k = 0; k < columns; ++k, to += group_rows) {
+        std::copy_n(from + std::ptrdiff_t{k} * front_.height + i, here, to);
+        std::fill(to + here, to + group_rows, Scalar(0));
+      }
+    }
+    return {copy.data(), group_rows, columns, true};
+  }
+
+  // Turns columns that lack each other's products only into those of the factor, a few at a time.
+  void factor(Index begin, Index end) const {
+    for (Index j = begin; j < end; j += tile_columns) {
+      const Target target{column(j) + j, front_.height, front_.height - j,
+                          std::min(tile_columns, end - j)};
+      const Rows known{column(begin) + j, front_.height, j - begin, false};
+      subtract_tiles(target, 0, known, known.values);
+      finish(target);
+    }
+  }
+
+  // target(i, j) -= sum over k of row i, k times the conjugate of row j, k; where i >= j.
+  static void subtract_square(const Target& target, const Rows& rows) {
+    for (Index j = 0; j < target.columns; j += tile_columns) {
+      const Target some{target[j], target.stride, target.rows,
+                        std::min(tile_columns, target.columns - j)};
+      subtract_tiles(some, j, rows, at(rows, j));
+    }
+  }
+  // The same with other rows for its columns, for all i.
+  static void subtract_rectangle(const Target& target, const Rows& rows, const Rows& others) {
+    for (Index j = 0; j < target.columns; j += tile_columns) {
+      const Target some{target[j], target.stride, target.rows,
+                        std::min(tile_columns, target.columns - j)};
+      subtract_tiles(some, 0, rows, at(others, j));
+    }
+  }
+
+  // For a few columns, and rows from `first` on.
+  static void subtract_tiles(const Target& target, Index first, const Rows& rows,
+                             const Scalar* right) {
+    if (rows.columns == 0) return;
+    Index i = tile_with(rows, first);
+    for (; target.rows - i > (packets - 1) * width; i += tile_rows) {
+      subtract_tile<packets>(target, first, i, rows, right);
+    }
+    if (i < target.rows) subtract_tile<1>(target, first, i, rows, right);
+  }
+
+  // For the rows from the i-th on that fit in some packets.
+  template <Index count>
+  static void subtract_tile(const Target& target, Index first, Index i, const Rows& rows,
+                            const Scalar* right) {
+    const Scalar* left = at(rows, i);
+    Packet sum[tile_columns][count];
+    for (Index k = 0; k < rows.columns; ++k, left += rows.stride, right += rows.stride) {
+      Packet x[count];
+#pragma GCC unroll 4
+      for (Index p = 0; p < count; ++p) x[p].load(left + p * width);
+#pragma GCC unroll 4
       for (Index j = 0; j < tile_columns; ++j) {
         const Scalar y = conjugate(right[j]);
-        for (Index p = 0; p < packets; ++p) sum[j][p].add_product(x[p], y);
+#pragma GCC unroll 4
+        for (Index p = 0; p < count; ++p) sum[j][p].add_product(x[p], y);
       }
     }
-    for (Index j = 0; j < target.count; ++j) {
-      Index row = i;
-      for (const Packet& packet : sum[j]) {
+    for (Index j = 0; j < target.columns; ++j) {
+      for (Index p = 0; p < count; ++p) {
+        const Index row = i + p * width;
         if (row >= target.rows) break;
-        Scalar* const at = target[j] + row;
-        Packet rest = Packet::load(at);
-        rest.subtract(packet);
-        rest.store(at, target.rows - row);
-        row += width;
+        Packet rest;
+        rest.load(target[j] + row);
+        rest.subtract(sum[j][p]);
+        rest.store(target[j] + row, first - row, target.rows - row);
       }
     }
   }
 
-  // Turns columns that lack only each other's products into those of the factor.
-  static void finish(const Columns& columns) {
+  // The square on top and then, a packet at a time, what is below it.
+  static void finish(const Target& columns) {
     std::array<double, tile_columns> inverses{};
     double* const inverse = inverses.data();
-    for (Index j = 0; j < columns.count; ++j) {
+    for (Index j = 0; j < columns.columns; ++j) {
       Scalar* const column = columns[j];
       for (Index k = 0; k < j; ++k) {
         const Scalar factor = conjugate(columns[k][j]);
-        for (Index i = j; i < columns.count; ++i) column[i] -= columns[k][i] * factor;
+        for (Index i = j; i < columns.columns; ++i) column[i] -= columns[k][i] * factor;
       }
       const double pivot = std::real(column[j]);
       require_positive(pivot > 0);
       const double root = std::sqrt(pivot);
       inverse[j] = 1 / root;
       column[j] = root;
-      for (Index i = j + 1; i < columns.count; ++i) column[i] *= inverse[j];
+      for (Index i = j + 1; i < columns.columns; ++i) column[i] *= inverse[j];
     }
-    for (Index i = columns.count; i < columns.rows; i += width) {
-      Packet packets[tile_columns];
-      for (Index j = 0; j < columns.count; ++j) {
-        Packet& x = packets[j];
-        x = Packet::load(columns[j] + i);
-        for (Index k = 0; k < j; ++k) x.subtract_product(packets[k], conjugate(columns[k][j]));
+    for (Index i = columns.columns; i < columns.rows; i += width) {
+      Packet packets_of_row[tile_columns];
+      for (Index j = 0; j < columns.columns; ++j) {
+        Packet& x = packets_of_row[j];
+        x.load(columns[j] + i);
+        for (Index k = 0; k < j; ++k) {
+          x.subtract_product(packets_of_row[k], conjugate(columns[k][j]));
+        }
         x.scale(inverse[j]);
-        x.store(columns[j] + i, columns.rows - i);
+        x.store(columns[j] + i, 0, columns.rows - i);
       }
     }
   }
@@ -148,42 +228,21 @@ class Front {
     throw std::runtime_error("the Cholesky factorisation met a pivot that is not positive");
   }
 
-  Scalar* block_;
-  Index own_, height_, border_;
-  Scalar* update_;
+  const Front<Scalar> front_;
+  Array<Scalar> inner_copy_, outer_copy_;
 };
 
 template <class Scalar>
 void Front<Scalar>::eliminate() const {
-  if (own_ == 0) return;
-  if (height_ <= small_height) {
-    eliminate_small();
-  } else {
-    eliminate_large();
-  }
-}
-
-template <class Scalar>
-void Front<Scalar>::eliminate_large() const {
-  Eigen::Map<Matrix> block(block_, height_, own_);
-  using Pivots = Eigen::Ref<Matrix, 0, Eigen::OuterStride<>>;
-  Pivots pivots = block.topRows(own_);
-  const Eigen::LLT<Pivots> factor(pivots);
-  // Eigen lets a pivot pass that is not a number; all that follow are none then.
-  require_positive(factor.info() == Eigen::Success && std::real(pivots(own_ - 1, own_ - 1)) > 0);
-  if (border_ == 0) return;
-  auto below = block.bottomRows(border_);
-  pivots.template triangularView<Eigen::Lower>().adjoint().template solveInPlace<Eigen::OnTheRight>(
-      below);
-  Eigen::Map<Matrix> rest(update_, border_, border_);
-  rest.template selfadjointView<Eigen::Lower>().rankUpdate(below, Scalar(-1));
+  if (own == 0) return;
+  vectorised_by_register([this](auto width) { FrontElimination<Scalar, width>(*this).run(); });
 }
 
 }  // namespace gelight::detail
 
 #if defined(GELIGHT_COMPILED)
 namespace gelight {
-GELIGHT_ONCE template class detail::Front<double>;
-GELIGHT_ONCE template class detail::Front<std::complex<double>>;
+GELIGHT_ONCE template struct detail::Front<double>;
+GELIGHT_ONCE template struct detail::Front<std::complex<double>>;
 }  // namespace gelight
 #endif

@@ -14,6 +14,10 @@ namespace gelight::detail {
 template <Index count>
 struct NumbersType {
   using type [[gnu::vector_size(count * sizeof(double))]] = double;
+  // The same in memory, where they lie as any numbers do. (A copy of bytes goes by halves.)
+  using loose
+      [[gnu::vector_size(count * sizeof(double)), gnu::aligned(alignof(double)), gnu::may_alias]] =
+          double;
 };
 template <Index count>
 using Numbers = typename NumbersType<count>::type;
@@ -46,6 +50,27 @@ struct Numbers {
 };
 #endif
 
+/// Takes numbers from memory, or puts them there.
+///@{
+template <class Some>
+void load_numbers(Some& numbers, const double* from) {
+#if defined(__GNUC__)
+  numbers =
+      *reinterpret_cast<const typename NumbersType<sizeof(Some) / sizeof(double)>::loose*>(from);
+#else
+  std::memcpy(&numbers, from, sizeof numbers);
+#endif
+}
+template <class Some>
+void store_numbers(const Some& numbers, double* to) {
+#if defined(__GNUC__)
+  *reinterpret_cast<typename NumbersType<sizeof(Some) / sizeof(double)>::loose*>(to) = numbers;
+#else
+  std::memcpy(to, &numbers, sizeof numbers);
+#endif
+}
+///@}
+
 /// How many numbers a register holds, of the processor that is compiled for.
 #if defined(__AVX512F__)
 inline constexpr Index register_width = 8;
@@ -55,27 +80,23 @@ inline constexpr Index register_width = 4;
 inline constexpr Index register_width = 2;
 #endif
 
-/// Elements of a matrix' column one below the other, as many as a register holds numbers.
-template <class Scalar>
+/// Elements of a matrix' column one below the other, as many as a register holds numbers. (What is
+/// returned in such a register has no place that all compilers agree on: hence no function does.)
+template <class Scalar, Index width>
 struct Packet;
 
-template <>
-struct Packet<double> {
-  static constexpr Index width = register_width;
-
+template <Index width>
+struct Packet<double, width> {
   Numbers<width> values{};
 
-  [[nodiscard]] static Packet load(const double* from) {
-    Packet packet;
-    std::memcpy(&packet.values, from, sizeof packet.values);
-    return packet;
-  }
-  /// As many as there is room for.
-  void store(double* to, Index room) const {
-    if (room >= width) {
-      std::memcpy(to, &values, sizeof values);
+  void load(const double* from) { load_numbers(values, from); }
+  /// Those from the first to the last, exclusive.
+  void store(double* to, Index first, Index last) const {
+    if (first <= 0 && last >= width) {
+      store_numbers(values, to);
     } else {
-      for (Index k = 0; k < room; ++k) to[k] = values[k];
+      for (Index k = first < 0 ? 0 : first; k < (last < width ? last : width); ++k)
+        to[k] = values[k];
     }
   }
   void add_product(const Packet& x, double y) { values += x.values * y; }
@@ -88,30 +109,31 @@ struct Packet<double> {
   void scale(double by) { values *= by; }
 };
 
-template <>
-struct Packet<std::complex<double>> {
+template <Index width>
+struct Packet<std::complex<double>, width> {
   using Scalar = std::complex<double>;
-  static constexpr Index width = register_width;
 
   Numbers<width> real{}, imaginary{};
 
-  [[nodiscard]] static Packet load(const Scalar* from) {
-    Packet packet;
+  void load(const Scalar* from) {
     for (Index k = 0; k < width; ++k) {
-      packet.real[k] = from[k].real();
-      packet.imaginary[k] = from[k].imag();
-    }
-    return packet;
-  }
-  void store(Scalar* to, Index room) const {
-    if (room >= width) {
-      for (Index k = 0; k < width; ++k) to[k] = {real[k], imaginary[k]};
-    } else {
-      for (Index k = 0; k < room; ++k) to[k] = {real[k], imaginary[k]};
+      real[k] = from[k].real();
+      imaginary[k] = from[k].imag();
     }
   }
-  void add_product(const Packet& x, const Scalar& y) { add(times(x, y)); }
-  void subtract_product(const Packet& x, const Scalar& y) { subtract(times(x, y)); }
+  void store(Scalar* to, Index first, Index last) const {
+    for (Index k = first < 0 ? 0 : first; k < (last < width ? last : width); ++k) {
+      to[k] = {real[k], imaginary[k]};
+    }
+  }
+  void add_product(const Packet& x, const Scalar& y) {
+    real += x.real * y.real() - x.imaginary * y.imag();
+    imaginary += x.real * y.imag() + x.imaginary * y.real();
+  }
+  void subtract_product(const Packet& x, const Scalar& y) {
+    real -= x.real * y.real() - x.imaginary * y.imag();
+    imaginary -= x.real * y.imag() + x.imaginary * y.real();
+  }
   void subtract(const Packet& x) {
     real -= x.real;
     imaginary -= x.imaginary;
@@ -119,15 +141,6 @@ struct Packet<std::complex<double>> {
   void scale(double by) {
     real *= by;
     imaginary *= by;
-  }
-
- private:
-  void add(const Packet& x) {
-    real += x.real;
-    imaginary += x.imaginary;
-  }
-  static Packet times(const Packet& x, const Scalar& y) {
-    return {x.real * y.real() - x.imaginary * y.imag(), x.real * y.imag() + x.imaginary * y.real()};
   }
 };
 
