@@ -83,6 +83,71 @@ TEST_CASE_TEMPLATE("gel hangs from every pixel by the way to it", T, float, doub
   }
 }
 
+TEST_CASE_TEMPLATE("gel hangs around what is not known, however often the way turns back", T, float,
+                   double) {
+  // Two pixels of walls that reach from either side to before the other, in turn; then holes
+  // anywhere.
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (int seed = 0; seed < 8; ++seed) {
+    const Index width = 19, height = 26;
+    Image<T> rest(width, height, T(1)), depth(width, height, std::numeric_limits<T>::infinity());
+    const auto hole = std::numeric_limits<T>::quiet_NaN();
+    for (Index y = 0; y < height; ++y) {
+      for (Index x = 0; x < width; ++x) {
+        const bool is_wall = y % 6 > 3 && (y / 6 % 2 == 0 ? x < width - 2 : x > 1);
+        if (seed == 0 ? is_wall : uniform(random) < 0.4)
+          (seed % 2 == 0 ? depth : rest)(x, y) = hole;
+      }
+    }
+    depth(0, 0) = T(0.5);
+    rest(0, 0) = 1;
+    const T fall = T(1) / 512;
+    const auto draped = drape(depth, rest, fall);
+    // The protrusions that no step of the sixteen raises, beginning with the object's.
+    Image<double> truth(width, height, 0);
+    const auto is_known = [&](Index x, Index y) { return depth(x, y) > 0 && rest(x, y) > 0; };
+    truth(0, 0) = 0.5;
+    for (bool rose = true; rose;) {
+      rose = false;
+      for (Index y = 0; y < height; ++y) {
+        for (Index x = 0; x < width; ++x) {
+          for (Index v = std::max(0, y - 2); v <= std::min(height - 1, y + 2); ++v) {
+            for (Index u = std::max(0, x - 2); u <= std::min(width - 1, x + 2); ++u) {
+              const Index square = (u - x) * (u - x) + (v - y) * (v - y);
+              const bool is_step = square == 1 || square == 2 || square == 5;
+              if (!is_step || !is_known(x, y) || !is_known(u, v)) continue;
+              const double there = truth(u, v) - double{fall} * std::sqrt(double(square));
+              if (there <= truth(x, y) + 1e-9) continue;
+              truth(x, y) = there;
+              rose = true;
+            }
+          }
+        }
+      }
+    }
+    for (Index y = 0; y < height; ++y) {
+      for (Index x = 0; x < width; ++x) {
+        if (!is_known(x, y)) {
+          CHECK((draped(x, y) == depth(x, y) || std::isnan(draped(x, y))));
+          continue;
+        }
+        const double own = std::max(0.0, double{rest(x, y)} - double{draped(x, y)});
+        CHECK(own == doctest::Approx(truth(x, y)).epsilon(1e-5).scale(1));
+      }
+    }
+  }
+}
+
+TEST_CASE("gel beside a higher protrusion than itself is deep stays before the camera") {
+  Image<double> rest(6, 1, 1.0), depth(6, 1, std::numeric_limits<double>::infinity());
+  depth(0, 0) = 0.1;
+  rest(1, 0) = rest(2, 0) = 0.01;
+  const auto draped = drape(depth, rest, 1e-3);
+  for (const double z : draped.pixels()) CHECK(z > 0);
+  CHECK(draped(2, 0) < 1e-3);
+}
+
 TEST_CASE("a ball past its middle leaves no step in the membrane, and one before is left alone") {
   const auto camera = Camera<double>::from_vertical_fov(0.7, 96, 72);
   const Image<double> rest(96, 72, 0.02);

@@ -20,41 +20,81 @@ namespace gelight {
 
 namespace detail {
 
-/// Raises each pixel's protrusion to that of its neighbours which were passed before, less what
-/// gel falls on the way: forwards over the image, or backwards.
+/// A neighbour of a pixel, one that is passed before it where the image is gone over forwards, and
+/// how far gel falls on the way from there.
+template <class T>
+struct DrapeStep {
+  Index x, y;
+  T fall;
+};
+
+/// The nearest eight, where gel falls so far to the next pixel.
+template <std::floating_point T>
+[[nodiscard]] std::array<DrapeStep<T>, 8> drape_steps(T fall) {
+  const T diagonal = fall * std::sqrt(T(2)), knight = fall * std::sqrt(T(5));
+  return {{{-1, 0, fall},
+           {0, -1, fall},
+           {-1, -1, diagonal},
+           {1, -1, diagonal},
+           {-2, -1, knight},
+           {2, -1, knight},
+           {-1, -2, knight},
+           {1, -2, knight}}};
+}
+
+/// The depth that a protrusion makes: before the camera, however far it stands out.
+template <std::floating_point T>
+[[nodiscard]] T risen(T rest, T by) {
+  return std::max(rest - by, std::numeric_limits<T>::min());
+}
+
+/// Whether a pixel that has risen in a pass backwards would now raise one that was passed before
+/// it. What rounding leaves as it is does not count, or passes might not end.
 template <std::floating_point T, ImageLike R>
-void drape_pass(ImageView<T> depth, const R& rest, T fall, bool forwards) {
-  struct Step {
-    Index x, y;
-    T length;
+[[nodiscard, gnu::noinline]] bool raises_one_before(const ImageView<T>& depth, const R& rest,
+                                                    T fall, Index x, Index y) {
+  const auto rest_at = [&](Index u, Index v) {
+    return static_cast<T>(ImageTraits<R>::pixel(rest, u, v));
   };
-  const T diagonal = std::sqrt(T(2)), knight = std::sqrt(T(5));
-  const std::array<Step, 8> steps{{{-1, 0, 1},
-                                   {0, -1, 1},
-                                   {-1, -1, diagonal},
-                                   {1, -1, diagonal},
-                                   {-2, -1, knight},
-                                   {2, -1, knight},
-                                   {-1, -2, knight},
-                                   {1, -2, knight}}};
+  const T own = protrusion(depth(x, y), rest_at(x, y));
+  for (const DrapeStep<T>& step : drape_steps(fall)) {
+    const Index u = x - step.x, v = y - step.y;
+    if (u < 0 || u >= depth.width() || v < 0 || v >= depth.height()) continue;
+    const T here = own - step.fall;
+    const bool raises = here > protrusion(depth(u, v), rest_at(u, v));
+    if (raises && risen(rest_at(u, v), here) < depth(u, v)) return true;
+  }
+  return false;
+}
+
+/// Raises each pixel's protrusion to that of its neighbours which were passed before, less what
+/// gel falls on the way: forwards over the image, or backwards. Returns whether that takes another
+/// pass forwards, as where the shortest way turns back around pixels that are not known.
+template <std::floating_point T, ImageLike R>
+bool drape_pass(ImageView<T> depth, const R& rest, T fall, bool forwards) {
+  const auto steps = drape_steps(fall);
   const Index width = depth.width(), height = depth.height(), sign = forwards ? 1 : -1;
   const auto rest_at = [&](Index x, Index y) {
     return static_cast<T>(ImageTraits<R>::pixel(rest, x, y));
   };
+  bool is_unsettled = false;
   for (Index j = 0; j < height; ++j) {
     for (Index i = 0; i < width; ++i) {
       const Index x = forwards ? i : width - 1 - i, y = forwards ? j : height - 1 - j;
       const T own = protrusion(depth(x, y), rest_at(x, y));
       T most = own;
-      for (const Step& step : steps) {
+      for (const DrapeStep<T>& step : steps) {
         const Index u = x + sign * step.x, v = y + sign * step.y;
         if (u < 0 || u >= width || v < 0 || v >= height) continue;
-        const T there = protrusion(depth(u, v), rest_at(u, v)) - fall * step.length;
+        const T there = protrusion(depth(u, v), rest_at(u, v)) - step.fall;
         if (there > most) most = there;  // false where either is not known
       }
-      if (most > own) depth(x, y) = rest_at(x, y) - most;
+      if (!(most > own)) continue;
+      depth(x, y) = risen(rest_at(x, y), most);
+      if (!forwards && !is_unsettled) is_unsettled = raises_one_before(depth, rest, fall, x, y);
     }
   }
+  return is_unsettled;
 }
 
 /// Whether a pixel of an image lies in memory between a view's first pixel and its last. False
@@ -118,8 +158,9 @@ void drape_beside(ImageView<T> out, const D& depth, const R& rest, T fall) {
       out(x, y) = static_cast<T>(ImageTraits<D>::pixel(depth, x, y));
     }
   }
-  drape_pass<T>(out, rest, fall, true);
-  drape_pass<T>(out, rest, fall, false);
+  do {
+    drape_pass<T>(out, rest, fall, true);
+  } while (drape_pass<T>(out, rest, fall, false));
 }
 
 }  // namespace detail
@@ -137,8 +178,9 @@ void drape_beside(ImageView<T> out, const D& depth, const R& rest, T fall) {
 /// doi:10.1016/S0734-189X(86)80047-0). Pixels that are not known stay so. `out` may be the depth
 /// map itself; where it may share memory with the rest depth, or with the depth map's pixels
 /// elsewhere, that is copied first (not seen of image types that give their pixels by value: these
-/// must not share it). Takes two passes over the image. Throws InvalidInput, before anything is
-/// written, for images of different sizes and a fall that is not positive and finite.
+/// must not share it). Takes two passes over the image, and more where the shortest way leads back
+/// and forth around pixels that are not known. Throws InvalidInput, before anything is written, for
+/// images of different sizes and a fall that is not positive and finite.
 template <ImageLike D, ImageLike R>
 requires std::floating_point<ImagePixel<D>>
 void drape_into(std::type_identity_t<ImageView<ImagePixel<D>>> out, const D& depth, const R& rest,
