@@ -388,6 +388,17 @@ TEST_CASE_TEMPLATE("however strong the light, black stays black, or the light is
       CHECK(
           (inside == "accepted" || test::contains(inside, "more than the images' type can hold")));
     }
+    if (much > double{std::numeric_limits<T>::max()}) continue;
+    auto strong = lights;
+    for (auto& light : strong) light.diffuse = light.specular = static_cast<T>(much);
+    const auto lit = refusal([&] {
+      out = SeeThroughRenderer(eye, rest, strong, blue).render(rest, black);
+      for (const Rgb8& pixel : out.pixels()) REQUIRE((pixel[0] == 0 && pixel[1] == 0));
+      const Image<float> white(width, height, 1);
+      out = SeeThroughRenderer(eye, rest, strong, blue).render(rest, white);
+      for (const Rgb8& pixel : out.pixels()) REQUIRE((pixel[0] > 0 && pixel[1] > 0));
+    });
+    CHECK((lit == "accepted" || test::contains(lit, "more than the images' type can hold")));
   }
   CHECK(answered >= 3);
 }

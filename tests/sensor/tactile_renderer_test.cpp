@@ -606,6 +606,45 @@ TEST_CASE_TEMPLATE("light that is made tangent lights nothing at rest, whatever 
   }
 }
 
+TEST_CASE_TEMPLATE("however strong a light, black stays black, or the light is refused", T, float,
+                   double) {
+  const auto eye = camera.cast<T>();
+  const Image<T> flat(width, height, T(0.03));
+  // A membrane that the lights run along: by the ambient share of black it is black.
+  std::vector<Light<T>> lights{{Image<Vec3<T>>(width, height, Vec3<T>(1, 0, 0)), {1, 1, 0}}};
+  int answered = 0;
+  for (const double much : {1e3, 1e30, 1e35, 1e36, 1e38, 1e39, 1e300, 1e305, 1e306, 1e308}) {
+    CAPTURE(much);
+    if (much > double{std::numeric_limits<T>::max()}) continue;
+    for (const int which : {0, 1, 2}) {
+      TactileOptions options{.rectify = true};
+      auto strong = lights;
+      (which == 0 ? strong[0].diffuse : strong[0].specular) = static_cast<T>(which < 2 ? much : 1);
+      if (which == 2) options.ambient = much;
+      const auto answer = refusal([&] {
+        const TactileRenderer<T> renderer(eye, flat, strong, {}, options);
+        for (const Rgb8& pixel : renderer.rest_image().pixels()) REQUIRE(pixel == Rgb8{0, 0, 0});
+        const Background<T> blue(std::array<T, 3>{0, 0, T(0.5)});
+        const TactileRenderer<T> bright(eye, flat, strong, blue, options);
+        const auto level = static_cast<std::uint8_t>(which == 2 ? 255 : 63);
+        for (const Rgb8& pixel : bright.rest_image().pixels()) {
+          REQUIRE(pixel == Rgb8{0, 0, level});
+        }
+      });
+      answered += answer == "accepted" ? 1 : 0;
+      CHECK((answer == "accepted" || contains(answer, "more than the images' type can hold")));
+    }
+  }
+  CHECK(answered >= 9);
+  const auto most = std::numeric_limits<T>::max();
+  lights[0].diffuse = -most;
+  CHECK(contains(refusal([&] { TactileRenderer<T>(eye, flat, lights); }),
+                 "light 0 has coefficient -"));
+  const TactileOptions options{.ambient = double{most}};
+  CHECK(contains(refusal([&] { TactileRenderer<T>(eye, flat, {}, {}, options); }),
+                 " is more than the images' type can hold"));
+}
+
 TEST_CASE_TEMPLATE("the smaller sigma, the closer the membrane to the contact", T, float, double) {
   const auto eye = camera.cast<T>();
   // Pressed in on one side, pulled on the other.

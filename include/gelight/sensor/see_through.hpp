@@ -207,8 +207,6 @@ class SeeThroughRenderer {
 
  private:
   static constexpr T unknown = std::numeric_limits<T>::quiet_NaN();
-  // More, in grey levels, would be infinite: and black, times that, is no number.
-  static constexpr double most_light = double{std::numeric_limits<T>::max()} / 512;
 
   /// Nothing to be seen beyond the membrane.
   struct Dark {};

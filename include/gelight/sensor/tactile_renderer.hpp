@@ -170,7 +170,8 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
 
  public:
   /// Throws InvalidInput for a camera that is not valid, an image that has another size than the
-  /// camera's, a light or background with a number that is not finite, a light beyond full light or
+  /// camera's, a light or background with a number that is not finite, an ambient share or a
+  /// light's coefficient of which T does not hold 512 times as much, a light beyond full light or
   /// with a direction longer than 1 (unless `rectify` makes it so), options out of range, an
   /// unclamped specular term with a shininess that is not an integer, and a rest depth of which the
   /// fourth power, times squares of focal lengths, leaves the range of T: in float and with focal
@@ -354,6 +355,8 @@ requires(Reflectance<Shine, T> || std::same_as<Shine, PhongLights<T>>) class Tac
       detail::require_camera_size(phong.background.image(), camera, "the background image");
     }
     detail::require(std::isfinite(phong.ambient), "ambient ", phong.ambient, " is not finite");
+    detail::require(std::abs(phong.ambient) <= detail::most_light<T>, "ambient ", phong.ambient,
+                    " is more than the images' type can hold");
     detail::require_lights(phong.lights, camera, phong.specular,
                            phong.rectify && !phong.keep_strength);
     Image<Vec3<double>> normals;

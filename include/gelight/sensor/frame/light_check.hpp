@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,11 @@
 
 namespace gelight::detail {
 
+/// More, in shares of full light, would be infinite in grey levels: and black, times that, is no
+/// number.
+template <std::floating_point T>
+inline constexpr double most_light = double{std::numeric_limits<T>::max()} / 512;
+
 template <class T>
 void require_light(const Light<T>& light, const Camera<T>& camera, Specular form, bool any_length,
                    const std::string& name) {
@@ -23,6 +30,10 @@ void require_light(const Light<T>& light, const Camera<T>& camera, Specular form
   require(std::all_of(light.rgb.begin(), light.rgb.end(), finite) && finite(light.diffuse) &&
               finite(light.specular),
           name, " has a colour or coefficient that is not finite");
+  for (const T coefficient : {light.diffuse, light.specular}) {
+    require(std::abs(double{coefficient}) <= most_light<T>, name, " has coefficient ", coefficient,
+            ", which is more than the images' type can hold");
+  }
   for (const T share : light.rgb) {
     require(share >= 0 && share <= most, name, " has colour (", light.rgb[0], ", ", light.rgb[1],
             ", ", light.rgb[2], "), which is not in shares of full light from 0 to 1");
@@ -44,8 +55,9 @@ void require_light(const Light<T>& light, const Camera<T>& camera, Specular form
 }
 
 /// Throws InvalidInput for lights of another size than the camera's image, with numbers that are
-/// not finite, a colour beyond full light, directions longer than 1 (unless they may have any
-/// length), or a shininess that the form of the specular term does not know.
+/// not finite or too large for the images' type, a colour beyond full light, directions longer than
+/// 1 (unless they may have any length), or a shininess that the form of the specular term does not
+/// know.
 template <class T>
 void require_lights(const std::vector<Light<T>>& lights, const Camera<T>& camera, Specular form,
                     bool any_length = false) {

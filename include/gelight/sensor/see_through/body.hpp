@@ -28,6 +28,7 @@ void SeeThroughRenderer<T>::require_valid(const SeeThroughOptions& options) {
     detail::require(valid, name, ' ', value, " is not ", range);
   };
   const auto is_share = [](double value) { return value >= 0 && value <= 1; };
+  constexpr double most_light = detail::most_light<T>;
   const double r = options.reflectance, t = options.transmittance;
   in_range(options.thickness > 0, "thickness", options.thickness, "positive");
   in_range(options.normal_radius >= 1, "normal radius", options.normal_radius, "at least 1");
@@ -52,6 +53,7 @@ void SeeThroughRenderer<T>::require_valid(const SeeThroughOptions& options) {
 template <std::floating_point T>
 void SeeThroughRenderer<T>::require_level(double level, const char* side,
                                           const SeeThroughOptions& options) {
+  constexpr double most_light = detail::most_light<T>;
   detail::require(level >= 0 && std::isfinite(level), side, " light level ", level,
                   " is negative or not finite");
   detail::require(level <= most_light && level * options.exposure <= most_light, side,
