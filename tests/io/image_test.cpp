@@ -8,6 +8,7 @@
 #include <iterator>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "support/refusal.hpp"
 
@@ -73,6 +74,14 @@ TEST_CASE("what cannot be written is refused") {
     CHECK(!std::filesystem::exists(name));
   }
   CHECK_THROWS_AS(write_png("/no/such/folder/x.png", gradient()), InvalidInput);
+  // As large as fits no int, its bytes or those of a row, all of them one pixel in memory.
+  const Rgb8 grey{9, 9, 9};
+  for (const auto& [width, height] : {std::pair<Index, Index>{40000, 40000}, {800000000, 1}}) {
+    const ImageView<const Rgb8> large(&grey, width, height, 0, 0);
+    CHECK(test::contains(test::refusal([&] { write_png(temporary("large.png"), large); }),
+                         "pixels is too large to be written to"));
+    CHECK(!std::filesystem::exists(temporary("large.png")));
+  }
   if (std::filesystem::exists("/dev/full")) {
     CHECK(test::refusal([] { write_png("/dev/full", gradient()); }) ==
           "/dev/full cannot be written");

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -93,11 +94,17 @@ template <std::floating_point T>
   return depth;
 }
 
-/// Writes an image as an 8-bit RGB PNG file. Throws InvalidInput for an image without pixels, for a
-/// name with the ending of another image format, and where the file cannot be written.
+/// Writes an image as an 8-bit RGB PNG file. Throws InvalidInput for an image without pixels or of
+/// more than a GiB of them, for a name with the ending of another image format, and where the file
+/// cannot be written.
 [[maybe_unused]] static void write_png(const std::string& path, ImageView<const Rgb8> image) {
   detail::require(image.width() > 0 && image.height() > 0, "an image of ", image.width(), " x ",
                   image.height(), " pixels cannot be written to ", path);
+  // stb counts bytes, one a row more than pixels have, in an int, and lets memory grow by doubling.
+  constexpr std::int64_t most_bytes = std::int64_t{1} << 30;
+  const std::int64_t bytes_a_row = 3 * std::int64_t{image.width()} + 1;
+  detail::require(bytes_a_row <= most_bytes / image.height(), "an image of ", image.width(), " x ",
+                  image.height(), " pixels is too large to be written to ", path);
   const std::size_t dot = path.find_last_of("./");
   std::string ending = dot == std::string::npos ? "" : path.substr(dot);
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
