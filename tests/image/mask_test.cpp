@@ -23,4 +23,8 @@ TEST_CASE("a circle keeps what lies in it, its own pixels included") {
   CHECK_THROWS_AS(
       (void)circular_mask(Image<float>(2, 2), 0, 0, std::numeric_limits<double>::quiet_NaN()),
       InvalidInput);
+  for (const double off : {std::numeric_limits<double>::quiet_NaN(), HUGE_VAL, -HUGE_VAL}) {
+    CHECK_THROWS_AS((void)circular_mask(Image<float>(2, 2), off, 0, 1), InvalidInput);
+    CHECK_THROWS_AS((void)circular_mask(Image<float>(2, 2), 0, off, 1), InvalidInput);
+  }
 }

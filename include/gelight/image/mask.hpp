@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <limits>
 
@@ -45,12 +46,14 @@ template <std::floating_point T>
 
 /// A depth image that is not known (NaN) beyond a circle, as where a round window ends. Centre and
 /// radius in pixels; pixels whose centres lie on the circle are kept. Throws InvalidInput for a
-/// radius that is negative or NaN.
+/// radius that is negative or NaN and a centre that is not finite.
 template <ImageLike I>
 requires std::floating_point<ImagePixel<I>>
 [[nodiscard]] Image<ImagePixel<I>> circular_mask(const I& depth, double cx, double cy,
                                                  double radius) {
   detail::require(radius >= 0, "radius ", radius, " is negative");
+  detail::require(std::isfinite(cx) && std::isfinite(cy), "the circle's centre (", cx, ", ", cy,
+                  ") is not finite");
   using T = ImagePixel<I>;
   Image<T> masked(static_cast<Index>(ImageTraits<I>::width(depth)),
                   static_cast<Index>(ImageTraits<I>::height(depth)));
