@@ -407,10 +407,11 @@ template <std::floating_point T>
         const double shares = phong<double>(normals(x, y), to_light, eye, light.diffuse,
                                             light.specular, light.shininess, options.specular);
         for (std::size_t c = 0; c < 3; ++c) {
-          T& left = coating(x, y)[c];
-          left = std::max(T(0), left - static_cast<T>(shares * light.rgb[c] / options.ambient));
+          coating(x, y)[c] -= static_cast<T>(shares * light.rgb[c] / options.ambient);
         }
       }
+      // An unclamped specular term may take light away, too.
+      for (T& left : coating(x, y)) left = std::clamp(left, T(0), T(1));
     }
   }
   return coating;
