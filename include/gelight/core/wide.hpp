@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstring>
 #include <type_traits>
+#include <utility>
 
 // Loops over rows of pixels, compiled so that they are vectorised, for the processor's wider
 // registers where it has them: `vectorised([&] { ... })` runs its work in a copy that is compiled
@@ -129,5 +131,36 @@ auto vectorised_in_lanes(const Work& work) {
 #endif
   return vectorised_by_four([&work] { return work(std::integral_constant<int, 4>()); });
 }
+
+/// Takes numbers that lie one after the other into one of the compilers' types for several, which a
+/// register holds, or puts them there.
+///@{
+#if defined(__GNUC__)
+template <class Some>
+struct InMemory {
+  using Number = std::remove_cvref_t<decltype(std::declval<Some>()[0])>;
+  // (A copy of bytes goes by halves of the register, which what was just stored is not ready for.)
+  using type [[gnu::vector_size(sizeof(Some)), gnu::aligned(alignof(Number)), gnu::may_alias]] =
+      Number;
+};
+template <class Some>
+[[gnu::always_inline]] inline void load(Some& into, const void* from) {
+  into = *static_cast<const typename InMemory<Some>::type*>(from);
+}
+template <class Some>
+[[gnu::always_inline]] inline void store(const Some& from, void* into) {
+  *static_cast<typename InMemory<Some>::type*>(into) = from;
+}
+#else
+template <class Some>
+void load(Some& into, const void* from) {
+  std::memcpy(&into, from, sizeof into);
+}
+template <class Some>
+void store(const Some& from, void* into) {
+  std::memcpy(into, &from, sizeof from);
+}
+#endif
+///@}
 
 }  // namespace gelight::detail

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <type_traits>
 
 #include "gelight/core/types.hpp"
@@ -21,18 +20,6 @@ template <class T, Index count>
 using Lanes = typename LanesType<T, count>::type;
 template <class T>
 using Four = Lanes<T, 4>;
-
-/// Numbers that lie one after the other.
-///@{
-template <class T, class Source>
-[[gnu::always_inline]] inline void load(T& into, const Source* from) {
-  std::memcpy(&into, from, sizeof into);
-}
-template <class T>
-[[gnu::always_inline]] inline void store(const T& from, void* into) {
-  std::memcpy(into, &from, sizeof from);
-}
-///@}
 
 /// Four rows of four numbers become four columns.
 [[gnu::always_inline]] inline void transpose(Four<double>& a, Four<double>& b, Four<double>& c,

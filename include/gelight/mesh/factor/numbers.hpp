@@ -2,9 +2,9 @@
 
 #include <complex>
 #include <cstddef>
-#include <cstring>
 
 #include "gelight/core/types.hpp"
+#include "gelight/core/wide.hpp"
 
 namespace gelight::detail {
 
@@ -14,10 +14,6 @@ namespace gelight::detail {
 template <Index count>
 struct NumbersType {
   using type [[gnu::vector_size(count * sizeof(double))]] = double;
-  // The same in memory, where they lie as any numbers do. (A copy of bytes goes by halves.)
-  using loose
-      [[gnu::vector_size(count * sizeof(double)), gnu::aligned(alignof(double)), gnu::may_alias]] =
-          double;
 };
 template <Index count>
 using Numbers = typename NumbersType<count>::type;
@@ -50,27 +46,6 @@ struct Numbers {
 };
 #endif
 
-/// Takes numbers from memory, or puts them there.
-///@{
-template <class Some>
-void load_numbers(Some& numbers, const double* from) {
-#if defined(__GNUC__)
-  numbers =
-      *reinterpret_cast<const typename NumbersType<sizeof(Some) / sizeof(double)>::loose*>(from);
-#else
-  std::memcpy(&numbers, from, sizeof numbers);
-#endif
-}
-template <class Some>
-void store_numbers(const Some& numbers, double* to) {
-#if defined(__GNUC__)
-  *reinterpret_cast<typename NumbersType<sizeof(Some) / sizeof(double)>::loose*>(to) = numbers;
-#else
-  std::memcpy(to, &numbers, sizeof numbers);
-#endif
-}
-///@}
-
 /// How many numbers a register holds, of the processor that is compiled for.
 #if defined(__AVX512F__)
 inline constexpr Index register_width = 8;
@@ -89,11 +64,11 @@ template <Index width>
 struct Packet<double, width> {
   Numbers<width> values{};
 
-  void load(const double* from) { load_numbers(values, from); }
+  void load(const double* from) { detail::load(values, from); }
   /// Those from the first to the last, exclusive.
   void store(double* to, Index first, Index last) const {
     if (first <= 0 && last >= width) {
-      store_numbers(values, to);
+      detail::store(values, to);
     } else {
       for (Index k = first < 0 ? 0 : first; k < (last < width ? last : width); ++k)
         to[k] = values[k];
