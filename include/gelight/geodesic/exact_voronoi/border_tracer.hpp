@@ -374,23 +374,31 @@ class BorderTracer {
             -half.height(branch.middle)};
   }
 
-  // Where a third image is nearer than the first. At a distance r from that one is a point p with
+  // Where a third image is nearer than both, by the one to which it is closer: where it is hardly
+  // anywhere else, it is rounding where they change places, but of what is left of both it is one
+  // place. At a distance r from that one is a point p with
   //   way . p + sooner r >= (gap - sooner) (gap + sooner) / 2.
-  [[nodiscard]] static Condition nearer(const Image& first, const Image& third,
+  [[nodiscard]] static Condition nearer(const Image& first, const Image& second, const Image& third,
                                         const Branch& branch) {
-    const Vec2<Real> way = third.centre - first.centre;
-    const Real gap = stable_norm(way), sooner = (first.start - third.start) / gap;
+    const bool is_first = squared_norm(third.centre - first.centre) <=
+                          squared_norm(third.centre - second.centre);
+    const Image& one = is_first ? first : second;
+    const Real later = is_first ? branch.later : -branch.later;
+    const Vec2<Real> way = third.centre - one.centre;
+    const Real gap = stable_norm(way), sooner = (one.start - third.start) / gap;
     const Vec2<Real> ahead = way / gap;
     return {{dot(ahead, branch.ahead) + sooner * branch.half_gap, dot(ahead, branch.aside)},
-            gap * (1 - sooner) * (1 + sooner) / 2 - dot(ahead, branch.middle - first.centre) -
-                sooner * branch.later};
+            gap * (1 - sooner) * (1 + sooner) / 2 - dot(ahead, branch.middle - one.centre) -
+                sooner * later};
   }
 
   void drop_nearer(std::size_t i, std::size_t j, std::size_t k, const Branch& branch) {
     const View& third = views_[k];
     inside_ = left_;
     left_.clear();
-    if (!covers(k, i) && !covers(k, j)) split(nearer(views_[i].image, third.image, branch));
+    if (!covers(k, i) && !covers(k, j)) {
+      split(nearer(views_[i].image, views_[j].image, third.image, branch));
+    }
     if (third.is_seen_by_all || inside_.empty()) return;
     std::vector<Interval> farther = std::exchange(left_, {});
     for (const Wedge& wedge : third.wedges) {
