@@ -421,6 +421,102 @@ TEST_CASE("a ball: the cells of its poles are halves, by a line on the mesh's ow
   CHECK(!between.empty());
 }
 
+TEST_CASE("next to a corner: a source that is seen twice behind it has whole lines") {
+  const Mesh<double> mesh = icosphere<double>(0);
+  const ExactSolver solver(mesh, keeping());
+  Random random(5);
+  for (int i = 0; i < 60; ++i) {
+    const double beside = std::pow(10.0, -uniform(random, 9, 13)), share = uniform(random, 0, 1);
+    const Index f = test::uniform_index(random, solver.surface().face_count());
+    const std::array<double, 3> corner{1 - beside, share * beside, (1 - share) * beside};
+    const Sources sources{{face_point(f, corner), 0}, {test::random_point(mesh, random), 0}};
+    if (solver.solve(sources[0]).distance(sources[1].point) < 0.1) continue;
+    const Edges edges = edges_of(solver, sources);
+    for (const auto& edge : edges) CHECK(edge.is_closed);
+    check_edges(solver, sources, edges, 1e-9);
+  }
+}
+
+// Two polygons on each other, joined along their border, each a fan about its middle whose faces
+// are split in three.
+Mesh<double> doubled_polygon(Index corners) {
+  Mesh<double> mesh;
+  for (Index i = 0; i < corners; ++i) {
+    mesh.positions.push_back({std::cos(2 * pi * i / corners), std::sin(2 * pi * i / corners), 0});
+  }
+  for (const bool is_below : {false, true}) {
+    const auto middle = Index(mesh.positions.size());
+    mesh.positions.push_back({0.1, 0.05, 0});
+    for (Index i = 0; i < corners; ++i) {
+      Index a = i, b = (i + 1) % corners;
+      const auto p = mesh.positions[std::size_t(a)], q = mesh.positions[std::size_t(b)];
+      if (is_below) std::swap(a, b);
+      const auto v = Index(mesh.positions.size());
+      mesh.positions.push_back({(p[0] + q[0] + 0.1) / 3, (p[1] + q[1] + 0.05) / 3, 0});
+      mesh.faces.insert(mesh.faces.end(), {{a, b, v}, {b, middle, v}, {middle, a, v}});
+    }
+  }
+  return mesh;
+}
+
+TEST_CASE("sheets that lie on each other: lines keep to their own") {
+  Random random(6);
+  for (const Index corners : {3, 4, 5}) {
+    const Mesh<double> mesh = doubled_polygon(corners);
+    const ExactSolver solver(mesh, keeping());
+    for (int i = 0; i < 20; ++i) {
+      Sources sources;
+      for (int k = 0; k < 3; ++k) {
+        // On the border, so that both sheets have the same lines.
+        const Index a = test::uniform_index(random, corners);
+        sources.push_back({edge_point(a, (a + 1) % corners, uniform(random, 0, 1)), 0});
+      }
+      check_edges(solver, sources, edges_of(solver, sources), 1e-9);
+    }
+  }
+}
+
+TEST_CASE("a flat sheet with needles and caps: the line is as true and as whole as without") {
+  Random random(8);
+  for (int i = 0; i < 40; ++i) {
+    Mesh<double> mesh = grid<double>(3, 3);
+    for (int k = 0; k < 12; ++k) {
+      // A new vertex next to an edge or a corner of a face.
+      const auto f = std::size_t(test::uniform_index(random, Index(mesh.faces.size())));
+      const auto [a, b, c] = mesh.faces[f];
+      const double thin = std::pow(10.0, -uniform(random, 3, 9));
+      const double t = k % 2 == 0 ? uniform(random, 0.2, 0.8) : thin;
+      std::array<double, 3> p{};
+      for (std::size_t x = 0; x < 3; ++x) {
+        p[x] = (1 - thin) * ((1 - t) * mesh.positions[std::size_t(a)][x] +
+                             t * mesh.positions[std::size_t(b)][x]) +
+               thin * mesh.positions[std::size_t(c)][x];
+      }
+      const auto v = Index(mesh.positions.size());
+      mesh.positions.push_back(p);
+      mesh.faces[f] = {a, b, v};
+      mesh.faces.push_back({b, c, v});
+      mesh.faces.push_back({c, a, v});
+    }
+    const ExactSolver solver(mesh, keeping());
+    const Surface<double>& surface = solver.surface();
+    const Sources sources{{test::random_point(mesh, random), 0},
+                          {test::random_point(mesh, random), 0}};
+    const Vec3<double> x = surface.position(sources[0].point);
+    const Vec3<double> y = surface.position(sources[1].point);
+    if ((x - y).norm() < 0.05) continue;
+    const Edges edges = edges_of(solver, sources);
+    CHECK(edges.size() == 1);
+    CHECK(length_of(surface, edges) == doctest::Approx(bisector_length(x, y, 1)).epsilon(1e-9));
+    for (const auto& edge : edges) {
+      for (const auto& point : edge.points) {
+        const Vec3<double> p = surface.position(point);
+        CHECK(std::abs((p - x).norm() - (p - y).norm()) <= 1e-10);
+      }
+    }
+  }
+}
+
 TEST_CASE("meshes like a scanner's: as far from both, none nearer, and none is missed") {
   Random random(4);
   int lines = 0;

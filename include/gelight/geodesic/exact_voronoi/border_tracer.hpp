@@ -5,6 +5,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -53,9 +54,10 @@ class BorderTracer {
     require(!(solution_.bound < unreachable<Real>),
             "the field was solved up to a greatest distance or for some targets only");
     require(options.deviation > 0, "the deviation ", options.deviation, " is not positive");
-    same_ = shortest * size_of(surface_);
-    on_edge_ = nearest_to_edges * size_of(surface_);
-    equal_ = rounding_of_distances * size_of(surface_);
+    size_ = size_of(surface_);
+    same_ = shortest * size_;
+    on_edge_ = nearest_to_edges * size_;
+    equal_ = rounding_of_distances * size_;
   }
 
   [[nodiscard]] std::vector<VoronoiEdge<T>> lines() {
@@ -84,6 +86,8 @@ class BorderTracer {
   static constexpr Real shortest = 1e-11;
   // An image that is nearer than another by no more than this, wherever it is, is as near.
   static constexpr Real rounding_of_distances = 1e-12;
+  // The frames of two faces tell where a place is but for this.
+  static constexpr Real rounding_of_places = 1e-13;
   // A point so near to an edge lies on it.
   static constexpr Real nearest_to_edges = 1e-12;
   // A piece is joined to one that begins within so many of the shortest of its end: where a line
@@ -135,7 +139,14 @@ class BorderTracer {
     Index face;
     std::vector<Point> points;
     Vec3<Real> begin, end;
-    Real doubt;  // how far from its end it may have to go on
+    Real doubt;         // how far from its end it may have to go on,
+    Real doubt_beside;  // and how far along the edge on which that is
+  };
+
+  // A face at a piece's end, and the number of that from which it was come to.
+  struct FaceAtEnd {
+    Index face;
+    std::size_t before;
   };
 
   // --- the images of a face ----------------------------------------------------------------------
@@ -380,8 +391,8 @@ class BorderTracer {
   //   way . p + sooner r >= (gap - sooner) (gap + sooner) / 2.
   [[nodiscard]] static Condition nearer(const Image& first, const Image& second, const Image& third,
                                         const Branch& branch) {
-    const bool is_first = squared_norm(third.centre - first.centre) <=
-                          squared_norm(third.centre - second.centre);
+    const bool is_first =
+        squared_norm(third.centre - first.centre) <= squared_norm(third.centre - second.centre);
     const Image& one = is_first ? first : second;
     const Real later = is_first ? branch.later : -branch.later;
     const Vec2<Real> way = third.centre - one.centre;
@@ -461,11 +472,25 @@ class BorderTracer {
     add_places(branch, interval, begin, end, Real{options_.deviation} * longest, most_halvings);
     // Beside images close together a line is somewhere else at once, where they move by rounding.
     const Real slope = norm(stable_unit(end - first.centre) - stable_unit(end - second.centre));
-    Piece piece{{first.source, second.source}, flat_.face, {}, {}, {}, equal_ / slope};
+    Piece piece{
+        {first.source, second.source}, flat_.face, {}, {}, {}, equal_ / slope, doubt_beside(end)};
     piece.begin = flat_.in_space(surface_, begin);
     piece.end = flat_.in_space(surface_, end);
     for (const Vec2<Real>& p : places_) piece.points.push_back(point_at(p));
     pieces_.push_back(std::move(piece));
+  }
+
+  // How far from its end a piece may have to go on along the side at which that is. A line that
+  // crosses it at a small angle is somewhere else on it at once by rounding; but not farther away
+  // than it is long.
+  [[nodiscard]] Real doubt_beside(const Vec2<Real>& end) const {
+    const Vec2<Real> way = end - places_[places_.size() - 2];
+    Real least = unreachable<Real>;  // how far it comes nearer to the side
+    for (const HalfPlane<Real>& side : flat_.sides) {
+      if (std::fabs(side.height(end)) <= on_edge_)
+        least = std::min(least, std::fabs(dot(side.normal, way)));
+    }
+    return std::min(Real(1), rounding_of_places * size_ / least) * norm(way);
   }
 
   // The side of the face along which a piece lies, or -1.
@@ -505,17 +530,33 @@ class BorderTracer {
     }
   }
 
-  // What lies on a side or in a corner but for rounding is of it.
+  // What lies on a side or in a corner but for rounding is of it. The longest side tells where
+  // along it a place is, however thin the face; the height over it is a share of the third corner.
   [[nodiscard]] Point point_at(const Vec2<Real>& p) const {
-    std::array<Real, 3> shares{};
-    Real sum = 0;
+    std::size_t nearest = 0, longest = 0;
+    std::array<Real, 3> heights{}, lengths{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const HalfPlane<Real>& opposite = flat_.sides[(k + 1) % 3];
-      const Real height = opposite.height(p);
-      shares[k] = height > on_edge_ ? height / opposite.height(flat_.corners[k]) : 0;
-      sum += shares[k];
+      heights[k] = flat_.sides[k].height(p);
+      lengths[k] = surface_.length(3 * flat_.face + static_cast<Index>(k));
+      if (heights[k] < heights[nearest]) nearest = k;
+      if (lengths[k] > lengths[longest]) longest = k;
     }
-    for (Real& share : shares) share /= sum;
+    const bool is_on_side = heights[nearest] <= on_edge_;
+    const std::size_t side = is_on_side ? nearest : longest, tip = (side + 1) % 3,
+                      apex = (side + 2) % 3;
+    std::array<Real, 3> shares{};
+    if (is_on_side) {
+      const Real along = dot(flat_.ways[side], p - flat_.corners[side]);
+      const bool is_in_corner = std::min(along, lengths[side] - along) <= on_edge_;
+      shares[tip] = is_in_corner ? Real(2 * along > lengths[side]) : along / lengths[side];
+    } else {
+      shares[apex] =
+          std::min(Real(1), heights[side] / flat_.sides[side].height(flat_.corners[apex]));
+      const Vec2<Real> foot = p - shares[apex] * (flat_.corners[apex] - flat_.corners[side]);
+      const Real along = dot(flat_.ways[side], foot - flat_.corners[side]) / lengths[side];
+      shares[tip] = std::clamp(along, Real(0), 1 - shares[apex]);
+    }
+    shares[side] = 1 - shares[tip] - shares[apex];
     return simplified(surface_, face_point(flat_.face, shares));
   }
 
@@ -523,7 +564,8 @@ class BorderTracer {
 
   [[nodiscard]] std::vector<VoronoiEdge<T>> linked() {
     first_piece_ = first_pieces(pieces_, surface_.face_count());
-    const auto follower = [&](Index i, const Array<char>& is_taken) { return after(i, is_taken); };
+    const Array<Index> next = followers();
+    const auto follower = [&](Index i, const Array<char>&) { return next[i]; };
     std::vector<VoronoiEdge<T>> out;
     for (const Chain& chain : chains_of(static_cast<Index>(pieces_.size()), follower)) {
       const Index first = chain.pieces.front();
@@ -552,26 +594,101 @@ class BorderTracer {
     return line;
   }
 
-  // The piece between the same sources that begins nearest to where another ends: in the same face,
-  // or across the sides and corners at which that is; -1 where there is none.
-  [[nodiscard]] Index after(Index number, const Array<char>& is_taken) const {
-    const Piece& piece = pieces_[static_cast<std::size_t>(number)];
-    Index best = -1;
-    Real least = std::max(reach_of_joints * same_, piece.doubt);
-    const auto look = [&](Index f) {
-      for (Index i = first_piece_[f]; i < first_piece_[f + 1]; ++i) {
-        const Piece& other = pieces_[static_cast<std::size_t>(i)];
-        const Real gap = norm(other.begin - piece.end);
-        if (i == number || is_taken[i] || other.sources != piece.sources || !(gap < least))
-          continue;
-        least = gap;
-        best = i;
+  // One piece may follow on another, with a gap between.
+  struct Joint {
+    Index from, to;
+    Real gap;
+  };
+  // A piece follows on another between the same sources if it begins where that ends, in the same
+  // face or across the sides and corners at which that is.
+  [[nodiscard]] std::vector<Joint> joints() {
+    std::vector<Joint> out;
+    const auto count = static_cast<Index>(pieces_.size());
+    for (Index number = 0; number < count; ++number) {
+      const Piece& piece = pieces_[static_cast<std::size_t>(number)];
+      const Point& end = piece.points.back();
+      const Real reach = reach_of(piece);
+      find_faces_at_end(piece);
+      for (const auto& [f, before] : faces_at_end_) {
+        for (Index i = first_piece_[f]; i < first_piece_[f + 1]; ++i) {
+          const Piece& other = pieces_[static_cast<std::size_t>(i)];
+          if (i == number || other.sources != piece.sources) continue;
+          const bool is_beside =
+              end.kind == Point::Kind::edge && is_of_same(end, other.points.front());
+          const Real gap = norm(other.begin - piece.end);
+          if (gap < (is_beside ? std::max(reach, piece.doubt_beside) : reach))
+            out.push_back({number, i, gap});
+        }
+      }
+    }
+    return out;
+  }
+  // The piece that follows on each, or -1. Those with the least gap between them are joined first,
+  // for pieces may be shorter than joints reach. What is left over beside a joint, such as one that
+  // has been found twice at a vertex, goes in between.
+  [[nodiscard]] Array<Index> followers() {
+    std::vector<Joint> all = joints();
+    std::stable_sort(all.begin(), all.end(),
+                     [](const Joint& a, const Joint& b) { return a.gap < b.gap; });
+    Array<Index> next(pieces_.size(), -1), last(pieces_.size(), -1);
+    const auto join = [&](Index from, Index to) {
+      next[from] = to;
+      last[to] = from;
+    };
+    for (const Joint& joint : all) {
+      if (next[joint.from] < 0 && last[joint.to] < 0) join(joint.from, joint.to);
+    }
+    for (const Joint& in : all) {
+      const Index from = in.from, between = in.to, to = next[from];
+      if (to < 0 || next[between] >= 0 || last[between] >= 0) continue;
+      const bool goes_on = std::any_of(all.begin(), all.end(), [&](const Joint& out) {
+        return out.from == between && out.to == to;
+      });
+      if (!goes_on) continue;
+      join(from, between);
+      join(between, to);
+    }
+    return next;
+  }
+  [[nodiscard]] Real reach_of(const Piece& piece) const {
+    return std::max(reach_of_joints * same_, piece.doubt);
+  }
+  // A piece's face, and across sides and corners that are within reach of its end those that share
+  // a corner with it. (Sheets may lie on each other: where a face is in space does not tell.)
+  void find_faces_at_end(const Piece& piece) {
+    faces_at_end_.assign(1, {piece.face, 0});
+    const auto add = [&](Index f, std::size_t before) {
+      const auto is_f = [&](const FaceAtEnd& other) { return other.face == f; };
+      if (std::none_of(faces_at_end_.begin(), faces_at_end_.end(), is_f) &&
+          nearest_shared(piece.face, f, piece.end)) {
+        faces_at_end_.push_back({f, before});
       }
     };
-    for (const Index v : surface_.face(piece.face)) {
-      for (const Index h : surface_.corners(v)) look(Mesh::face_of(h));
+    const auto is_near = [&](const Point& p) {
+      return norm(surface_.position(p) - piece.end) < reach_of(piece);
+    };
+    for (std::size_t i = 0; i < faces_at_end_.size(); ++i) {
+      const Index first = 3 * faces_at_end_[i].face;
+      for (Index h = first; h < first + 3; ++h) {
+        if (!is_near(on_side(surface_.origin(h), surface_.tip(h), piece.end))) continue;
+        for (Index t = surface_.twin(h); t != h; t = surface_.twin(t)) add(Mesh::face_of(t), i);
+        for (const Index v : {surface_.origin(h), surface_.tip(h)}) {
+          if (!is_near(vertex_point<Real>(v))) continue;
+          for (const Index c : surface_.corners(v)) add(Mesh::face_of(c), i);
+        }
+      }
     }
-    return best;
+  }
+  // Of the corner or side that two faces share the point that is nearest to a place.
+  [[nodiscard]] std::optional<Point> nearest_shared(Index a, Index b,
+                                                    const Vec3<Real>& near) const {
+    const auto others = surface_.face(b);
+    Index from = -1, to = -1;
+    for (const Index v : surface_.face(a)) {
+      if (std::find(others.begin(), others.end(), v) != others.end()) (from < 0 ? from : to) = v;
+    }
+    if (from < 0) return {};
+    return to < 0 ? vertex_point<Real>(from) : on_side(from, to, near);
   }
 
   // Adds a piece to the line, which ends with the one before.
@@ -586,23 +703,30 @@ class BorderTracer {
   }
 
   // Whether the line's end and the beginning of the next piece are two points. Between two in
-  // different faces a point of both is added: their corner, or where their side is nearest.
+  // different faces points of the sides and corners on the way are added.
   bool step_to(Index last, Index next) {
     const Piece &a = pieces_[static_cast<std::size_t>(last)],
                 &b = pieces_[static_cast<std::size_t>(next)];
     const Point end = line_.back(), begin = b.points.front();
-    if (end.kind == begin.kind && end.element == begin.element) return false;
+    if (is_of_same(end, begin)) return false;
     if (share_face(surface_, end, begin)) return true;
-    const auto corners = surface_.face(a.face), others = surface_.face(b.face);
-    const auto is_shared = [&](Index v) {
-      return std::find(others.begin(), others.end(), v) != others.end();
-    };
-    Index from = -1, to = -1;
-    for (const Index v : corners) {
-      if (is_shared(v)) (from < 0 ? from : to) = v;
+    find_faces_at_end(a);
+    way_.clear();
+    auto at = static_cast<std::size_t>(
+        std::find_if(faces_at_end_.begin(), faces_at_end_.end(),
+                     [&](const FaceAtEnd& other) { return other.face == b.face; }) -
+        faces_at_end_.begin());
+    for (; at > 0; at = faces_at_end_[at].before) way_.push_back(faces_at_end_[at].face);
+    Index before = a.face;
+    for (auto f = way_.rbegin(); f != way_.rend(); ++f) {
+      const Point over = *nearest_shared(before, *f, a.end);
+      if (!is_of_same(line_.back(), over)) line_.push_back(over);
+      before = *f;
     }
-    if (from >= 0) line_.push_back(to < 0 ? vertex_point<Real>(from) : on_side(from, to, a.end));
     return true;
+  }
+  [[nodiscard]] static bool is_of_same(const Point& a, const Point& b) {
+    return a.kind == b.kind && a.element == b.element;
   }
   [[nodiscard]] Point on_side(Index from, Index to, const Vec3<Real>& near) const {
     const Vec3<Real> begin = surface_.position(from), way = surface_.position(to) - begin;
@@ -614,6 +738,7 @@ class BorderTracer {
   const WindowSolution<Real>& solution_;
   const Mesh& surface_;
   const VoronoiEdgeOptions<T>& options_;
+  Real size_ = 0;
   // What counts as no length, as no way from an edge, and as no difference in distance.
   Real same_ = 0, on_edge_ = 0, equal_ = 0;
   FlatFace<Real> flat_;  // the face at hand
@@ -625,6 +750,7 @@ class BorderTracer {
   std::vector<Piece> pieces_;
   std::vector<Point> line_;
   std::vector<Index> way_;
+  std::vector<FaceAtEnd> faces_at_end_;
   Array<Index> source_of_vertex_;
   Array<Index> first_piece_;  // of each face, and one more
 };
