@@ -476,6 +476,33 @@ TEST_CASE("sheets that lie on each other: lines keep to their own") {
   }
 }
 
+TEST_CASE("lines end at an edge of three faces") {
+  // Three pages on one spine, of vertices 0 and 1.
+  Mesh<double> mesh;
+  mesh.positions = {{0, 0, 0}, {0, 0, 1}};
+  for (const double turn : {0.0, 2.0, 4.0}) {
+    const auto a = Index(mesh.positions.size());
+    mesh.positions.push_back({std::cos(turn), std::sin(turn), 0});
+    mesh.positions.push_back({std::cos(turn), std::sin(turn), 1});
+    mesh.faces.push_back({0, a, a + 1});
+    mesh.faces.push_back({0, a + 1, 1});
+  }
+  std::swap(mesh.faces[0][1], mesh.faces[0][2]);
+  std::swap(mesh.faces[1][1], mesh.faces[1][2]);
+  const ExactSolver solver(mesh, keeping());
+  const Surface<double>& surface = solver.surface();
+  Random random(2);
+  for (int i = 0; i < 40; ++i) {
+    const Sources sources{{test::random_point(mesh, random), 0},
+                          {test::random_point(mesh, random), 0}};
+    if (solver.solve(sources[0]).distance(sources[1].point) < 0.05) continue;
+    for (const auto& edge : edges_of(solver, sources)) {
+      const std::vector<Index> faces = faces_along(surface, edge.points);
+      for (std::size_t k = 1; k < faces.size(); ++k) CHECK(faces[k] / 2 == faces[k - 1] / 2);
+    }
+  }
+}
+
 TEST_CASE("a flat sheet with needles and caps: the line is as true and as whole as without") {
   Random random(8);
   for (int i = 0; i < 40; ++i) {

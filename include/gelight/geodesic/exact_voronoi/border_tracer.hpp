@@ -600,7 +600,7 @@ class BorderTracer {
     Real gap;
   };
   // A piece follows on another between the same sources if it begins where that ends, in the same
-  // face or across the sides and corners at which that is.
+  // face or across the sides at which that is.
   [[nodiscard]] std::vector<Joint> joints() {
     std::vector<Joint> out;
     const auto count = static_cast<Index>(pieces_.size());
@@ -653,8 +653,9 @@ class BorderTracer {
   [[nodiscard]] Real reach_of(const Piece& piece) const {
     return std::max(reach_of_joints * same_, piece.doubt);
   }
-  // A piece's face, and across sides and corners that are within reach of its end those that share
-  // a corner with it. (Sheets may lie on each other: where a face is in space does not tell.)
+  // A piece's face, and across sides that are within reach of its end those that share a corner
+  // with it. (Sheets may lie on each other: where a face is in space does not tell.) Lines end at
+  // edges of three faces and where orientation changes.
   void find_faces_at_end(const Piece& piece) {
     faces_at_end_.assign(1, {piece.face, 0});
     const auto add = [&](Index f, std::size_t before) {
@@ -664,18 +665,14 @@ class BorderTracer {
         faces_at_end_.push_back({f, before});
       }
     };
-    const auto is_near = [&](const Point& p) {
-      return norm(surface_.position(p) - piece.end) < reach_of(piece);
-    };
+    const Real reach = reach_of(piece);
     for (std::size_t i = 0; i < faces_at_end_.size(); ++i) {
       const Index first = 3 * faces_at_end_[i].face;
       for (Index h = first; h < first + 3; ++h) {
-        if (!is_near(on_side(surface_.origin(h), surface_.tip(h), piece.end))) continue;
-        for (Index t = surface_.twin(h); t != h; t = surface_.twin(t)) add(Mesh::face_of(t), i);
-        for (const Index v : {surface_.origin(h), surface_.tip(h)}) {
-          if (!is_near(vertex_point<Real>(v))) continue;
-          for (const Index c : surface_.corners(v)) add(Mesh::face_of(c), i);
-        }
+        const Index t = surface_.twin(h);
+        if (t == h || surface_.twin(t) != h || surface_.origin(t) == surface_.origin(h)) continue;
+        const Point nearest = on_side(surface_.origin(h), surface_.tip(h), piece.end);
+        if (norm(surface_.position(nearest) - piece.end) < reach) add(Mesh::face_of(t), i);
       }
     }
   }
@@ -703,7 +700,7 @@ class BorderTracer {
   }
 
   // Whether the line's end and the beginning of the next piece are two points. Between two in
-  // different faces points of the sides and corners on the way are added.
+  // different faces points of the sides on the way are added.
   bool step_to(Index last, Index next) {
     const Piece &a = pieces_[static_cast<std::size_t>(last)],
                 &b = pieces_[static_cast<std::size_t>(next)];
