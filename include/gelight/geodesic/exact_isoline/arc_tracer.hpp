@@ -421,15 +421,37 @@ class ArcTracer {
       }
     };
     look(piece.face);
+    bool is_in_corner = false;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Index h = 3 * piece.face + static_cast<Index>(k);
-      if (norm(piece.end - flat_.corners[k]) < reach) {
-        for (const Index out : surface_.corners(surface_.origin(h))) look(Mesh::face_of(out));
-      } else if (std::fabs(flat_.sides[k].height(piece.end)) < reach && surface_.is_manifold(h)) {
-        look(Mesh::face_of(surface_.twin(h)));
+      if (!(norm(piece.end - flat_.corners[k]) < reach)) continue;
+      is_in_corner = true;
+      for (const Index out : surface_.corners(surface_.face(piece.face)[k]))
+        look(Mesh::face_of(out));
+    }
+    if (is_in_corner) return best;
+    // Over sides; and over faces so thin that they hold no arc.
+    faces_.assign(1, piece.face);
+    for (std::size_t i = 0; i < faces_.size(); ++i) {
+      const Index first = 3 * faces_[i];
+      for (Index h = first; h < first + 3; ++h) {
+        const Index f = Mesh::face_of(surface_.twin(h));
+        if (!surface_.is_manifold(h) || std::find(faces_.begin(), faces_.end(), f) != faces_.end())
+          continue;
+        if (!(norm(from_side(h, piece.end_in_space)) < reach)) continue;
+        look(f);
+        faces_.push_back(f);
       }
     }
     return best;
+  }
+
+  // The way to a place from the nearest of a side.
+  [[nodiscard]] Vec3<Real> from_side(Index h, const Vec3<Real>& place) const {
+    const Vec3<Real>& begin = surface_.position(surface_.origin(h));
+    const Vec3<Real> side = surface_.position(surface_.tip(h)) - begin, way = place - begin;
+    const Real square = squared_norm(side);
+    const Real share = square > 0 ? dot(way, side) / square : 0;
+    return way - std::clamp(share, Real(0), Real(1)) * side;
   }
 
   [[nodiscard]] CircularArc<T> arc_of(const Piece& piece) {
@@ -456,6 +478,7 @@ class ArcTracer {
   std::vector<Real> cuts_;
   std::vector<std::pair<Real, Real>> spans_;
   std::vector<Piece> pieces_;
+  std::vector<Index> faces_;
   Array<Index> first_piece_;  // of each face, and one more
 };
 
