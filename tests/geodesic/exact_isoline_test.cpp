@@ -177,6 +177,36 @@ TEST_CASE("a flat sheet: circles go on over faces so thin that they hold none of
   }
 }
 
+TEST_CASE("a flat sheet: from all but on an edge and another place the area is both circles'") {
+  test::Random random(9);
+  const auto mesh = test::jittered_grid(6, 0.25, random);
+  const ExactSolver solver(mesh, keeping());
+  const Surface<double>& surface = solver.surface();
+  for (int i = 0; i < 1000; ++i) {
+    const double aside = std::pow(10, test::uniform(random, -14, -11));
+    const double share = test::uniform(random, 0.1, 0.9);
+    const Index f = test::uniform_index(random, surface.face_count());
+    const SurfacePoint<double> beside = face_point<double>(f, {share, 1 - share - aside, aside});
+    const double turn = test::uniform(random, 0, 2 * std::numbers::pi);
+    const Vec3<double> near =
+        surface.position(beside) +
+        test::uniform(random, 0.2, 0.8) * Vec3<double>(std::cos(turn), std::sin(turn), 0);
+    const std::vector<Source<double>> sources{{beside, 0}, {nearest_point(surface, near), 0}};
+    double room = 6;
+    for (const auto& source : sources) {
+      const Vec3<double> at = surface.position(source.point);
+      room = std::min({room, at[0], at[1], 6 - at[0], 6 - at[1]});
+    }
+    const double r = test::uniform(random, 0, room);
+    const double apart =
+        (surface.position(sources[0].point) - surface.position(sources[1].point)).norm();
+    const double half = apart < 2 * r ? std::acos(apart / (2 * r)) : 0;
+    const double both = r * r * (2 * half - std::sin(2 * half));
+    CHECK(area_within(solver.solve(std::span<const Source<double>>(sources)), r) ==
+          doctest::Approx(2 * std::numbers::pi * r * r - both).epsilon(1e-10));
+  }
+}
+
 TEST_CASE("circles that touch edges of a lattice at vertices, or all but touch them") {
   for (const Index cells : {10, 30}) {
     const auto mesh = grid<double>(cells, cells, 2.0, 2.0);

@@ -91,6 +91,10 @@ class ArcTracer {
     std::vector<HalfPlane<Real>> seen{};
     bool is_straight = false;
     Vec2<Real> up{0, 0};
+    // The half-edge over which it is seen, from where to where along it. (Where the centre lies
+    // beside that, lines from it do not tell.)
+    Index over = -1;
+    Real over_begin = 0, over_end = 0;
 
     [[nodiscard]] Vec2<Real> along() const { return {-up.y(), up.x()}; }
     [[nodiscard]] Vec2<Real> at(Real place) const {
@@ -190,6 +194,9 @@ class ArcTracer {
         }
         disc.seen = {right_of(centre, flat_.from_frame(h, {w.begin[i], 0})),
                      left_of(centre, flat_.from_frame(h, {w.end[i], 0}))};
+        disc.over = h;
+        disc.over_begin = w.begin[i];
+        disc.over_end = w.end[i];
         discs_.push_back(disc);
       }
     });
@@ -375,7 +382,12 @@ class ArcTracer {
         begin = std::max(begin, middle - std::sqrt(square));
         end = std::min(end, middle + std::sqrt(square));
       }
-      for (const HalfPlane<Real>& half : disc.seen) bound(half);
+      if (disc.over == h) {
+        begin = std::max(begin, disc.over_begin);
+        end = std::min(end, disc.over_end);
+      } else {
+        for (const HalfPlane<Real>& half : disc.seen) bound(half);
+      }
       if (end > begin) spans_.emplace_back(begin, end);
     }
     std::sort(spans_.begin(), spans_.end());
