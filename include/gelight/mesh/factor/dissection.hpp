@@ -196,7 +196,7 @@ class Dissection {
       parent.own += group.own;
     }
   }
-  static constexpr std::ptrdiff_t node_cost = 16, row_cost = 1;
+  static constexpr std::ptrdiff_t node_cost = 32, row_cost = 2;
 
   // Puts the groups that are left in an order in which each one's tree is together.
   void number_nodes(Groups& groups) {
