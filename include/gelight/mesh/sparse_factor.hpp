@@ -50,11 +50,16 @@ class SparseFactor : public LinearFactor<Scalar> {
     const auto value_count = dissection_->value_count();
     values_ = large_array<Scalar>(value_count + Columns<Scalar>::overhang);
     std::fill_n(values_.get() + value_count, Columns<Scalar>::overhang, Scalar(0));
-    const auto one_block =
-        large_array<Scalar>(dissection_->largest_block() + Front<Scalar>::overhang);
+    // What is read beside the triangles and behind them means nothing, but is numbers.
+    const auto cleared = [](std::ptrdiff_t count) {
+      auto values = large_array<Scalar>(count + Front<Scalar>::overhang);
+      std::fill_n(values.get(), count + Front<Scalar>::overhang, Scalar(0));
+      return values;
+    };
+    const auto one_block = cleared(dissection_->largest_block());
     Scalar* const block = one_block.get();
     // What children hand to parents waits here.
-    const auto updates = large_array<Scalar>(dissection_->stack_size() + Front<Scalar>::overhang);
+    const auto updates = cleared(dissection_->stack_size());
     for (const auto& node : dissection_->nodes()) {
       cancelled.check(done / work, "factoring a matrix");
       done += node.work();

@@ -805,7 +805,9 @@ class WindowPropagation {
 
   void keep(Index h) {
     const typename WindowStore::Batch batch = kept.allocate(list_.size);
-    batch.windows.copy(0, list_, 0, list_.size);
+    // Whole lanes, so that what is read beside windows are numbers, too.
+    const std::ptrdiff_t lanes = (list_.size + lane_size - 1) / lane_size;
+    batch.windows.copy(0, list_, 0, lanes * lane_size);
     kept.add(h, batch, list_.size);
   }
 
