@@ -240,7 +240,9 @@ TEST_CASE("what is fast enough is chosen, however few frames are to be paid for"
   CHECK(plan.seconds_a_frame * request.frames_a_second <= 1);
 }
 
-TEST_CASE("models that are none are refused") {
+TEST_CASE("models that are none are refused, and no sensor") {
+  CHECK_THROWS_AS((void)plan_sensor(SensorAt{}), InvalidInput);
+  CHECK_THROWS_AS((void)planned_renderer<double>(SensorAt{}, SensorPlan{}), InvalidInput);
   const SensorAt tip = [](double edge) { return geltip<double>(64, 48, edge); };
   SensorPlanRequest request;
   request.light = static_cast<PlannedLight>(9);

@@ -375,11 +375,13 @@ class SensorPlanner {
 /// layer is the right membrane, a sensor that is not flat more, since there each contact is pressed
 /// anew on each mesh that is tried.
 ///
-/// Throws InvalidInput as the sensor does at `reference_edge`, for a request with a number or model
-/// that cannot be, and where contacts of that size show in fewer than 16 pixels; Cancelled where
-/// the hook says so. What cannot be satisfied is no error: the plan says so, and what is needed.
+/// Throws InvalidInput for no sensor, as the sensor does at `reference_edge`, for a request with a
+/// number or model that cannot be, and where contacts of that size show in fewer than 16 pixels;
+/// Cancelled where the hook says so. What cannot be satisfied is no error: the plan says so, and
+/// what is needed.
 [[nodiscard]] inline SensorPlan plan_sensor(const SensorAt& sensor_at,
                                             const SensorPlanRequest& request = {}) {
+  detail::require(sensor_at != nullptr, "there is no sensor to plan");
   return detail::SensorPlanner(sensor_at, request).plan();
 }
 
@@ -422,14 +424,15 @@ template <std::floating_point T, class Membrane>
 ///
 /// is right whatever the plan has chosen.
 ///
-/// Throws InvalidInput for a plan that does not satisfy its request, with what would, for float
-/// where the plan wants double, for another membrane than the plan's, for a light grid or model
-/// that cannot be, and as the sensor's parts do. (Who wants what a plan chose in spite of all says
-/// so by setting its `satisfies`.)
+/// Throws InvalidInput for no sensor, for a plan that does not satisfy its request, with what
+/// would, for float where the plan wants double, for another membrane than the plan's, for a light
+/// grid or model that cannot be, and as the sensor's parts do. (Who wants what a plan chose in
+/// spite of all says so by setting its `satisfies`.)
 template <std::floating_point T, MembraneModel<T> Membrane = GaussianMembrane<T>>
 [[nodiscard]] TactileRenderer<T, Membrane> planned_renderer(const SensorAt& sensor_at,
                                                             const SensorPlan& plan,
                                                             const CancelHook& cancelled = {}) {
+  detail::require(sensor_at != nullptr, "there is no sensor to render");
   detail::require(plan.satisfies, "the plan does not satisfy its request: ",
                   plan.needed.empty() ? "it is none of plan_sensor's" : plan.needed);
   detail::require(plan.single_precision || sizeof(T) >= sizeof(double),
