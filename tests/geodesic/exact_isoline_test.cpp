@@ -153,21 +153,10 @@ TEST_CASE("a flat sheet: circles go on over faces so thin that they hold none of
     Mesh<double> mesh = grid<double>(3, 3, 3, 3);
     for (int k = 0; k < 12; ++k) {
       // A new vertex next to an edge.
-      const auto f = std::size_t(test::uniform_index(random, Index(mesh.faces.size())));
-      const auto [a, b, c] = mesh.faces[f];
+      const Index f = test::uniform_index(random, Index(mesh.faces.size()));
       const double thin = std::pow(10.0, -test::uniform(random, 9, 12));
       const double t = test::uniform(random, 0.3, 0.7);
-      std::array<double, 3> p{};
-      for (std::size_t x = 0; x < 3; ++x) {
-        p[x] = (1 - thin) * ((1 - t) * mesh.positions[std::size_t(a)][x] +
-                             t * mesh.positions[std::size_t(b)][x]) +
-               thin * mesh.positions[std::size_t(c)][x];
-      }
-      const auto v = Index(mesh.positions.size());
-      mesh.positions.push_back(p);
-      mesh.faces[f] = {a, b, v};
-      mesh.faces.push_back({b, c, v});
-      mesh.faces.push_back({c, a, v});
+      test::split_face(mesh, f, t, thin);
     }
     const ExactSolver solver(mesh, keeping());
     const auto lines = exact_isolines(solver.solve(Index(5 + i % 2)), 0.83);

@@ -509,21 +509,10 @@ TEST_CASE("a flat sheet with needles and caps: the line is as true and as whole 
     Mesh<double> mesh = grid<double>(3, 3);
     for (int k = 0; k < 12; ++k) {
       // A new vertex next to an edge or a corner of a face.
-      const auto f = std::size_t(test::uniform_index(random, Index(mesh.faces.size())));
-      const auto [a, b, c] = mesh.faces[f];
+      const Index f = test::uniform_index(random, Index(mesh.faces.size()));
       const double thin = std::pow(10.0, -uniform(random, 3, 9));
       const double t = k % 2 == 0 ? uniform(random, 0.2, 0.8) : thin;
-      std::array<double, 3> p{};
-      for (std::size_t x = 0; x < 3; ++x) {
-        p[x] = (1 - thin) * ((1 - t) * mesh.positions[std::size_t(a)][x] +
-                             t * mesh.positions[std::size_t(b)][x]) +
-               thin * mesh.positions[std::size_t(c)][x];
-      }
-      const auto v = Index(mesh.positions.size());
-      mesh.positions.push_back(p);
-      mesh.faces[f] = {a, b, v};
-      mesh.faces.push_back({b, c, v});
-      mesh.faces.push_back({c, a, v});
+      test::split_face(mesh, f, t, thin);
     }
     const ExactSolver solver(mesh, keeping());
     const Surface<double>& surface = solver.surface();

@@ -51,6 +51,25 @@ inline Mesh<double> random_grid(Index n, Random& random) {
   return mesh;
 }
 
+/// Splits a face in three by a new vertex, which lies from a point of its first edge, at a share of
+/// it, on the way to the third corner, by another share.
+inline void split_face(Mesh<double>& mesh, Index face, double along, double aside) {
+  const auto f = static_cast<std::size_t>(face);
+  const auto [a, b, c] = mesh.faces[f];
+  const auto at = [&](Index v) -> const std::array<double, 3>& {
+    return mesh.positions[static_cast<std::size_t>(v)];
+  };
+  std::array<double, 3> p{};
+  for (std::size_t x = 0; x < 3; ++x) {
+    p[x] = (1 - aside) * ((1 - along) * at(a)[x] + along * at(b)[x]) + aside * at(c)[x];
+  }
+  const auto v = static_cast<Index>(mesh.positions.size());
+  mesh.positions.push_back(p);
+  mesh.faces[f] = {a, b, v};
+  mesh.faces.push_back({b, c, v});
+  mesh.faces.push_back({c, a, v});
+}
+
 /// Moves the inner vertices of random_grid by up to `share` of a cell in both directions.
 inline Mesh<double> jittered_grid(Index n, double share, Random& random) {
   Mesh<double> mesh = random_grid(n, random);

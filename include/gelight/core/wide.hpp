@@ -98,8 +98,17 @@ auto vectorised_by_four(const Work& work) {
 #endif
 }
 
-/// The same for work that is told, by a constant, how many numbers of double precision a register
-/// holds: eight, four or two.
+/// How many numbers of double precision a register holds, of the processor that is compiled for.
+#if defined(__AVX512F__)
+inline constexpr int register_width = 8;
+#elif defined(__AVX__)
+inline constexpr int register_width = 4;
+#else
+inline constexpr int register_width = 2;
+#endif
+
+/// As `vectorised`, for work that is told, by a constant, how many such numbers a register holds:
+/// eight, four or two.
 template <class Work>
 auto vectorised_by_register(const Work& work) {
 #if defined(GELIGHT_CHOOSES_AVX512)
@@ -110,14 +119,7 @@ auto vectorised_by_register(const Work& work) {
     return run_wide([&work] { return work(std::integral_constant<int, 4>()); });
   }
 #endif
-#if defined(__AVX512F__)
-  constexpr int held = 8;
-#elif defined(__AVX__)
-  constexpr int held = 4;
-#else
-  constexpr int held = 2;
-#endif
-  return run_plain([&work] { return work(std::integral_constant<int, held>()); });
+  return run_plain([&work] { return work(std::integral_constant<int, register_width>()); });
 }
 
 /// The same for work that is told how many numbers to compute at a time, by a constant: eight where

@@ -19,7 +19,7 @@ struct VoronoiEdge {
   /// from the side from which the faces' vertices are counter-clockwise.
   std::array<Index, 2> sources{-1, -1};
   Path<T> points;          ///< On it; of a closed one the first is the last.
-  bool is_closed = false;  ///< Whether it ends where it begins.
+  bool is_closed = false;  ///< Whether it is a ring, which ends nowhere.
 };
 
 /// How `exact_voronoi_edges` draws its lines.

@@ -46,15 +46,6 @@ struct Numbers {
 };
 #endif
 
-/// How many numbers a register holds, of the processor that is compiled for.
-#if defined(__AVX512F__)
-inline constexpr Index register_width = 8;
-#elif defined(__AVX__)
-inline constexpr Index register_width = 4;
-#else
-inline constexpr Index register_width = 2;
-#endif
-
 /// Elements of a matrix' column one below the other, as many as a register holds numbers. (What is
 /// returned in such a register has no place that all compilers agree on: hence no function does.)
 template <class Scalar, Index width>
