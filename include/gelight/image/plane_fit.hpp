@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
@@ -84,3 +85,12 @@ template <std::floating_point T, ImageOf<T> I>
 }
 
 }  // namespace gelight
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template Image<Vec3<float>> plane_fit_normals<float>(const Image<float>&,
+                                                                  const Camera<float>&, Index);
+GELIGHT_ONCE template Image<Vec3<double>> plane_fit_normals<double>(const Image<double>&,
+                                                                    const Camera<double>&, Index);
+}  // namespace gelight
+#endif

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gelight/core/bits.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 
@@ -399,3 +400,10 @@ class PlaneFitRows {
 };
 
 }  // namespace gelight::detail
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class detail::PlaneFitRows<float>;
+GELIGHT_ONCE template class detail::PlaneFitRows<double>;
+}  // namespace gelight
+#endif

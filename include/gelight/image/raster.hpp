@@ -158,6 +158,16 @@ template <std::floating_point T, TriangleMesh M>
 
 #if defined(GELIGHT_COMPILED)
 namespace gelight {
+GELIGHT_ONCE template std::size_t detail::draw_batch<float>(const detail::RasterTarget<float>&,
+                                                            Index, Index, const detail::FaceBatch&,
+                                                            const detail::FaceMeasures&,
+                                                            std::size_t, detail::HeldFaces*,
+                                                            detail::WaitingFaces&, bool);
+GELIGHT_ONCE template std::size_t detail::draw_batch<double>(const detail::RasterTarget<double>&,
+                                                             Index, Index, const detail::FaceBatch&,
+                                                             const detail::FaceMeasures&,
+                                                             std::size_t, detail::HeldFaces*,
+                                                             detail::WaitingFaces&, bool);
 GELIGHT_ONCE template Raster<float> rasterize<float, Mesh<float>>(const Mesh<float>&,
                                                                   const Camera<float>&);
 GELIGHT_ONCE template Raster<float> rasterize<float, MeshView<float>>(const MeshView<float>&,

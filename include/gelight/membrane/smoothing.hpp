@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gelight/concepts/membrane.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/image/filter.hpp"
@@ -106,3 +107,10 @@ class Smoother {
 };
 
 }  // namespace gelight::detail
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class detail::Smoother<float>;
+GELIGHT_ONCE template class detail::Smoother<double>;
+}  // namespace gelight
+#endif

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/prefetch.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact/faces_near.hpp"
@@ -270,3 +271,9 @@ template <std::floating_point Real>
 }
 
 }  // namespace gelight::detail
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class detail::PlanarFaces<double>;
+}  // namespace gelight
+#endif

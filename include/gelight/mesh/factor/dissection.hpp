@@ -279,6 +279,7 @@ class Dissection {
     for (Index p = 0; p < size(); ++p) position_of[order_[p]] = p;
     rows_in_parent_.resize_for_writes(rows_.size());
     placements_begin_.reserve(order_.size() + 1);
+    placements_.reserve(neighbours.pair_count());
     for (Node& node : nodes_) {
       for (Index p = node.begin; p < node.end; ++p) row_of[p] = p - node.begin;
       for (Index r = 0; r < node.border(); ++r) row_of[rows_[node.rows_begin + r]] = node.own() + r;

@@ -48,6 +48,8 @@ class Neighbours {
 
   /// How many unknowns there are.
   [[nodiscard]] Index size() const { return static_cast<Index>(begin_.size()) - 1; }
+  /// How many pairs are neighbours.
+  [[nodiscard]] std::size_t pair_count() const { return all_.size() / 2; }
   [[nodiscard]] std::span<const Neighbour> of(Index unknown) const {
     return {all_.data() + begin_[unknown], all_.data() + begin_[unknown + 1]};
   }

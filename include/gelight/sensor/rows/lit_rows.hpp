@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
 #include "gelight/image/plane_fit_rows.hpp"
@@ -155,3 +156,10 @@ class LitRows {
 };
 
 }  // namespace gelight::detail
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class detail::LitRows<float>;
+GELIGHT_ONCE template class detail::LitRows<double>;
+}  // namespace gelight
+#endif

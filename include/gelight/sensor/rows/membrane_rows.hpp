@@ -11,6 +11,7 @@
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/image/filter.hpp"
@@ -541,3 +542,10 @@ class MembraneRows {
 };
 
 }  // namespace gelight::detail
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class detail::MembraneRows<float>;
+GELIGHT_ONCE template class detail::MembraneRows<double>;
+}  // namespace gelight
+#endif

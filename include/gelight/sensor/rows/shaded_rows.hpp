@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/compiled.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/image/camera.hpp"
@@ -316,3 +317,10 @@ class ShadedRows {
 };
 
 }  // namespace gelight::detail
+
+#if defined(GELIGHT_COMPILED)
+namespace gelight {
+GELIGHT_ONCE template class detail::ShadedRows<float>;
+GELIGHT_ONCE template class detail::ShadedRows<double>;
+}  // namespace gelight
+#endif
