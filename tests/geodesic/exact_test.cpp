@@ -1109,6 +1109,24 @@ TEST_CASE(
   CHECK(field.arrivals(Index{2 * 7 + 2})[0].from == vertex_point<double>(source));     // at (2, 2)
 }
 
+TEST_CASE("a source that another reaches before it starts begins no lines") {
+  const Mesh<double> sheet = gelight::grid<double>(6, 6, 6, 6);
+  const ExactSolver solver(sheet);
+  for (const double late : {0.5, 1.5, 100.0}) {
+    const std::vector<Source<double>> sources{{vertex_point<double>(0), 0},
+                                              {vertex_point<double>(1), late}};
+    for (const bool keep : {true, false}) {
+      const auto field =
+          solver.solve(std::span<const Source<double>>(sources), {.keep_windows = keep});
+      for (const Index v : {2, 3, 6}) {  // on the line from the one through the other
+        const auto arrivals = field.arrivals(v);
+        REQUIRE(arrivals.size() == 1);
+        CHECK(arrivals[0].from == vertex_point<double>(late < 1 ? 1 : 0));
+      }
+    }
+  }
+}
+
 TEST_CASE("two lines whose ways part at a bend behind the source are both found") {
   // A flat sheet with a hole, symmetric in y = 4, and behind its corner (0, 4) two vertices more.
   constexpr Index n = 8;

@@ -222,16 +222,10 @@ class WindowBacktrace {
     for (const Index h : sides(places_[i].halfedge)) {
       const Index v = solution_.surface.origin(h);
       const Real gap = norm(in_frame(i, h));
-      const bool is_source = is_at_source(v);
+      const bool is_source = solution_.is_source(v);
       if (gap <= near(h) && !is_source) continue;
       consider(solution_.distances[v] + gap, i, vertex_point<Real>(v), is_source, best);
     }
-  }
-
-  [[nodiscard]] bool is_at_source(Index vertex) const {
-    const Arrival& last = solution_.arrivals[vertex];
-    return last.entry == Arrival::from_source &&
-           solution_.source_point(last.origin) == vertex_point<Real>(vertex);
   }
 
   void to_windows(std::ptrdiff_t i, Step& best) const {

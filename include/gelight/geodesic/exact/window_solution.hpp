@@ -52,10 +52,11 @@ struct WindowSolution {
   [[nodiscard]] const Point& source_point(Index source) const {
     return sources[static_cast<std::size_t>(source)].point;
   }
+  /// Whether a source lies at a vertex that no other has reached before it starts.
   [[nodiscard]] bool is_source(Index vertex) const {
-    return std::any_of(sources.begin(), sources.end(), [&](const auto& source) {
-      return source.point == vertex_point<Real>(vertex);
-    });
+    const Arrival<Real>& last = arrivals[vertex];
+    return last.entry == Arrival<Real>::from_source &&
+           source_point(last.origin) == vertex_point<Real>(vertex);
   }
   /// Whether a path can begin or bend at a vertex.
   [[nodiscard]] bool begins_lines(Index vertex) const {
