@@ -290,3 +290,50 @@ TEST_CASE("ends a rounding from an edge or a corner hide nothing that is seen fr
     }
   }
 }
+
+TEST_CASE(
+    "arrivals from segments: from the nearest point of each, and no other, whatever tolerance") {
+  Random random(14);
+  const Mesh<double> mesh = test::random_grid(5, random);
+  const Surface<double> surface(mesh);
+  const ExactSolver solver(mesh);
+  // Inside of a face, along an edge, from a vertex, of no length.
+  for (int i = 0; i < 80; ++i) {
+    const Index f = test::uniform_index(random, surface.face_count());
+    const auto v = surface.face(f);
+    const auto inside = [&] {
+      const double a = test::uniform(random, 0.1, 0.6);
+      return face_point<double>(f, {a, 0.3, 0.7 - a});
+    };
+    const auto on_edge = [&] {
+      return edge_point<double>(v[0], v[1], test::uniform(random, 0.1, 0.9));
+    };
+    Segment<double> segment{inside(), inside()};
+    if (i % 4 == 1) segment = {on_edge(), on_edge()};
+    if (i % 4 == 2) segment = {vertex_point<double>(v[1]), inside()};
+    if (i % 4 == 3) segment = {on_edge(), inside()};
+    if (i % 20 == 0) segment.end = segment.begin;
+    const auto field = solver.solve(std::span<const Segment<double>>(&segment, 1));
+    const Vec3<double> a = surface.position(segment.begin), b = surface.position(segment.end);
+    const auto tell = [&](const SurfacePoint<double>& point) {
+      const Vec3<double> p = surface.position(point);
+      const double truth = to_piece(p, a, b);
+      if (truth < 1e-2) return;
+      const auto arrivals = field.arrivals(point, 0.3);
+      CAPTURE(i);
+      REQUIRE(arrivals.size() == 1);
+      CHECK(arrivals[0].distance == doctest::Approx(truth).epsilon(1e-6));
+      CHECK((surface.position(arrivals[0].from) - p).norm() == doctest::Approx(truth));
+    };
+    for (Index u = 0; u < surface.vertex_count(); ++u) tell(vertex_point<double>(u));
+    for (Index g = 0; g < surface.face_count(); ++g) tell(face_point<double>(g, {0.2, 0.5, 0.3}));
+  }
+  // Two in a face, as far from the points between them; both ways count.
+  const Curve both{
+      {face_point<double>(0, {0.6, 0.3, 0.1}), face_point<double>(0, {0.3, 0.6, 0.1})},
+      {face_point<double>(0, {0.5, 0.2, 0.3}), face_point<double>(0, {0.2, 0.5, 0.3})}};
+  const auto arrivals = solver.solve(std::span<const Segment<double>>(both))
+                            .arrivals(face_point<double>(0, {0.4, 0.4, 0.2}), 1e-9);
+  REQUIRE(arrivals.size() == 2);
+  CHECK((arrivals[0].direction + arrivals[1].direction).norm() < 1e-9);
+}

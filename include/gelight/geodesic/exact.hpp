@@ -130,6 +130,8 @@ class ExactField {
   /// distance, nearest first: more than one on the cut locus, none where no path leads. Lines less
   /// than 1e-6 apart in direction count as one. A tolerance that is large against the size of the
   /// faces may miss lines longer than the shortest, since windows that serve no point are dropped.
+  /// From segments come those lines that leave them at no less than a right angle; since distances
+  /// from them are off by 4e-9 of the mesh's size, ties take a tolerance of as much.
   ///@{
   [[nodiscard]] std::vector<ExactArrival<T>> arrivals(
       Index vertex, T relative_tolerance = default_tolerance) const {

@@ -63,6 +63,11 @@ class LineBacktrace {
     from_vertex(last_piece(at, last, unreachable<Real>, trail), trail);
   }
 
+  /// The same along the line that an arrival tells, whatever vertices beside it are nearer by.
+  void along_line(const Vec2<Real>& at, const Arrival& last, auto& trail) const {
+    from_vertex(last_piece<Along::line>(at, last, unreachable<Real>, trail), trail);
+  }
+
   /// The same from a vertex, or from none: -1.
   void from_vertex(Index vertex, auto& trail) const {
     // Every vertex on the way is nearer than the one before, or by rounding they would be endless.
@@ -81,14 +86,18 @@ class LineBacktrace {
   // A vertex beside the path is on it when the way by it is longer by rounding of the whole only.
   static constexpr Real rounding = 16 * std::numeric_limits<Real>::epsilon();
 
+  // Whether a line is left for a shorter way by a vertex beside it.
+  enum class Along { shortest, line };
+
   // Goes back over one straight piece, from a place at a distance; returns the vertex where it
   // begins, or `arrived`.
+  template <Along along = Along::shortest>
   Index last_piece(const Vec2<Real>& at, const Arrival& last, Real distance, auto& trail) const {
     if (last.entry == Arrival::from_vertex) return last.origin;
     if (last.entry == Arrival::from_source) return reach_source(last.origin, trail);
     // By rounding the way may lead by a vertex beyond the last distance that was computed.
     if (last.entry == Arrival::none) return arrived;
-    return cross_faces(at, last, distance, trail);
+    return cross_faces<along>(at, last, distance, trail);
   }
 
   Index reach_source(Index source, auto& trail) const {
@@ -113,6 +122,7 @@ class LineBacktrace {
   // Goes back straight through faces; returns the vertex at which the straight line ends. It is
   // nearer to the source, or at the place of the last one and new, or in needles and on edges of no
   // length the way could go in a circle.
+  template <Along along>
   Index cross_faces(const Vec2<Real>& from, const Arrival& last, Real distance, auto& trail) const {
     Line line{last.entry, from, last.image, last.bend};
     if (line.bend < 0)
@@ -129,7 +139,8 @@ class LineBacktrace {
       const Index beside = near_origin ? solution_.surface.origin(h) : solution_.surface.tip(h);
       const Real gap = near_origin ? x : length - x, to_beside = solution_.distances[beside];
       const Real rest = start + norm(Vec2<Real>(x, 0) - line.image);
-      if (to_beside + gap <= rest + tie) {
+      const bool is_on_line = along == Along::shortest || to_beside + gap >= rest - tie;
+      if (is_on_line && to_beside + gap <= rest + tie) {
         if (to_beside < distance || (to_beside == distance && !trail.has(beside))) return beside;
       }
 

@@ -66,6 +66,12 @@ class PastVertex {
     return {unit_way(surface_, faces_, corner, turn.from.at, end), Mesh::face_of(corner)};
   }
 
+  /// The angle at the vertex between a place, given as each of its faces sees it, and another; as
+  /// far as it is less than pi.
+  [[nodiscard]] Real angle(const Array<Place>& from, const Place& to) const {
+    return least_turn(from, to).angle;
+  }
+
  private:
   // From one place to another round the vertex: where it begins, and how far it turns to one side.
   struct Turn {

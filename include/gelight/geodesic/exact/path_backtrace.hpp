@@ -44,11 +44,18 @@ class PathBacktrace {
   [[nodiscard]] Array<Point> back(const End& end) const {
     return back(end, [&] { return by_windows(end); });
   }
-  /// By either way alone.
+  /// By either way alone; and along the line by which the end is reached, also where a vertex
+  /// beside it is nearer by another.
   ///@{
   [[nodiscard]] Array<Point> by_lines(const End& end) const {
     PointTrail<Real> trail(solution_.surface, end.point);
     LineBacktrace<Real>(solution_).back(end.at, end.last, trail);
+    return std::move(trail).points();
+  }
+  [[nodiscard]] Array<Point> along_line(const End& end) const {
+    if (!end.back.empty()) return end.back;
+    PointTrail<Real> trail(solution_.surface, end.point);
+    LineBacktrace<Real>(solution_).along_line(end.at, end.last, trail);
     return std::move(trail).points();
   }
   [[nodiscard]] Array<Point> by_windows(const End& end) const {

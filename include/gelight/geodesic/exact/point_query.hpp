@@ -84,8 +84,8 @@ class PointQuery {
     return end;
   }
 
-  /// Straight ends within a limit: by windows through which the line to the point goes, and from
-  /// vertices of the point's faces where paths begin or bend.
+  /// Straight ends within a limit: by windows through which the line to the point goes, from
+  /// vertices of the point's faces where paths begin or bend, and from segments there.
   [[nodiscard]] Array<End> ends_at(const Point& p, Real limit) const {
     Array<End> ends;
     if (p.kind == Point::Kind::vertex && solution_.distances[p.element[0]] <= limit) {
@@ -99,6 +99,9 @@ class PointQuery {
         return;
       }
       ends.push_back({distance, p, last, at});
+    });
+    for_each_front(p, [&](Real distance, const Point& foot) {
+      if (distance <= limit) ends.push_back(from_foot(p, distance, foot));
     });
     return ends;
   }
@@ -172,8 +175,15 @@ class PointQuery {
     return ~(less(crossing, begin) | less(end, crossing));
   }
 
-  // Straight from the nearest point of a segment in a face of the point.
   void from_fronts(const Point& p, End& best) const {
+    for_each_front(p, [&](Real distance, const Point& foot) {
+      if (distance < best.distance) best = from_foot(p, distance, foot);
+    });
+  }
+
+  // Calls visit(distance, from where) for the way straight from the nearest point of each segment
+  // in a face of the point.
+  void for_each_front(const Point& p, const auto& visit) const {
     for (const auto& front : solution_.fronts) {
       const Point begin = face_point(front.face, front.begin),
                   end = face_point(front.face, front.end);
@@ -183,11 +193,14 @@ class PointQuery {
       const Real square = squared_norm(way);
       const Real t = square > 0 ? std::clamp(dot(way, to) / square, Real(0), Real(1)) : 0;
       const Point foot = simplified(solution_.surface, face_point(front.face, front.at(t)));
-      const Real distance = front.start + straight(solution_.surface, foot, p);
-      if (!(distance < best.distance)) continue;
-      best = {distance, p, {}, {0, 0}, {p}};
-      if (!(foot == p)) best.back.push_back(foot);
+      visit(front.start + straight(solution_.surface, foot, p), foot);
     }
+  }
+
+  static End from_foot(const Point& p, Real distance, const Point& foot) {
+    End end{distance, p, {}, {0, 0}, {p}};
+    if (!(foot == p)) end.back.push_back(foot);
+    return end;
   }
 
   const WindowSolution<Real>& solution_;

@@ -10,6 +10,7 @@
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
 #include "gelight/geodesic/exact.hpp"
+#include "gelight/geodesic/exact/leaving_segment.hpp"
 #include "gelight/geodesic/exact/path_backtrace.hpp"
 #include "gelight/geodesic/exact/path_directions.hpp"
 #include "gelight/geodesic/exact/point_query.hpp"
@@ -133,6 +134,14 @@ auto ExactQueries<T>::arrivals(const SurfacePoint<T>& point, T relative_toleranc
   if (!(shortest.distance < unreachable<Real>)) return {};
   const Real limit = shortest.distance * (1 + Real{relative_tolerance});
   std::vector<End> ends = ends_at(p, limit);
+  if (!solution_.fronts.empty()) {
+    const LeavingSegment<Real> leaving(solution_);
+    std::erase_if(ends, [&](const End& end) {
+      Array<Point> path = Backtrace(solution_).along_line(end);
+      std::reverse(path.begin(), path.end());
+      return leaving.is_oblique(path);
+    });
+  }
   ends.push_back(shortest);
   std::stable_sort(ends.begin(), ends.end(),
                    [](const End& a, const End& b) { return a.distance < b.distance; });
@@ -163,7 +172,8 @@ auto ExactQueries<T>::distinct(const std::vector<End>& ends) const -> std::vecto
     });
     if (is_known) continue;
     known.push_back(direction);
-    const Point from = directions.beginning(end, [&](const End& e) { return trace(e); });
+    const Point from =
+        directions.beginning(end, [&](const End& e) { return Backtrace(solution_).along_line(e); });
     out.push_back({distance_of(end), cast<T>(direction), from.template cast<T>()});
   }
   return out;

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <numbers>
+
+#include "gelight/core/array.hpp"
+#include "gelight/core/types.hpp"
+#include "gelight/geodesic/exact/directions.hpp"
+#include "gelight/geodesic/exact/past_vertex.hpp"
+#include "gelight/geodesic/exact/path_directions.hpp"
+#include "gelight/geodesic/exact/window_solution.hpp"
+#include "gelight/geodesic/segment.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
+#include "gelight/mesh/surface.hpp"
+#include "gelight/mesh/surface_point.hpp"
+
+namespace gelight::detail {
+
+/// At which angle paths leave the segments of a solution. Those points of segments that are its
+/// sources send lines in all directions, of which only the ones at no less than a right angle are
+/// locally shortest.
+template <std::floating_point Real>
+class LeavingSegment {
+ public:
+  using Point = SurfacePoint<Real>;
+
+  explicit LeavingSegment(const WindowSolution<Real>& solution) : solution_(solution) {}
+
+  /// Whether a path, given from its source, is longer than one from farther along a segment on
+  /// which that lies.
+  [[nodiscard]] bool is_oblique(const Array<Point>& path) const {
+    if (path.size() < 2) return false;
+    const auto way = PathDirections<Real>(solution_).departure(path);
+    const Real start = solution_.start_at(path[0]);
+    return std::any_of(solution_.fronts.begin(), solution_.fronts.end(),
+                       [&](const SegmentFront<Real>& front) {
+                         if (front.start > start) return false;
+                         const Point begin = face_point(front.face, front.begin),
+                                     end = face_point(front.face, front.end);
+                         if (!lies_between(path[0], begin, end)) return false;
+                         return is_acute(path[0], begin, way) || is_acute(path[0], end, way);
+                       });
+  }
+
+ private:
+  using Mesh = Surface<Real>;
+  using PastVertex = detail::PastVertex<Real>;
+  using Departure = typename PathDirections<Real>::Departure;
+  // Points less than this apart, as a share of the faces there, are one, and what they lie on is
+  // rounding.
+  static constexpr Real same_place = 64 * std::numeric_limits<Real>::epsilon();
+  // Right angles are known to this, in radians; lines less far apart count as one.
+  static constexpr Real right_angle = 1e-6;
+
+  [[nodiscard]] bool lies_between(const Point& p, const Point& begin, const Point& end) const {
+    if (!share_face(surface_, p, begin)) return false;
+    const Real around = straight(surface_, p, begin) + straight(surface_, p, end);
+    return around - straight(surface_, begin, end) <= same_place * longest_side_at(surface_, p);
+  }
+
+  // Whether a way leaves a point at less than a right angle to the line to another inside a face.
+  [[nodiscard]] bool is_acute(const Point& p, const Point& to, const Departure& way) const {
+    if (straight(surface_, p, to) <= same_place * longest_side_at(surface_, p)) return false;
+    const Vec3<Real> line = unit_way(surface_, p, to);
+    const Index face = Mesh::face_of(way.halfedge);
+    if (p.kind == Point::Kind::face || face == to.element[0])
+      return dot(line, way.direction) > right_angle;
+    if (p.kind == Point::Kind::edge) return cosine_over(p, line, way.direction) > right_angle;
+    const PastVertex past(surface_, *solution_.faces, p.element[0]);
+    const typename PastVertex::Place there = past.place(to.element[0], to.weights),
+                                     here{way.halfedge, {std::cos(way.angle), std::sin(way.angle)}};
+    return past.angle({there}, here) < std::numbers::pi / 2 - right_angle;
+  }
+
+  // Of the angle between unit vectors in two faces at the edge of a point, laid flat.
+  [[nodiscard]] Real cosine_over(const Point& p, const Vec3<Real>& a, const Vec3<Real>& b) const {
+    const Vec3<Real> edge =
+        unit_way(surface_, vertex_point<Real>(p.element[0]), vertex_point<Real>(p.element[1]));
+    return dot(a, edge) * dot(b, edge) - norm(cross<Real>(a, edge)) * norm(cross<Real>(b, edge));
+  }
+
+  const WindowSolution<Real>& solution_;
+  const Surface<Real>& surface_ = solution_.surface;
+};
+
+}  // namespace gelight::detail
