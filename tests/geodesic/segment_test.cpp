@@ -337,3 +337,30 @@ TEST_CASE(
   REQUIRE(arrivals.size() == 2);
   CHECK((arrivals[0].direction + arrivals[1].direction).norm() < 1e-9);
 }
+
+TEST_CASE("needles: paths to points next to vertices begin on the segment, too") {
+  Random random(15);
+  for (int i = 0; i < 3000; ++i) {
+    Mesh<double> mesh = test::small_random_mesh(i % 2, random);
+    const double stretch = std::pow(10, test::uniform(random, 3, 4));
+    for (auto& p : mesh.positions) p[0] *= stretch;
+    const Surface<double> surface(mesh);
+    const double size = detail::size_of(surface);
+    const Index f = test::uniform_index(random, surface.face_count());
+    const Segment<double> segment{face_point<double>(f, {0.2, 0.3, 0.5}),
+                                  face_point<double>(f, {0.6, 0.3, 0.1})};
+    const auto field = ExactSolver(mesh).solve(std::span<const Segment<double>>(&segment, 1));
+    const Vec3<double> a = surface.position(segment.begin), b = surface.position(segment.end);
+    for (Index g = 0; g < surface.face_count(); ++g) {
+      const double off = std::pow(10, test::uniform(random, -14, -10));
+      const auto point = face_point<double>(g, {off, 1 - 1.1 * off, 0.1 * off});
+      const double d = field.distance(point);
+      if (std::isinf(d)) continue;
+      const Path<double> path = field.path(point);
+      CAPTURE(i);
+      CAPTURE(g);
+      CHECK(std::abs(length(surface, path) - d) < 8e-9 * size);
+      CHECK(to_piece(surface.position(path.front()), a, b) < 1e-9 * size);
+    }
+  }
+}

@@ -225,7 +225,7 @@ void ExactEngine<T>::solve_into(Solution& solution, const ExactOptions<T>& optio
   Limits limits = limits_of(options, solution.starts);
   choose_windows_to_keep(options, limits);
   limits.fronts = solution.fronts;
-  limits.size = solution.fronts.empty() ? 0 : size_of(surface_);
+  solution.size = limits.size = solution.fronts.empty() ? 0 : size_of(surface_);
   const Borrowed workspace(*pool_);
   run(*workspace, solution.sources, limits);
   solution.adopt(*workspace);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <limits>
@@ -12,7 +11,6 @@
 #include "gelight/geodesic/exact/past_vertex.hpp"
 #include "gelight/geodesic/exact/path_directions.hpp"
 #include "gelight/geodesic/exact/window_solution.hpp"
-#include "gelight/geodesic/segment.hpp"
 #include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
@@ -35,31 +33,22 @@ class LeavingSegment {
     if (path.size() < 2) return false;
     const auto way = PathDirections<Real>(solution_).departure(path);
     const Real start = solution_.start_at(path[0]);
-    return std::any_of(solution_.fronts.begin(), solution_.fronts.end(),
-                       [&](const SegmentFront<Real>& front) {
-                         if (front.start > start) return false;
-                         const Point begin = face_point(front.face, front.begin),
-                                     end = face_point(front.face, front.end);
-                         if (!lies_between(path[0], begin, end)) return false;
-                         return is_acute(path[0], begin, way) || is_acute(path[0], end, way);
-                       });
+    for (const auto& front : solution_.fronts) {
+      if (front.start > start || !solution_.lies_on(front, path[0])) continue;
+      if (is_acute(path[0], face_point(front.face, front.begin), way)) return true;
+      if (is_acute(path[0], face_point(front.face, front.end), way)) return true;
+    }
+    return false;
   }
 
  private:
   using Mesh = Surface<Real>;
   using PastVertex = detail::PastVertex<Real>;
   using Departure = typename PathDirections<Real>::Departure;
-  // Points less than this apart, as a share of the faces there, are one, and what they lie on is
-  // rounding.
+  // Points less than this apart, as a share of the faces there, are one.
   static constexpr Real same_place = 64 * std::numeric_limits<Real>::epsilon();
   // Right angles are known to this, in radians; lines less far apart count as one.
   static constexpr Real right_angle = 1e-6;
-
-  [[nodiscard]] bool lies_between(const Point& p, const Point& begin, const Point& end) const {
-    if (!share_face(surface_, p, begin)) return false;
-    const Real around = straight(surface_, p, begin) + straight(surface_, p, end);
-    return around - straight(surface_, begin, end) <= same_place * longest_side_at(surface_, p);
-  }
 
   // Whether a way leaves a point at less than a right angle to the line to another inside a face.
   [[nodiscard]] bool is_acute(const Point& p, const Point& to, const Departure& way) const {

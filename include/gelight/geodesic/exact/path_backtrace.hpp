@@ -12,6 +12,7 @@
 #include "gelight/geodesic/exact/point_query.hpp"
 #include "gelight/geodesic/exact/window_backtrace.hpp"
 #include "gelight/geodesic/exact/window_solution.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
 namespace gelight::detail {
@@ -33,10 +34,9 @@ class PathBacktrace {
     if (!end.back.empty()) return end.back;
     if (!(end.distance < unreachable<Real>)) return {};
     Array<Point> path = by_lines(end);
-    if (!solution_.fronts.empty()) return path;
     const Real error = path_error(path, end.distance);
-    if (error <= most_path_error * end.distance) return path;
-    Array<Point> other = again();
+    if (error <= most_path_error * end.distance + front_error * solution_.size) return path;
+    Array<Point> other = solution_.fronts.empty() ? again() : by_corner(end);
     return path_error(other, end.distance) < error ? other : path;
   }
 
@@ -81,6 +81,25 @@ class PathBacktrace {
  private:
   // Paths of plain meshes and needles are as long as their distances to 1e-14, relative.
   static constexpr Real most_path_error = 1e-13;
+  // Those from segments are so but for this share of the mesh's size.
+  static constexpr Real front_error = 8e-9;
+
+  // By the corner of the point's faces that is the shortest way: what loses its way round one is
+  // next to it.
+  [[nodiscard]] Array<Point> by_corner(const End& end) const {
+    Array<Point> path{end.point};
+    Real least = unreachable<Real>;
+    Index corner = -1;
+    for_each_vertex_near(solution_.surface, end.point, [&](Index v, Real gap) {
+      if (!(solution_.distances[v] + gap < least)) return;
+      least = solution_.distances[v] + gap;
+      corner = v;
+    });
+    if (corner < 0) return {};
+    const Array<Point> rest = by_lines(PointQuery<Real>(solution_).at_vertex(corner));
+    path.append(rest.begin(), rest.end());
+    return path;
+  }
 
   // By how much a path to a source is longer or shorter than a distance.
   [[nodiscard]] Real path_error(const Array<Point>& path, Real distance) const {

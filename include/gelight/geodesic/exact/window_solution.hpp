@@ -11,10 +11,12 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/exact/directions.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/window_list.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/geodesic/segment.hpp"
+#include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
 
@@ -30,6 +32,7 @@ struct WindowSolution {
   Starts<Real> starts{};
   Array<Source<Real>> sources{};       // their distances less those
   Array<SegmentFront<Real>> fronts{};  // of segments, theirs likewise
+  Real size = 0;                       // of the mesh, where there are any
   Real bound = unreachable<Real>;      // beyond it nothing was computed
   Array<Real> distances{};             // of each vertex, less its start
   Array<Arrival<Real>> arrivals{};     // of each vertex
@@ -63,13 +66,26 @@ struct WindowSolution {
     return faces->bends_at(vertex) || is_source(vertex);
   }
 
-  /// The least start distance of the sources at a point.
+  /// The least start distance of the sources at a point, and of the segments.
   [[nodiscard]] Real start_at(const Point& p) const {
     Real least = unreachable<Real>;
     for (const auto& source : sources) {
       if (source.point == p) least = std::min(least, source.distance);
     }
+    for (const auto& front : fronts) {
+      if (lies_on(front, p)) least = std::min(least, front.start);
+    }
     return least;
+  }
+
+  /// Whether a point lies on a segment, but for rounding.
+  [[nodiscard]] bool lies_on(const SegmentFront<Real>& front, const Point& p) const {
+    const Point begin = face_point(front.face, front.begin),
+                end = face_point(front.face, front.end);
+    if (!share_face(surface, p, begin)) return false;
+    constexpr Real same_place = 64 * std::numeric_limits<Real>::epsilon();
+    const Real around = straight(surface, p, begin) + straight(surface, p, end);
+    return around - straight(surface, begin, end) <= same_place * longest_side_at(surface, p);
   }
 
   /// Takes what a propagation found, or gives it back.
