@@ -313,6 +313,67 @@ TEST_CASE("the offset of a straight curve: two straight lines and two half circl
   }
 }
 
+TEST_CASE("the offset of one segment: along each edge, and from next to an edge or a vertex") {
+  const auto mesh = grid<double>(6, 6, 6, 6);
+  const Surface<double> surface(mesh);
+  const ExactSolver solver(mesh);
+  const auto check = [&](const Segment<double>& segment) {
+    const Vec3<double> a = surface.position(segment.begin), b = surface.position(segment.end);
+    const double length = (b - a).norm();
+    const auto field = solver.solve(std::span<const Segment<double>>(&segment, 1));
+    for (const double r : {0.2737, 0.5, 0.98, 1.3}) {
+      const auto lines = exact_isolines(field, r);
+      CAPTURE(a);
+      CAPTURE(b);
+      CAPTURE(r);
+      CHECK(length_of(lines) == doctest::Approx(2 * length + 2 * pi * r).epsilon(1e-6));
+      CHECK(area_within(field, r) == doctest::Approx(2 * length * r + pi * r * r).epsilon(1e-6));
+      REQUIRE(lines.size() == 1);
+      CHECK(lines[0].is_closed);
+    }
+  };
+  for (Index f = 0; f < surface.face_count(); ++f) {
+    const auto v = surface.face(f);
+    const auto is_inside = [&](Index u) {
+      const Vec3<double> p = surface.position(u);
+      return p.x() > 1.5 && p.x() < 4.5 && p.y() > 1.5 && p.y() < 4.5;
+    };
+    if (!is_inside(v[0]) || !is_inside(v[1]) || !is_inside(v[2])) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index from = v[k], to = v[(k + 1) % 3];
+      check({vertex_point<double>(from), vertex_point<double>(to)});
+      check({edge_point<double>(from, to, 0.1), edge_point<double>(from, to, 0.8)});
+      for (const double off : {1e-12, 1e-10, 1e-9, 7.65e-9, 1e-7}) {
+        std::array<double, 3> begin{}, end{};
+        begin[k] = 1 - off;
+        begin[(k + 1) % 3] = off;
+        end[(k + 1) % 3] = 1 - 200 * off;
+        end[(k + 2) % 3] = 200 * off;
+        check({face_point<double>(f, begin), face_point<double>(f, end)});
+      }
+    }
+  }
+}
+
+TEST_CASE("the offset of a side of the border is one line from border to border") {
+  for (const Index n : {1, 2, 3}) {
+    const auto mesh = grid<double>(n, n, 1, 1);
+    const ExactSolver solver(mesh);
+    std::vector<Segment<double>> side;
+    for (Index i = 0; i < n; ++i) {
+      side.push_back({vertex_point<double>(i), vertex_point<double>(i + 1)});
+    }
+    const auto field = solver.solve(std::span<const Segment<double>>(side));
+    for (const double r : {0.0837, 0.217, 0.6}) {
+      const auto lines = exact_isolines(field, r);
+      REQUIRE(lines.size() == 1);
+      CHECK(!lines[0].is_closed);
+      CHECK(length_of(lines) == doctest::Approx(1).epsilon(1e-6));
+      CHECK(area_within(field, r) == doctest::Approx(r).epsilon(1e-6));
+    }
+  }
+}
+
 TEST_CASE(
     "meshes like a scanner's: arcs at the level, lines closed but at borders, and the area "
     "is the integral of the length") {

@@ -286,7 +286,7 @@ class ArcTracer {
     const Real gap = stable_norm(way), a = disc.radius, b = other.radius;
     const Real least =
         std::min({std::fabs(gap + a - b), std::fabs(gap + b - a), std::fabs(gap - a - b)});
-    if (gap <= same_ || least < tangent_) return;
+    if (gap <= shortest * size_ || least < tangent_) return;
     // Where both circles cross, measured from the middle of this one along the line to the other.
     const Real along = (gap + (a - b) * (a + b) / gap) / 2;
     const Vec2<Real> normal = way / gap;
@@ -303,12 +303,14 @@ class ArcTracer {
     if (a.is_straight != b.is_straight) return false;
     if (a.is_straight)
       return norm(a.up - b.up) < same_direction && std::fabs(a.depth(b.centre)) <= same_;
-    return norm(a.centre - b.centre) <= same_ && std::fabs(a.radius - b.radius) <= same_;
+    const Real same = shortest * size_;
+    return norm(a.centre - b.centre) <= same && std::fabs(a.radius - b.radius) <= same;
   }
 
-  // Whether a disc lies in another, touching it or not.
+  // Whether a disc lies in another or in a half-plane, touching it or not.
   [[nodiscard]] bool lies_in(const Disc& disc, const Disc& other) const {
-    if (disc.is_straight || other.is_straight) return false;
+    if (disc.is_straight) return false;
+    if (other.is_straight) return disc.radius - other.depth(disc.centre) < tangent_;
     return norm(other.centre - disc.centre) + disc.radius - other.radius < tangent_;
   }
 
@@ -323,16 +325,22 @@ class ArcTracer {
     return depth > 0;
   }
 
-  // Of one border that is there twice the first counts.
   [[nodiscard]] bool is_border(std::size_t number, const Vec2<Real>& p) const {
     const Disc& disc = discs_[number];
     if (!flat_.contains(p) || !disc.sees(p)) return false;
     for (std::size_t i = 0; i < discs_.size(); ++i) {
       if (i == number || !discs_[i].sees(p)) continue;
       const Disc& other = discs_[i];
-      if (is_same(other, disc) ? i < number : is_hidden(disc, other, p)) return false;
+      if (is_same(other, disc) ? counts_before(i, number) : is_hidden(disc, other, p)) return false;
     }
     return true;
+  }
+
+  // Of one border that is there twice the one farther out counts, as that which hides others; of
+  // equal ones the first.
+  [[nodiscard]] bool counts_before(std::size_t a, std::size_t b) const {
+    const bool a_in_b = lies_in(discs_[a], discs_[b]), b_in_a = lies_in(discs_[b], discs_[a]);
+    return a_in_b == b_in_a ? a < b : b_in_a;
   }
 
   void add_piece(const Disc& disc, Real from, Real width) {
@@ -427,7 +435,8 @@ class ArcTracer {
       for (Index i = first_piece_[f]; i < first_piece_[f + 1]; ++i) {
         const Real gap =
             norm(pieces_[static_cast<std::size_t>(i)].begin_in_space - piece.end_in_space);
-        if (is_taken[i] || !(gap < least)) continue;
+        // (A whole circle goes on with itself; a short arc only ends near where it begins.)
+        if (is_taken[i] || !(gap < (i == number ? std::min(same_, least) : least))) continue;
         least = gap;
         best = i;
       }
