@@ -19,6 +19,7 @@
 
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/trace.hpp"
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/hard_meshes.hpp"
@@ -1107,6 +1108,47 @@ TEST_CASE(
   CHECK(field.arrivals(Index{1 * 7 + 6})[0].from == vertex_point<double>(3 * 7 + 3));  // at (6, 1)
   CHECK(field.arrivals(Index{3 * 7 + 6})[0].from == vertex_point<double>(3 * 7 + 3));  // at (6, 3)
   CHECK(field.arrivals(Index{2 * 7 + 2})[0].from == vertex_point<double>(source));     // at (2, 2)
+}
+
+TEST_CASE("arrivals are straight: traced back they pass where they begin, on needles too") {
+  Random random(33);
+  for (int i = 0; i < 200; ++i) {
+    const int kinds[] = {0, 1, 2, 8};
+    Mesh<double> mesh = gelight::test::small_random_mesh(kinds[i % 4], random);
+    const double stretch = std::pow(10, i % 5);
+    for (auto& p : mesh.positions) p[0] *= stretch;
+    const ExactSolver solver(mesh);
+    const Surface<double>& surface = solver.surface();
+    double size = 0;
+    for (const auto& p : mesh.positions) size = std::max(size, 2 * std::abs(p[0]));
+    const auto inside = [&] {
+      const double a = gelight::test::uniform(random, 0.1, 0.6);
+      return face_point<double>(gelight::test::uniform_index(random, surface.face_count()),
+                                {a, 0.3, 0.7 - a});
+    };
+    const auto source = inside();
+    for (const bool keep : {true, false}) {
+      const auto field = solver.solve(source, {.keep_windows = keep});
+      for (int j = 0; j < 5; ++j) {
+        const auto point = inside();
+        for (const auto& arrival : field.arrivals(point, 0.03)) {
+          const auto line = gelight::trace_geodesic(
+              surface, point, Vec3<double>(-arrival.direction), arrival.distance);
+          double gap = size;  // from where the line begins to that which was traced
+          for (std::size_t k = 1; k < line.size(); ++k) {
+            const Vec3<double> a = surface.difference(arrival.from, line[k - 1]);
+            const Vec3<double> way = surface.difference(line[k - 1], line[k]);
+            const double t =
+                std::clamp(-a.dot(way) / std::max(way.squaredNorm(), 1e-300), 0.0, 1.0);
+            gap = std::min(gap, (a + t * way).norm());
+          }
+          CAPTURE(i);
+          CAPTURE(keep);
+          CHECK(gap < 1e-6 * size);
+        }
+      }
+    }
+  }
 }
 
 TEST_CASE("a source that another reaches before it starts begins no lines") {

@@ -1,14 +1,19 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <numbers>
 #include <utility>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/exact/directions.hpp"
 #include "gelight/geodesic/exact/line_backtrace.hpp"
+#include "gelight/geodesic/exact/past_vertex.hpp"
 #include "gelight/geodesic/exact/point_query.hpp"
 #include "gelight/geodesic/exact/window_backtrace.hpp"
 #include "gelight/geodesic/exact/window_solution.hpp"
@@ -63,6 +68,43 @@ class PathBacktrace {
   }
   ///@}
 
+  /// Whether an end is reached along a line as long as it is far; and so is each vertex where that
+  /// begins, and those before it, none of which has a short cut beside it.
+  [[nodiscard]] bool is_line(const End& end) const {
+    const Array<Point> path = along_line(end);
+    const PointQuery<Real> query(solution_);
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      if (path[i].kind != Point::Kind::vertex) continue;
+      if (!query.is_straight(query.at_vertex(path[i].element[0]))) return false;
+      if (i + 1 < path.size() && has_short_cut(path[i - 1], path[i], path[i + 1])) return false;
+    }
+    return path_error(path, end.distance) <=
+           most_line_error * end.distance + front_error * solution_.size;
+  }
+
+  /// Whether a way from one point over a vertex to another turns by less than a half circle there;
+  /// not where one lies next to it.
+  [[nodiscard]] bool has_short_cut(const Point& from, const Point& vertex, const Point& to) const {
+    const auto& surface = solution_.surface;
+    const Real near = next_to_vertex * longest_side_at(surface, vertex);
+    if (straight(surface, from, vertex) <= near || straight(surface, vertex, to) <= near) {
+      return false;
+    }
+    using Past = PastVertex<Real>;
+    const Past past(surface, *solution_.faces, vertex.element[0]);
+    const auto places = [&](const Point& p) {
+      Array<typename Past::Place> out;
+      for_each_place(surface, p, [&](Index f, const std::array<Real, 3>& shares) {
+        if (holds(surface, f, vertex)) out.push_back(past.place(f, shares));
+      });
+      return out;
+    };
+    const auto begin = places(from), end = places(to);
+    return std::any_of(end.begin(), end.end(), [&](const auto& place) {
+      return past.angle(begin, place) < std::numbers::pi - half_circle_rounding;
+    });
+  }
+
   /// Writes down the way from a vertex back to its source; nothing where none leads. It is not told
   /// whether it lost its way: `is_shortest` does.
   void follow(Index vertex, auto& trail) const {
@@ -81,6 +123,10 @@ class PathBacktrace {
  private:
   // Paths of plain meshes and needles are as long as their distances to 1e-14, relative.
   static constexpr Real most_path_error = 1e-13;
+  // What lines are that pass others' windows within rounding.
+  static constexpr Real most_line_error = 1e-12;
+  // Half circles round vertices are known to this, in radians; lines less far apart count as one.
+  static constexpr Real half_circle_rounding = 1e-6;
   // Those from segments are so but for this share of the mesh's size.
   static constexpr Real front_error = 8e-9;
 

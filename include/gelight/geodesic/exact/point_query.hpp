@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
@@ -85,13 +86,19 @@ class PointQuery {
   }
 
   /// Straight ends within a limit: by windows through which the line to the point goes, from
-  /// vertices of the point's faces where paths begin or bend, and from segments there.
+  /// vertices of the point's faces where paths begin or bend, and from segments there. Lines
+  /// through windows are as long as they are straight, also those that pass a window's end but for
+  /// little; whether they lead to where they begin is for the caller to see.
   [[nodiscard]] Array<End> ends_at(const Point& p, Real limit) const {
     Array<End> ends;
     if (p.kind == Point::Kind::vertex && solution_.distances[p.element[0]] <= limit) {
-      ends.push_back(at_vertex(p.element[0]));
+      End end = at_vertex(p.element[0]);
+      if (is_straight(end)) ends.push_back(std::move(end));
     }
-    for_each_end(p, limit, [&](Real distance, const Arrival& last, const Vec2<Real>& at) {
+    for_each_end(p, limit, [&](Real by_windows, const Arrival& last, const Vec2<Real>& at) {
+      const Real distance =
+          last.entry < 0 ? by_windows
+                         : solution_.origins[last.origin].start + norm(Vec2<Real>(last.image - at));
       if (!(distance <= limit)) return;
       if (last.entry == Arrival::from_vertex && !solution_.begins_lines(last.origin)) return;
       if (p.kind == Point::Kind::vertex && last.entry == Arrival::from_vertex &&
@@ -106,6 +113,15 @@ class PointQuery {
     return ends;
   }
 
+  /// Whether the last piece of the way to a vertex is one line, but for rounding.
+  [[nodiscard]] static bool is_straight(const End& end) {
+    const Arrival& last = end.last;
+    if (last.is_straight()) return true;
+    const Vec2<Real> bend(last.bend, 0);
+    const Real length = norm(Vec2<Real>(last.image - bend)) + norm(Vec2<Real>(bend - end.at));
+    return length - norm(Vec2<Real>(last.image - end.at)) <= straight_rounding * length;
+  }
+
   /// One of the vertices by which a point is given.
   [[nodiscard]] Index corner_of(const Point& p) const {
     return p.kind == Point::Kind::face ? solution_.surface.face(p.element[0])[0] : p.element[0];
@@ -113,6 +129,8 @@ class PointQuery {
 
  private:
   using Weights = std::array<Real, 3>;
+  // By how much longer than a line a way is that is one but for rounding.
+  static constexpr Real straight_rounding = 1e-13;
 
   // Calls visit(distance, last piece, the point in its frame) for the ways through the windows that
   // were kept, from the corners of the point's faces and from sources there; but for some that are

@@ -92,7 +92,8 @@ class ExactQueries {
     return Directions(solution_).direction_of(end, [&](const End& e) { return trace(e); });
   }
 
-  [[nodiscard]] std::vector<ExactArrival<T>> distinct(const std::vector<End>& ends) const;
+  [[nodiscard]] std::vector<ExactArrival<T>> distinct(const End& shortest,
+                                                      const std::vector<End>& others) const;
 
   const Solution& solution_;
 };
@@ -142,10 +143,9 @@ auto ExactQueries<T>::arrivals(const SurfacePoint<T>& point, T relative_toleranc
       return leaving.is_oblique(path);
     });
   }
-  ends.push_back(shortest);
   std::stable_sort(ends.begin(), ends.end(),
                    [](const End& a, const End& b) { return a.distance < b.distance; });
-  return distinct(ends);
+  return distinct(shortest, ends);
 }
 
 template <std::floating_point T>
@@ -158,24 +158,33 @@ auto ExactQueries<T>::departure(const SurfacePoint<T>& point) const -> ExactDepa
   return {cast<T>(way.direction), way.halfedge, static_cast<T>(way.angle)};
 }
 
-// Ends of another direction than those before.
+// A shortest path, and of others that are lines those of another direction than those before.
+// (Searched ones are lines.)
 template <std::floating_point T>
-auto ExactQueries<T>::distinct(const std::vector<End>& ends) const -> std::vector<ExactArrival<T>> {
+auto ExactQueries<T>::distinct(const End& shortest, const std::vector<End>& others) const
+    -> std::vector<ExactArrival<T>> {
   using namespace arithmetic;
   const Directions directions(solution_);
+  const Backtrace backtrace(solution_);
   std::vector<ExactArrival<T>> out;
   std::vector<Vec3<Real>> known;
-  for (const End& end : ends) {
+  const auto add = [&](const End& end, const Vec3<Real>& direction) {
+    known.push_back(direction);
+    const Point from =
+        directions.beginning(end, [&](const End& e) { return backtrace.along_line(e); });
+    out.push_back({distance_of(end), cast<T>(direction), from.template cast<T>()});
+  };
+  add(shortest, direction_of(shortest));
+  for (const End& end : others) {
     const Vec3<Real> direction = direction_of(end);
     const bool is_known = std::any_of(known.begin(), known.end(), [&](const Vec3<Real>& d) {
       return stable_norm(d - direction) < same_direction;
     });
-    if (is_known) continue;
-    known.push_back(direction);
-    const Point from =
-        directions.beginning(end, [&](const End& e) { return Backtrace(solution_).along_line(e); });
-    out.push_back({distance_of(end), cast<T>(direction), from.template cast<T>()});
+    if (is_known || (end.back.empty() && !backtrace.is_line(end))) continue;
+    add(end, direction);
   }
+  std::stable_sort(out.begin(), out.end(),
+                   [](const auto& a, const auto& b) { return a.distance < b.distance; });
   return out;
 }
 

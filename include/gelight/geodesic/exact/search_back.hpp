@@ -34,7 +34,8 @@ class SearchBack {
     const WindowSolution<Real> found = from(p, best.distance);
     for (const auto& source : solution_.sources) {
       const End end = PointQuery<Real>(found).nearest(source.point);
-      if (end.distance + source.distance < best.distance) best = turned(found, end, source, p);
+      if (!(end.distance + source.distance < best.distance)) continue;
+      best = turned(end, source, p, PathBacktrace<Real>(found).back(end));
     }
   }
 
@@ -45,7 +46,8 @@ class SearchBack {
     for (const auto& source : solution_.sources) {
       for (const End& end :
            PointQuery<Real>(found).ends_at(source.point, limit - source.distance)) {
-        ends.push_back(turned(found, end, source, p));
+        if (!PathBacktrace<Real>(found).is_line(end)) continue;
+        ends.push_back(turned(end, source, p, PathBacktrace<Real>(found).along_line(end)));
       }
     }
     add_ends_from_bends(found, p, limit, ends);
@@ -106,16 +108,26 @@ class SearchBack {
       if (!solution_.faces->bends_at(v)) continue;
       for (const End& end : PointQuery<Real>(found).ends_at(bend.point, limit - bend.distance)) {
         const Point begin = PathDirections<Real>(found).beginning(
-            end, [&](const End& e) { return PathBacktrace<Real>(found).back(e); });
-        if (begin == p) ends.push_back(turned(found, end, bend, p));
+            end, [&](const End& e) { return PathBacktrace<Real>(found).along_line(e); });
+        if (!(begin == p) || !PathBacktrace<Real>(found).is_line(end)) continue;
+        End way = turned(end, bend, p, PathBacktrace<Real>(found).along_line(end));
+        if (!turns_short(way.back, bend.point)) ends.push_back(std::move(way));
       }
     }
   }
 
+  // Whether a path to a bend goes on from there with a short cut beside it.
+  [[nodiscard]] bool turns_short(const Array<Point>& path, const Point& bend) const {
+    const PathBacktrace<Real> backtrace(solution_);
+    const Index v = bend.element[0];
+    const Array<Point> rest = backtrace.by_lines(PointQuery<Real>(solution_).at_vertex(v));
+    return path.size() > 1 && rest.size() > 1 &&
+           backtrace.has_short_cut(path[path.size() - 2], bend, rest[1]);
+  }
+
   // The way to a source or a bend, as found from p, as the way from there to p.
-  [[nodiscard]] static End turned(const WindowSolution<Real>& found, const End& end,
-                                  const Source<Real>& source, const Point& p) {
-    Array<Point> path = PathBacktrace<Real>(found).back(end);
+  [[nodiscard]] static End turned(const End& end, const Source<Real>& source, const Point& p,
+                                  Array<Point> path) {
     std::reverse(path.begin(), path.end());
     return {end.distance + source.distance, p, {}, {0, 0}, std::move(path)};
   }
