@@ -240,6 +240,31 @@ TEST_CASE("what is fast enough is chosen, however few frames are to be paid for"
   CHECK(plan.seconds_a_frame * request.frames_a_second <= 1);
 }
 
+TEST_CASE("a planned membrane of any type is pulled by what lies deeper as the Gaussian is") {
+  for (const bool clips : {true, false}) {
+    const SensorAt pad = [=](double edge) {
+      auto sensor = gelsight_mini<double>(64, 48, edge);
+      sensor.options.clip_to_rest = clips;
+      return sensor;
+    };
+    SensorPlan plan;
+    plan.satisfies = true;
+    plan.edge_length = 0.002;
+    plan.light = PlannedLight::linear;
+    plan.smoothing_sigma = 2;
+    plan.smoothing_radius = 8;
+    const auto gaussian = planned_renderer<double>(pad, plan);
+    const auto any = planned_renderer<double, AnyPlannedMembrane<double>>(pad, plan);
+    Image<double> depth = gaussian.rest_frame().depth;
+    for (Index y = 16; y < 32; ++y) {
+      for (Index x = 20; x < 40; ++x) depth(x, y) += 0.0004;
+    }
+    const Image<Rgb8> seen = gaussian.render(depth);
+    CHECK((seen.pixels() == gaussian.rest_image().pixels()) == clips);
+    CHECK(any.render(depth).pixels() == seen.pixels());
+  }
+}
+
 TEST_CASE("models that are none are refused, and no sensor") {
   CHECK_THROWS_AS((void)plan_sensor(SensorAt{}), InvalidInput);
   CHECK_THROWS_AS((void)planned_renderer<double>(SensorAt{}, SensorPlan{}), InvalidInput);

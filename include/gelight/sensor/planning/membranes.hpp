@@ -67,6 +67,21 @@ class AnyPlannedMembrane {
     };
     std::visit(press_by, model_);
   }
+  /// As the model's; models that do not tell are not pulled by what lies deeper.
+  [[nodiscard]] bool clips_to_rest() const {
+    const auto clips = [](const auto& model) {
+      if constexpr (requires { model.clips_to_rest(); }) return model.clips_to_rest();
+      return true;
+    };
+    return std::visit(clips, model_);
+  }
+  /// Throws InvalidInput as the model does.
+  void require_fits(const Camera<T>& camera) const {
+    const auto fit = [&](const auto& model) {
+      if constexpr (requires { model.require_fits(camera); }) model.require_fits(camera);
+    };
+    std::visit(fit, model_);
+  }
   ///@}
 
  private:
