@@ -90,16 +90,15 @@ class ContactDraw {
       }
       if (count < fewest_pixels) continue;
       const Window near = touched.grown(around, camera_.width, camera_.height);
-      const Window tile{drawn_begin(near.left, near.right), drawn_begin(near.top, near.bottom), 0,
-                        0};
-      const Window counted{tile.left, tile.top, std::min(near.right, tile.left + side),
-                           std::min(near.bottom, tile.top + side)};
+      const auto [left, right, across] = drawn_part(near.left, near.right);
+      const auto [top, bottom, down] = drawn_part(near.top, near.bottom);
+      const Window counted{left, top, right, bottom};
       const Window window = counted.grown(reach + 3, camera_.width, camera_.height);
       TrialContact contact{window,
                            Image<double>(window.right - window.left, window.bottom - window.top),
                            {counted.left - window.left, counted.top - window.top,
                             counted.right - window.left, counted.bottom - window.top},
-                           area(near) / area(counted),
+                           double(across) * double(down),
                            touched.right - touched.left,
                            touched.bottom - touched.top,
                            depth,
@@ -117,7 +116,7 @@ class ContactDraw {
 
  private:
   static constexpr int fewest_pixels = 16;
-  static constexpr Index side = 40;  // of the square
+  static constexpr Index side = 40;  // of the square, at most
 
   struct Place {
     Eigen::Matrix3d frame;  // its z away from the camera, at right angles to the membrane
@@ -128,12 +127,20 @@ class ContactDraw {
     return low + (high - low) * std::ldexp(static_cast<double>(random_() >> 11), -53);
   }
 
-  [[nodiscard]] Index drawn_begin(Index low, Index high) {
-    if (high - low <= side) return low;
-    return low + static_cast<Index>(uniform(0, static_cast<double>(high - low - side + 1)));
-  }
-  [[nodiscard]] static double area(const Window& window) {
-    return double(window.right - window.left) * double(window.bottom - window.top);
+  // One of the parts, as wide as each other but for a pixel, that a range is cut into, and how many
+  // they are. Each is as likely as the others, so that no pixel counts for more than another: of
+  // squares that begin anywhere hardly one would reach the range's ends, where the image ends too
+  // and its light is nearest.
+  struct Part {
+    Index begin, end, count;
+  };
+  [[nodiscard]] Part drawn_part(Index low, Index high) {
+    const Index count = (high - low + side - 1) / side;
+    if (count <= 1) return {low, high, 1};
+    const auto drawn = static_cast<Index>(uniform(0, static_cast<double>(count)));
+    const Index k = std::min(drawn, count - 1);
+    const auto begin_of = [&](Index part) { return low + part * (high - low) / count; };
+    return {begin_of(k), begin_of(k + 1), count};
   }
 
   // Objects have what touches first at the origin, and their bodies towards z.

@@ -209,18 +209,27 @@ template <std::floating_point T>
 }
 
 /// A membrane's depth at rest, NaN where there is none.
+///@{
 template <std::floating_point T>
-[[nodiscard]] Image<T> rest_of(const Raster<double>& raster) {
-  Image<T> rest = rounded<T>(raster.depth);
+[[nodiscard]] Image<T> rest_of(const Image<double>& depth) {
+  Image<T> rest = rounded<T>(depth);
   for (T& z : rest.pixels()) z = surface_or_nan(z);
   return rest;
 }
+template <std::floating_point T>
+[[nodiscard]] Image<T> rest_of(const Raster<double>& raster) {
+  return rest_of<T>(raster.depth);
+}
+///@}
 
 /// A membrane whose surface is computed beforehand: that of an image, which may be another one from
 /// frame to frame.
 template <std::floating_point T>
 class KnownMembrane {
  public:
+  /// What moves it may lie beside the image.
+  static constexpr bool moves_untouched = true;
+
   struct Workspace {};
   explicit KnownMembrane(const Image<T>& surface) : surface_(&surface) {}
   [[nodiscard]] Index reach() const { return whole_image; }
@@ -298,7 +307,7 @@ class SensorTrials {
                PlannedLight light, PlannedMembrane membrane, const CancelHook& cancelled)
       : reference_light_(light), reference_membrane_(membrane), cancelled_(cancelled) {
     make_meshes(sensor_at, reference_edge);
-    sigma_ = meshes_[0]->sensor.options.smoothing_sigma;
+    sigma_ = checked_sigma(meshes_[0]->sensor.options.smoothing_sigma);
     draw(contacts);
     if (membrane != PlannedMembrane::gaussian) find_gel_sigma(contacts.radius);
     SensorChoice reference = most_exact();
@@ -435,6 +444,13 @@ class SensorTrials {
     return static_cast<Index>(std::ceil(times_sigma * sigma));
   }
 
+  [[nodiscard]] static double checked_sigma(double sigma) {
+    constexpr double most = TactileOptions::widest_sigma;
+    require(sigma >= 0 && sigma <= most, "a smoothing sigma of ", sigma,
+            " pixels is not between 0 and ", most);
+    return sigma;
+  }
+
   // The sigma, in pixels, with which a Gaussian is nearest to the gel's layer.
   void find_gel_sigma(double contact_radius) {
     const auto& sensor = with_rest(0).sensor;
@@ -444,7 +460,7 @@ class SensorTrials {
               "along it: of such a sensor the Gaussian is the membrane to plan with");
     }
     const double pixel = mean_rest(rest_of<double>(*with_rest(0).rest)) / sensor.camera.fx;
-    gel_sigma_ = gaussian_sigma(sensor.gel, contact_radius) / pixel;
+    gel_sigma_ = checked_sigma(gaussian_sigma(sensor.gel, contact_radius) / pixel);
   }
 
   // From none over Gaussians of the preset's and the gel's sigma to the reference's.
@@ -562,7 +578,7 @@ class SensorTrials {
   Image<T> pressed_gaussian(const SensorChoice& choice, const TrialContact& object) {
     const Mesh& mesh = with_rest(choice.mesh);
     const Image<T> depth = rounded<T>(object.depth);
-    const Image<T> rest = rounded<T>(cut_out(mesh.rest->depth, object.window));
+    const Image<T> rest = rest_of<T>(cut_out(mesh.rest->depth, object.window));
     Image<T> surface(depth.width(), depth.height());
     const auto membrane = gaussian_of<T>(mesh.sensor, choice);
     auto work = membrane.make_workspace(depth.width(), depth.height());
@@ -600,7 +616,7 @@ class SensorTrials {
       parts.push_back({cut_out(mesh.rest->depth, one.lit()), cut_out(mesh.rest->face, one.lit()),
                        cut_out(mesh.rest->barycentric, one.lit())});
     }
-    fields = by_part(baked(mesh, light, parts));
+    fields = by_part(baked(mesh, light, parts), parts.size());
     return fields[contact];
   }
 
@@ -615,7 +631,7 @@ class SensorTrials {
         parts.push_back(rasterize(mesh.sensor.membrane, coarse_camera(mesh.sensor.camera, g)));
       }
     }
-    const auto fields = by_part(baked(mesh, light, parts));
+    const auto fields = by_part(baked(mesh, light, parts), parts.size());
     for (std::size_t i = 0; i < fields.size(); ++i) mesh.coarse[{light, grids[i]}] = fields[i];
     return mesh.coarse[{light, grid}];
   }
@@ -645,8 +661,9 @@ class SensorTrials {
     }
     return result;
   }
-  static std::vector<std::vector<Field>> by_part(std::vector<std::vector<Field>> by_led) {
-    std::vector<std::vector<Field>> result(by_led[0].size());
+  static std::vector<std::vector<Field>> by_part(std::vector<std::vector<Field>> by_led,
+                                                 std::size_t parts) {
+    std::vector<std::vector<Field>> result(parts);
     for (auto& fields : by_led) {
       for (std::size_t i = 0; i < fields.size(); ++i) result[i].push_back(std::move(fields[i]));
     }
@@ -672,7 +689,7 @@ class SensorTrials {
   template <std::floating_point T>
   TrialImages images(const SensorChoice& choice, std::size_t contact) {
     const SeenMembrane& there = seen(choice.mesh, contact);
-    Image<T> surface = rounded<T>(there.rest);
+    Image<T> surface = rest_of<T>(there.rest);
     const auto renderer = renderer_of<T>(meshes_[choice.mesh]->sensor, there,
                                          fields(choice, contact), choice, KnownMembrane(surface));
     surface = pressed<T>(choice, contact);

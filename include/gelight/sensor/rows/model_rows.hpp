@@ -80,7 +80,8 @@ class ModelRows {
     const ImageView<const T> depth = in_range(work, packed(work, image));
     work.everything = everything;
     restore(work);
-    const Window touched = find_contact(work, depth);
+    const Window contact = find_contact(work, depth);
+    const Window touched = moves_untouched() ? Window{0, 0, width_, height_} : contact;
     work.moved = everything ? touched.grown(whole_image, width_, height_)
                             : whole_blocks(touched.grown(reach_, width_, height_)).common(wanted);
     if (touched.is_empty() || work.moved.is_empty()) {
@@ -119,6 +120,12 @@ class ModelRows {
   }
 
  private:
+  // Whether the surface may differ from rest without a contact in the image.
+  [[nodiscard]] static constexpr bool moves_untouched() {
+    if constexpr (requires { M::moves_untouched; }) return M::moves_untouched;
+    return false;
+  }
+
   template <class D>
   [[nodiscard]] ImageView<const T> packed(Workspace& work, const D& image) const {
     if constexpr (std::convertible_to<const D&, ImageView<const T>>) {
