@@ -11,6 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "gelight/membrane/contact.hpp"
+#include "gelight/membrane/spring_membrane.hpp"
+#include "gelight/sensor/tactile_renderer.hpp"
 #include "support/dense.hpp"
 #include "support/refusal.hpp"
 
@@ -767,4 +770,28 @@ TEST_CASE("a press into taut gel is followed and cancelled, and leaves what it w
   CHECK_THROWS_AS((void)loose.press_tilting(ball, 0.2, {0, 0}, [] { return true; }), Cancelled);
   last = 0;
   CHECK(loose.press_tilting(ball, 0.2, {1e-4, 0}, follow).equilibrium == Equilibrium::reached);
+}
+
+TEST_CASE("a bed of springs of another rest depth or size than the renderer's is refused") {
+  const double at_rest = 0.03, pixel = at_rest / 40;
+  const Camera<double> eye{40, 20, 7.5, 5.5, 16, 12};
+  const SpringMembrane<double> membrane(SpringBed<double>(eye, at_rest), 0.5);
+  Image<double> depth(16, 12, std::numeric_limits<double>::infinity());
+  for (Index y = 4; y < 8; ++y) {
+    for (Index x = 4; x < 8; ++x) depth(x, y) = 0.028;
+  }
+  for (const double other : {0.9 * at_rest, at_rest + 0.02 * pixel, at_rest - 0.02 * pixel}) {
+    CHECK(test::contains(
+        test::refusal([&] { (void)surface_depth(membrane, depth, Image<double>(16, 12, other)); }),
+        "the renderer's rest depth is "));
+  }
+  const Image<double> same(16, 12, at_rest + 0.005 * pixel);
+  CHECK(surface_depth(membrane, depth, same)(5, 5) < at_rest);
+  const std::string words = "images of 8 x 8 pixels are not of the membrane's 16 x 12";
+  const Image<double> small(8, 8, at_rest);
+  CHECK(test::refusal([&] { (void)surface_depth(membrane, small, small); }) == words);
+  const Camera<double> narrow{40, 20, 3.5, 3.5, 8, 8};
+  CHECK(test::refusal([&] {
+          (void)TactileRenderer(narrow, small, membrane, PhongLights<double>{});
+        }) == words);
 }

@@ -139,8 +139,9 @@ std::vector<Light<float>> three_lights() {
 }
 
 template <class Membrane, class Shine>
-void check_frames(const Membrane& membrane, const Shine& shine, bool mask) {
-  Image<float> rest = curved_rest();
+void check_frames(const Membrane& membrane, const Shine& shine, bool mask,
+                  const Image<float>& whole_rest = curved_rest()) {
+  Image<float> rest = whole_rest;
   if (mask) {
     for (Index y = 0; y < 30; ++y) std::fill_n(rest.row(y), 20, 0.f);
   }
@@ -153,7 +154,7 @@ void check_frames(const Membrane& membrane, const Shine& shine, bool mask) {
   std::mt19937 random(7);
   auto frame = sparse.rest_frame();
   for (int i = 0; i < 24; ++i) {
-    const Image<float> contact = pressed(random, curved_rest(), i % 3 == 2);
+    const Image<float> contact = pressed(random, whole_rest, i % 3 == 2);
     const auto image = sparse.render(contact);
     CHECK(image != sparse.rest_image());
     CHECK(image == dense.render(contact));
@@ -182,7 +183,7 @@ TEST_CASE("frames of any membrane and reflectance: sparse, whole and in a sequen
     check_frames(GaussianMembrane<float>(3, 9), NormalMap{}, mask);
     check_frames(FlatGelSightMembrane<float>(), phong, mask);
     check_frames(ShadowedMembrane<float>(camera, GaussianMembrane<float>(3, 9)), phong, mask);
-    check_frames(springs, NormalMap{}, mask);
+    check_frames(springs, NormalMap{}, mask, Image<float>(width, height, 0.03f));
   }
 }
 

@@ -78,6 +78,7 @@ class SpringBed {
 
   /// What the bed was made of.
   ///@{
+  [[nodiscard]] const Camera<T>& camera() const { return camera_; }
   [[nodiscard]] const Gel& gel() const { return gel_; }
   [[nodiscard]] T rest_depth() const { return rest_; }
   ///@}
