@@ -4,6 +4,9 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdlib>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "gelight/concepts/membrane.hpp"
@@ -14,6 +17,45 @@
 #include "gelight/views/image_view.hpp"
 
 namespace gelight::detail {
+
+/// Of a share of a kernel that lies on known pixels: where 1 less the share that is missing has
+/// lost more than ten bits.
+template <std::floating_point T>
+[[nodiscard]] bool is_hardly_known(T missing) {
+  return 1 - missing < T(0x1p-10);
+}
+
+/// The mean of the numbers around a pixel, weighted by a symmetric kernel, given from its middle
+/// outwards, along rows and columns; NaN does not count. Beyond its edge the image is reflected. By
+/// the sum of the weights that count, however small: so it takes their square of operations.
+/// Without a value where none of the nearest eight pixels is known, whose normals alone would show
+/// it.
+template <std::floating_point T, class Value>
+[[nodiscard]] std::optional<T> mean_beside_known(const Value& value, Index x, Index y, Index width,
+                                                 Index height, const std::vector<T>& weights) {
+  const auto at = [&](Index i, Index j) {
+    return double{
+        value(inside(x + i, width, Border::reflect101), inside(y + j, height, Border::reflect101))};
+  };
+  const auto sum_within = [&](Index reach) {
+    std::pair<double, double> sums{0, 0};
+    for (Index j = -reach; j <= reach; ++j) {
+      for (Index i = -reach; i <= reach; ++i) {
+        const double number = at(i, j);
+        if (std::isnan(number)) continue;
+        const double weight = double{weights[static_cast<std::size_t>(std::abs(i))]} *
+                              double{weights[static_cast<std::size_t>(std::abs(j))]};
+        sums.first += weight * number;
+        sums.second += weight;
+      }
+    }
+    return sums;
+  };
+  const Index radius = static_cast<Index>(weights.size()) - 1;
+  if (!(sum_within(std::min(Index{1}, radius)).second > 0)) return std::nullopt;
+  const auto [sum, share] = sum_within(radius);
+  return static_cast<T>(sum / share);
+}
 
 /// The memory to smooth images of one size in, with kernels up to some radius.
 template <std::floating_point T>
@@ -49,7 +91,10 @@ class Smoother {
       T* const lack = smoothed_.data();
       smooth_down(lack, missing_, y, window, weights);
       for (Index i = 0; i < window.right - window.left; ++i) {
-        if (lack[i] > 0) row[i] = lack[i] < 1 ? row[i] / (1 - lack[i]) : 0;
+        if (!(lack[i] > 0)) continue;
+        row[i] = lack[i] < 1 ? row[i] / (1 - lack[i]) : 0;
+        if (!is_hardly_known(lack[i])) continue;
+        row[i] = mean_beside_known(in, window.left + i, y, width, height, weights).value_or(row[i]);
       }
     }
   }

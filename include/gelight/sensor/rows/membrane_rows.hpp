@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <iterator>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "gelight/image/mask.hpp"
 #include "gelight/image/normal_rows.hpp"
 #include "gelight/membrane/contact.hpp"
+#include "gelight/membrane/smoothing.hpp"
 #include "gelight/sensor/rows/lines.hpp"
 #include "gelight/sensor/rows/near_blocks.hpp"
 #include "gelight/sensor/rows/padded_rows.hpp"
@@ -332,7 +334,7 @@ class MembraneRows {
     if (wanted != nullptr) keep_marks(work.moved.data(), wanted, std::ssize(work.moved));
     gather_runs(work.runs, work.moved.data(), width_);
     if (work.runs.empty()) return;
-    if (radius_ > 0) smooth_down(work, y, first, last);
+    if (radius_ > 0) smooth_down(work, image, y, first, last);
     for (Index row = first; row < last; ++row) make_row(work, image, row);
   }
 
@@ -470,7 +472,8 @@ class MembraneRows {
 
   // Smooths down the columns into `sums`, over the workspace's runs in rows `first` to before
   // `last` of the band from row y on: a mean over the known pixels.
-  void smooth_down(Workspace& work, Index y, Index first, Index last) const {
+  template <class D>
+  void smooth_down(Workspace& work, const D& image, Index y, Index first, Index last) const {
     const Index begin = (first - y) / 2 * 2, end = last - y;
     sum_down(work, work.across, y, begin, end, work.sums);
     const bool mask = lack_.width() > 0;
@@ -483,10 +486,23 @@ class MembraneRows {
         for (Index x = run.begin; x < run.end; ++x) {
           const auto i = static_cast<std::size_t>(x);
           const T lack = (work.any_holes ? missing[i] : 0) + (mask ? lack_(x, y + r) : 0);
-          if (lack > 0) sums[i] = lack < 1 ? sums[i] / (1 - lack) : 0;
+          if (!(lack > 0)) continue;
+          sums[i] = lack < 1 ? sums[i] / (1 - lack) : 0;
+          if (is_hardly_known(lack) && is_depth(rest(y + r)[x])) {
+            sums[i] = mean_beside_known(image, x, y + r).value_or(sums[i]);
+          }
         }
       }
     }
+  }
+
+  template <class D>
+  [[nodiscard]] std::optional<T> mean_beside_known(const D& image, Index x, Index y) const {
+    const auto value = [&](Index u, Index v) {
+      return detail::protrusion(static_cast<T>(ImageTraits<D>::pixel(image, u, v)), rest(v)[u],
+                                allowed_);
+    };
+    return detail::mean_beside_known<T>(value, x, y, width_, height_, weights_);
   }
 
   // A few columns of all rows of the band at a time, so that they come from the first cache.
