@@ -95,16 +95,15 @@ class PointQuery {
       End end = at_vertex(p.element[0]);
       if (is_straight(end)) ends.push_back(std::move(end));
     }
-    for_each_end(p, limit, [&](Real by_windows, const Arrival& last, const Vec2<Real>& at) {
-      const Real distance =
-          last.entry < 0 ? by_windows
-                         : solution_.origins[last.origin].start + norm(Vec2<Real>(last.image - at));
+    for_each_end(p, limit, [&](Real distance, const Arrival& last, const Vec2<Real>& at) {
       if (!(distance <= limit)) return;
       if (last.entry == Arrival::from_vertex && !solution_.begins_lines(last.origin)) return;
       if (p.kind == Point::Kind::vertex && last.entry == Arrival::from_vertex &&
           last.origin == p.element[0]) {
         return;
       }
+      if (last.entry >= 0)
+        distance = solution_.origins[last.origin].start + norm(Vec2<Real>(last.image - at));
       ends.push_back({distance, p, last, at});
     });
     for_each_front(p, [&](Real distance, const Point& foot) {
