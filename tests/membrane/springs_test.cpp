@@ -795,3 +795,22 @@ TEST_CASE("a bed of springs of another rest depth or size than the renderer's is
           (void)TactileRenderer(narrow, small, membrane, PhongLights<double>{});
         }) == words);
 }
+
+TEST_CASE("a force that rounding loses is not reached") {
+  const Camera<double> eye{40, 40, 16, 10, 33, 21};
+  Image<double> depth(33, 21, inf);
+  for (Index y = 8; y < 13; ++y) std::fill_n(depth.row(y) + 12, 8, 0.0295);
+  for (const double tension : {0.0, 1.0, 1e6, 1e9, 1e12, 1e15}) {
+    const SpringBed<double> bed(eye, 0.03, {.tension = tension});
+    for (const double force : {1e-12, 0.1, 1.0, 1e3}) {
+      const auto contact = bed.press(depth, force);
+      CAPTURE(tension);
+      CAPTURE(force);
+      CHECK(contact.residual_force == doctest::Approx(force - contact.force));
+      if (contact.equilibrium != Equilibrium::reached) continue;
+      CHECK(std::abs(contact.force - force) <= 0.01 * force);
+    }
+    if (tension > 1) continue;
+    CHECK(bed.press(depth, 0.1).equilibrium == Equilibrium::reached);
+  }
+}

@@ -29,7 +29,7 @@ enum class Equilibrium : std::uint8_t {
   /// presses all in twice as deep as the gel is, where it is greater)
   too_strong,
   tips_over,      ///< the force acts beside the object
-  not_converged,  ///< the residuals tell how far it came
+  not_converged,  ///< the residuals tell how far it came; also where rounding loses 1 % of a force
 };
 
 /// A rigid object in the gel.
