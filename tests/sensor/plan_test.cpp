@@ -292,7 +292,7 @@ TEST_CASE("trials tell what whole frames show, beside a contact and where the me
     const auto sensor = sensor_at(0.001);
     const Surface<double> surface(sensor.membrane);
     const auto rest = rasterize(sensor.membrane, sensor.camera);
-    for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
       detail::SensorTrials trials(sensor_at, 0.001, {0.003, 0.0008, 3, seed}, fine.light,
                                   fine.membrane, {});
       detail::SensorChoice choice = trials.most_exact();
