@@ -314,15 +314,15 @@ class ArcTracer {
     return norm(other.centre - disc.centre) + disc.radius - other.radius < tangent_;
   }
 
-  // Whether a point of a disc's border is in another disc. Where the two touch from within it is
-  // the same at all points: there depths are rounding.
-  [[nodiscard]] bool is_hidden(const Disc& disc, const Disc& other, const Vec2<Real>& p) const {
+  // Whether a point of a disc's border is in another disc. Where depths are rounding, the two
+  // touch from within, which is the same at all points, or cross so flatly that their borders are
+  // one: the first one's.
+  [[nodiscard]] bool is_hidden(std::size_t number, std::size_t by, const Vec2<Real>& p) const {
+    const Disc &disc = discs_[number], &other = discs_[by];
     const Real depth = other.depth(p);
-    if (std::fabs(depth) < tangent_) {
-      if (lies_in(disc, other)) return true;
-      if (lies_in(other, disc)) return false;
-    }
-    return depth > 0;
+    if (std::fabs(depth) >= tangent_) return depth > 0;
+    if (lies_in(disc, other)) return true;
+    return !lies_in(other, disc) && by < number;
   }
 
   [[nodiscard]] bool is_border(std::size_t number, const Vec2<Real>& p) const {
@@ -330,8 +330,8 @@ class ArcTracer {
     if (!flat_.contains(p) || !disc.sees(p)) return false;
     for (std::size_t i = 0; i < discs_.size(); ++i) {
       if (i == number || !discs_[i].sees(p)) continue;
-      const Disc& other = discs_[i];
-      if (is_same(other, disc) ? counts_before(i, number) : is_hidden(disc, other, p)) return false;
+      if (is_same(discs_[i], disc) ? counts_before(i, number) : is_hidden(number, i, p))
+        return false;
     }
     return true;
   }
