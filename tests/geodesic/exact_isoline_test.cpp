@@ -355,6 +355,29 @@ TEST_CASE("the offset of one segment: along each edge, and from next to an edge 
   }
 }
 
+TEST_CASE("round a segment that begins next to a vertex of a jittered ball lines are closed") {
+  Random random(71);
+  for (int world = 0; world < 300; ++world) {
+    CAPTURE(world);
+    auto mesh = icosphere<double>(1, 1 + world % 2);
+    for (auto& p : mesh.positions) {
+      for (double& x : p) x += uniform(random, -0.6, 0.6);
+      p[2] *= 0.05;
+    }
+    const Surface<double> surface(mesh);
+    const auto f = test::uniform_index(random, surface.face_count());
+    const double off = std::array{1e-13, 1e-12, 1e-11}[static_cast<std::size_t>(world % 3)];
+    const Segment<double> segment{face_point<double>(f, {1 - off, off, 0}),
+                                  face_point<double>(f, {off / 3, 1 - off, off - off / 3})};
+    const auto field = ExactSolver(mesh).solve(std::span<const Segment<double>>(&segment, 1));
+    for (int k = 0; k < 4; ++k) {
+      const double level = uniform(random, 0.05, 2.0);
+      CAPTURE(level);
+      for (const auto& line : exact_isolines(field, level)) CHECK(line.is_closed);
+    }
+  }
+}
+
 TEST_CASE("the offset of a side of the border is one line from border to border") {
   for (const Index n : {1, 2, 3}) {
     const auto mesh = grid<double>(n, n, 1, 1);

@@ -287,10 +287,18 @@ class ArcTracer {
     const Real least =
         std::min({std::fabs(gap + a - b), std::fabs(gap + b - a), std::fabs(gap - a - b)});
     if (gap <= shortest * size_ || least < tangent_) return;
-    // Where both circles cross, measured from the middle of this one along the line to the other.
-    const Real along = (gap + (a - b) * (a + b) / gap) / 2;
+    const HalfPlane<Real> line = crossing(disc, other);
+    cut(disc, line.normal, line.offset);
+  }
+
+  // The line on which two circles cross, up where the other lies farther out.
+  [[nodiscard]] static HalfPlane<Real> crossing(const Disc& disc, const Disc& other) {
+    const Vec2<Real> way = other.centre - disc.centre;
+    const Real gap = stable_norm(way), a = disc.radius, b = other.radius;
     const Vec2<Real> normal = way / gap;
-    cut(disc, normal, along + dot(normal, disc.centre));
+    // From the middle of this one along the line to the other.
+    const Real along = (gap + (a - b) * (a + b) / gap) / 2;
+    return {normal, along + dot(normal, disc.centre)};
   }
 
   void add_cut(const Disc& disc, Real place) {
@@ -314,15 +322,16 @@ class ArcTracer {
     return norm(other.centre - disc.centre) + disc.radius - other.radius < tangent_;
   }
 
-  // Whether a point of a disc's border is in another disc. Where depths are rounding, the two
-  // touch from within, which is the same at all points, or cross so flatly that their borders are
-  // one: the first one's.
-  [[nodiscard]] bool is_hidden(std::size_t number, std::size_t by, const Vec2<Real>& p) const {
-    const Disc &disc = discs_[number], &other = discs_[by];
+  // Whether a point of a disc's border is in another disc. Where depths are rounding the two touch
+  // from within, which is the same at all points, or cross as flatly as that: then the line tells
+  // that goes through where they cross.
+  [[nodiscard]] bool is_hidden(const Disc& disc, const Disc& other, const Vec2<Real>& p) const {
     const Real depth = other.depth(p);
     if (std::fabs(depth) >= tangent_) return depth > 0;
     if (lies_in(disc, other)) return true;
-    return !lies_in(other, disc) && by < number;
+    if (lies_in(other, disc)) return false;
+    const bool are_circles = !disc.is_straight && !other.is_straight;
+    return are_circles ? crossing(disc, other).height(p) > 0 : depth > 0;
   }
 
   [[nodiscard]] bool is_border(std::size_t number, const Vec2<Real>& p) const {
@@ -330,17 +339,18 @@ class ArcTracer {
     if (!flat_.contains(p) || !disc.sees(p)) return false;
     for (std::size_t i = 0; i < discs_.size(); ++i) {
       if (i == number || !discs_[i].sees(p)) continue;
-      if (is_same(discs_[i], disc) ? counts_before(i, number) : is_hidden(number, i, p))
+      if (is_same(discs_[i], disc) ? counts_before(i, number) : is_hidden(disc, discs_[i], p))
         return false;
     }
     return true;
   }
 
-  // Of one border that is there twice the one farther out counts, as that which hides others; of
-  // equal ones the first.
+  // Of one border that is there twice the larger disc's counts, which is the one that lies outside
+  // where they touch; of equal ones the first. One order for all, else none of three might count.
   [[nodiscard]] bool counts_before(std::size_t a, std::size_t b) const {
-    const bool a_in_b = lies_in(discs_[a], discs_[b]), b_in_a = lies_in(discs_[b], discs_[a]);
-    return a_in_b == b_in_a ? a < b : b_in_a;
+    const Disc &first = discs_[a], &second = discs_[b];
+    if (first.is_straight || first.radius == second.radius) return a < b;
+    return first.radius > second.radius;
   }
 
   void add_piece(const Disc& disc, Real from, Real width) {
