@@ -41,10 +41,11 @@ struct FastMarchingOptions {
 /// A vertex that was passed too early, as happens in obtuse triangles, is reached again when a
 /// shorter way to it shows, so no triangle needs splitting. Where two fronts of one source meet, a
 /// distance can be too small. Fronts of different sources pass through each other for two mean
-/// edges: the answer to many sources is that of the nearest alone, within a twentieth of the mean
-/// edge on 173 of 174 trials (2, 5 and 50 random points, with start distances and without, on
-/// grids, icospheres, scan-like meshes and needles; 0.36 edges where it was most; single vertices
-/// of triangulations at random, with triangles of every thinness, were off by several edges).
+/// edges, 32 at a vertex at most: the answer to many sources is that of the nearest alone, within a
+/// twentieth of the mean edge on 173 of 174 trials (2, 5 and 50 random points, with start distances
+/// and without, on grids, icospheres, scan-like meshes and needles; 0.36 edges where it was most;
+/// single vertices of triangulations at random, with triangles of every thinness, were off by
+/// several edges).
 ///
 /// Error, mean and largest: icospheres of 642 to 655,362 vertices 0.62 % and 2.4 % to 0.015 % and
 /// 0.12 %, falling with order 1.1; against exact distances on the GelTip membrane 0.029 % and
@@ -141,10 +142,6 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // Right angles are not obtuse by rounding: the share by which a squared length may be less.
   static constexpr double right_angle = 1 + 1e-5;
 
-  // A wave is handed on where it is late by this many mean edges at most: a line that crosses an
-  // edge in front of the place where waves meet has ends behind it by up to two of their edges.
-  static constexpr double most_delay_in_edges = 2;
-
   // Faces of less than this share of the longer edge's square may have no area, more may not.
   static constexpr double thin = 1e-3;
 
@@ -159,6 +156,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
     Index wave = -1;                       // the source it was reached from
     Index next = -1;                       // of the same vertex, of another wave
     bool settled = false;                  // not in the queue, having been there
+    bool leads = true;                     // as Waves has it
   };
 
   struct Front : detail::Waves<Node> {
@@ -199,14 +197,15 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
   // Reaches the neighbours of a vertex: along the edges, and across the edge to a neighbour that
   // has left the queue too. No circle has the distances of waves from different sources: an edge is
   // crossed by a wave that both ends know. Where another came first a wave is kept for that, one
-  // vertex beyond those where it is not too late to be handed on.
+  // vertex beyond those from where it leads on.
   template <bool several>
   void advance(Index node, Front& front) const {
     const Index v = several ? front.vertex_of(node) : node;
     const double d = front.nodes[node].distance;
     const Index wave = front.nodes[node].wave;
     const double start = front.starts[wave];
-    const bool leads = !several || d <= front.best(v) + most_delay_;
+    if constexpr (several) front.nodes[node].leads = front.may_lead(v, node, most_delay_);
+    const bool leads = front.nodes[node].leads;
     static constexpr Node unknown{};
     const auto at = [&](Index end) -> const Node& {
       if constexpr (several) {
@@ -215,9 +214,6 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
       } else {
         return front.nodes[end];
       }
-    };
-    const auto leads_at = [&](Index end, const Node& n) {
-      return leads || !several || n.distance <= front.best(end) + most_delay_;
     };
     // A way across an edge at this vertex comes to an end at an angle with the edge from here no
     // wider than the face's own. Where that is not obtuse, the squared distance found is less than
@@ -241,12 +237,11 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
         };
         if (other.settled & may_gain(end, spoke)) {
           nearest = std::min(nearest, over(before.length, other, std::min(nearest, end.to_beat)));
-          late = late || leads_at(before.end, other);
+          late = late || other.leads;
         }
         if (end.settled & may_gain(other, before)) {
           const double reached = over(spoke.length, end, other.to_beat);
-          const bool may_be_late = leads_at(spoke.end, end);
-          front.template reach<several>(before.end, reached, wave, may_be_late);
+          front.template reach<several>(before.end, reached, wave, leads || end.leads);
         }
       }
       front.template reach<several>(spoke.end, nearest, wave, late);
@@ -302,7 +297,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
       }
     }
     begin_.push_back(static_cast<Index>(spokes_.size()));
-    most_delay_ = most_delay_in_edges * sum / (3.0 * mesh.face_count());
+    most_delay_ = Front::most_delay_in_edges * sum / (3.0 * mesh.face_count());
     if (sum == 0 && mesh.any_edge_is_long()) return false;
     collect(short_length);
     step_ = short_length.length();

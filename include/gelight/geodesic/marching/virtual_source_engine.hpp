@@ -39,7 +39,7 @@ class VirtualSourceEngine {
   VirtualSourceEngine(Surface<Real> surface, const VirtualSourceOptions& options)
       : surface_(std::move(surface)), cancelled_(options.cancelled) {
     step_ = short_edge_length(surface_);
-    most_delay_ = most_delay_in_edges * mean_edge_length(surface_);
+    most_delay_ = Front::most_delay_in_edges * mean_edge_length(surface_);
     lay_out_fans();
     link_fans();
   }
@@ -164,6 +164,7 @@ class VirtualSourceEngine {
     // The least distance by an image that is hidden in part, tried when the vertex' turn comes;
     // over which place, negative where the owner is the end after it.
     Index promised = 0;
+    bool leads = true;  // as Waves has it
     double promise = unreachable<double>;
 
     [[nodiscard]] bool is_bettered(double new_offset, double new_distance,
@@ -236,10 +237,6 @@ class VirtualSourceEngine {
   // `next_to_vertex` of an edge is seen from there along any of its edges.
   static constexpr double tie = 1e-12, straight = 1e-9, next_to_vertex = 1e-9, rounding = 1e-12;
 
-  // A wave is handed on where it is late by this many mean edges at most: a line that crosses an
-  // edge in front of the place where waves meet has ends behind it by up to two of their edges.
-  static constexpr double most_delay_in_edges = 2;
-
   void start(const Source<double>& source, Index wave, Front& front) const {
     using namespace arithmetic;
     const auto point = simplified(surface_, source.point);
@@ -287,20 +284,16 @@ class VirtualSourceEngine {
                                        Front& front) {
     return several ? front.place_for(seen.vertex, distance, wave, seen.may_come) : seen.vertex;
   }
-  template <bool several>
-  [[nodiscard]] bool leads(Index v, const Node& node, const Front& front) const {
-    return !several || node.distance <= front.best(v) + most_delay_;
-  }
 
   // Reaches the neighbours of a vertex: along the edges, and over them with the images that their
   // two ends hold of one wave. Where another came first a wave is kept for that, one vertex beyond
-  // those where it is not too late to be handed on.
+  // those from where it leads on.
   template <bool several>
   void advance(Index node, Front& front) const {
     const Index v = several ? front.vertex_of(node) : node;
     if constexpr (several) front.reserve_more(begin_[v + 1] - begin_[v]);
-    const bool leading = leads<several>(v, front.nodes[node], front);
-    const Seen from{v, node, leading};
+    if constexpr (several) front.nodes[node].leads = front.may_lead(v, node, most_delay_);
+    const Seen from{v, node, front.nodes[node].leads};
     for (Index s = begin_[v]; s < begin_[v + 1]; ++s) {
       const Spoke& here = spokes_[s];
       if (here.slack != no_face) {
@@ -345,7 +338,7 @@ class VirtualSourceEngine {
     const Seen beside = seen<several>(edge.end, first.wave, false, front);
     const Node& second = at<several>(beside, front);
     if (!second.settled) return;
-    const bool may_come = from.may_come || leads<several>(edge.end, second, front);
+    const bool may_come = from.may_come || second.leads;
     Seen target = seen<several>(to.end, first.wave, may_come, front);
     const double limit = at<several>(target, front).limit();
     if (!(limit > std::min(first.distance, second.distance) - slack)) return;

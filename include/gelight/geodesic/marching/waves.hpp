@@ -16,9 +16,19 @@ namespace gelight::detail {
 
 /// The waves of several sources at the vertices of a mesh, a node each. A node tells its `distance`
 /// (infinite at first), its `wave` (the number of its source) and the `next` of the same vertex,
-/// both -1 where there is none. The first `vertex_count` nodes are the vertices' first ones.
+/// both -1 where there is none; and whether the wave `leads` on from there. The first
+/// `vertex_count` nodes are the vertices' first ones.
 template <class Node>
 struct Waves {
+  // A wave is handed on where it is late by this many mean edges at most: a line that crosses an
+  // edge in front of the place where waves meet has ends behind it by up to two of their edges.
+  static constexpr double most_delay_in_edges = 2;
+  // And by how many from one vertex, the nearest ones: of sources side by side, as on a curve, all
+  // are late by little, the more the farther away. (With half as many the answer was farther than
+  // the nearest source alone says on 16 of 116 curves of four sources an edge by a twentieth of an
+  // edge, with these as without a limit on 2.)
+  static constexpr int most_leading = 32;
+
   Array<Node> nodes;
   Array<Index> owner;  // vertex of each node after the first ones
 
@@ -45,6 +55,19 @@ struct Waves {
       least = std::min(least, nodes[n].distance);
     }
     return least;
+  }
+
+  /// Whether the wave of a node of a vertex, whose turn it is, leads on from there.
+  [[nodiscard]] bool may_lead(Index v, Index node, double most_delay) const {
+    const double distance = nodes[node].distance;
+    double least = distance;
+    int nearer = 0;
+    for (Index n = v; n >= 0; n = nodes[n].next) {
+      if (!(nodes[n].distance < distance)) continue;
+      least = std::min(least, nodes[n].distance);
+      if (nodes[n].leads) ++nearer;
+    }
+    return nearer < most_leading && distance <= least + most_delay;
   }
 
   /// Whether no other wave has been at a vertex.
