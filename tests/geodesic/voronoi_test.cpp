@@ -137,6 +137,62 @@ TEST_CASE("a vertex' site is as near as any") {
   }
 }
 
+TEST_CASE("beyond the solver's greatest distance no source and no site is near") {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Random random(9);
+  for (const test::NamedMesh& named : meshes()) {
+    CAPTURE(named.name);
+    const Mesh<double>& mesh = named.mesh;
+    const ExactSolver whole(mesh);
+    const auto far = whole.distance(Index{0});
+    double farthest = 0;
+    for (const double d : far) farthest = std::isinf(d) ? farthest : std::max(farthest, d);
+    const double most = 0.3 * farthest, room = 1e-9 * farthest;
+    const ExactSolver solver(mesh, ExactOptions<double>{.max_distance = most});
+    const auto is_as_within = [&](double d, double truth) {
+      if (std::abs(truth - most) <= room) return true;
+      return truth < most ? std::abs(d - truth) <= room : d == infinity;
+    };
+    GrowingDistances<double> growing(solver);
+    std::vector<double> least(mesh.positions.size(), infinity), nearest = least;
+    std::vector<Index> sites;
+    for (int i = 0; i < 6; ++i) {
+      sites.push_back(test::uniform_index(random, static_cast<Index>(mesh.positions.size())));
+      const double start = i % 2 == 0 ? 0 : test::uniform(random, -0.2, 0.4) * farthest;
+      const std::vector<Index> nearer = growing.add({vertex_point<double>(sites.back()), start});
+      const auto alone = whole.distance(sites.back());
+      for (std::size_t v = 0; v < least.size(); ++v) {
+        least[v] = std::min(least[v], start + alone[v]);
+        nearest[v] = std::min(nearest[v], alone[v]);
+        CHECK(is_as_within(growing.distance(static_cast<Index>(v)), least[v]));
+      }
+      for (const Index v : nearer) CHECK(growing.distance(v) < infinity);
+    }
+    const std::vector<Index> cells = voronoi(solver, sites);
+    for (std::size_t v = 0; v < cells.size(); ++v) {
+      if (std::abs(nearest[v] - most) > room) CHECK((cells[v] == -1) == (nearest[v] > most));
+    }
+  }
+}
+
+TEST_CASE("the solver's limit of memory and its hook hold where sources are added") {
+  const auto mesh = icosphere<double>(4);
+  ExactOptions<double> options;
+  options.max_memory = 1000;
+  CHECK_THROWS_AS((void)voronoi(ExactSolver(mesh, options), {0, 1}), MemoryLimit);
+  CHECK_THROWS_AS((void)farthest_points(ExactSolver(mesh, options), 3), MemoryLimit);
+  bool is_over = false;
+  int asked = 0;
+  ExactOptions<double> hooked;
+  hooked.cancelled = [&] { return is_over; };
+  const ExactSolver solver(mesh, hooked);
+  const auto both = [&] { return ++asked < 0; };
+  CHECK(voronoi(solver, {0, 1}, both) == voronoi(ExactSolver(mesh), {0, 1}));
+  CHECK(asked > 1);
+  is_over = true;
+  CHECK_THROWS_AS((void)voronoi(solver, {0, 1}, both), Cancelled);
+}
+
 TEST_CASE("bad input and cancelling") {
   const auto mesh = icosphere<float>(1);
   const ExactSolver solver(mesh);

@@ -25,6 +25,8 @@ namespace gelight {
 template <std::floating_point T>
 class PathSolver;
 template <std::floating_point T>
+class GrowingDistances;
+template <std::floating_point T>
 class ExactField;
 
 namespace detail {
@@ -275,6 +277,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   friend class detail::DistanceQueries<ExactSolver<T>, T>;
   template <std::floating_point>
   friend class PathSolver;
+  template <std::floating_point>
+  friend class GrowingDistances;
   template <std::floating_point>
   friend class detail::SmoothEngine;
   using Engine = detail::ExactEngine<T>;

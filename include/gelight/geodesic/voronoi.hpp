@@ -25,7 +25,8 @@ class GrowingEngine;
 }  // namespace detail
 
 /// Exact distances from sources that are added one by one: each is solved only where it is nearer
-/// than those before.
+/// than those before. The solver's `max_distance`, `max_memory` and hook hold for each; its targets
+/// and reset radius do not count.
 template <std::floating_point T>
 class GrowingDistances {
  public:
@@ -40,7 +41,8 @@ class GrowingDistances {
 
   /// Adds a source and returns the vertices that came nearer by it. Throws InvalidInput for a
   /// source that is not of the surface or starts with a distance that is not finite; Cancelled
-  /// where the hook says so, after which distances are of no use.
+  /// where this hook or the solver's says so, and MemoryLimit, after either of which distances are
+  /// of no use.
   ///@{
   std::vector<Index> add(Index vertex, const CancelHook& cancelled = {}) {
     return add(Source<T>{vertex_point<T>(vertex), 0}, cancelled);
@@ -48,7 +50,8 @@ class GrowingDistances {
   std::vector<Index> add(const Source<T>& source, const CancelHook& cancelled = {});
   ///@}
 
-  /// Distance of a vertex from the nearest source so far, +infinity where there is none. Throws
+  /// Distance of a vertex from the nearest source so far, +infinity where there is none or it is
+  /// beyond the solver's greatest. Throws
   /// InvalidInput for a vertex that is not of the surface, and a distance that T cannot hold.
   [[nodiscard]] T distance(Index vertex) const;
 
@@ -102,6 +105,7 @@ template <std::floating_point T>
 /// Vertices spread as far apart as they come: from the first on, each the one farthest from all
 /// before it (T. F. Gonzalez 1985, doi:10.1016/0304-3975(85)90224-5). Of several as far the first;
 /// where parts of the mesh are not connected, each gets a point before any gets its second.
+/// Vertices for which the solver tells no distance, as beyond its greatest, count as not connected.
 /// Vertices in no face are left out but for `first`.
 ///
 /// By ExactSolver each point is solved where it is nearest alone; any other solver solves from each
@@ -134,8 +138,9 @@ template <class Solver>
   return points;
 }
 
-/// The nearest site of each vertex, one of `sites`; -1 where no path leads to any. Of several as
-/// near the first of `sites`, but for rounding.
+/// The nearest site of each vertex, one of `sites`; -1 where no path leads to any, or all are
+/// beyond the solver's greatest distance. Of several as near the first of `sites`, but for
+/// rounding.
 ///
 /// By ExactSolver each site is solved where it is nearest alone; any other solver solves from each
 /// anew. Throws InvalidInput for no site and one that is not of the mesh; Cancelled where the hook

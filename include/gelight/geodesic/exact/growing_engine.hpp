@@ -9,6 +9,7 @@
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
+#include "gelight/geodesic/exact.hpp"
 #include "gelight/geodesic/exact/planar_faces.hpp"
 #include "gelight/geodesic/exact/window_propagation.hpp"
 #include "gelight/mesh/simplified.hpp"
@@ -23,19 +24,28 @@ class GrowingEngine {
   using Real = typename WorkingPrecision<T>::Real;
 
  public:
-  explicit GrowingEngine(const Surface<double>& surface)
+  GrowingEngine(const Surface<double>& surface, const ExactOptions<T>& options)
       : surface_(surface),
         faces_(surface_),
         longest_way_(longest_way(surface_)),
-        starts_(static_cast<std::size_t>(surface_.vertex_count()), unreachable<Real>) {}
+        max_distance_(options.max_distance),
+        cancelled_(options.cancelled),
+        starts_(static_cast<std::size_t>(surface_.vertex_count()), unreachable<Real>) {
+    limits_.memory = options.max_memory;
+  }
 
   [[nodiscard]] const Surface<double>& surface() const { return surface_; }
 
   std::vector<Index> add(const Source<T>& source, const CancelHook& cancelled) {
     sources_ = checked_sources(surface_, std::span<const Source<T>>(&source, 1));
     sources_[0].point = simplified(surface_, sources_[0].point);
-    limits_.cancelled = cancelled;
-    sources_[0].distance -= start_of_part(sources_[0]);
+    limits_.cancelled = [solvers = cancelled_, callers = cancelled](double done) {
+      for (const CancelHook& hook : {solvers, callers}) hook.check(done, "adding a source");
+      return false;
+    };
+    const Real start = start_of_part(sources_[0]);
+    sources_[0].distance -= start;
+    limits_.distance = max_distance_ - start;
     // So late that others have been everywhere.
     if (sources_[0].distance > longest_way_) return {};
     if (is_first_) {
@@ -46,7 +56,8 @@ class GrowingEngine {
     is_first_ = false;
     std::vector<Index> nearer;
     for (const Index v : propagation_.reached()) {
-      if (propagation_.came_nearer(v)) nearer.push_back(v);
+      const bool is_within = propagation_.distances[v] <= limits_.distance;
+      if (is_within && propagation_.came_nearer(v)) nearer.push_back(v);
     }
     return nearer;
   }
@@ -54,8 +65,9 @@ class GrowingEngine {
   [[nodiscard]] T distance(Index vertex) const {
     surface_.require_vertex(vertex);
     if (is_first_) return unreachable<T>;
-    const Real start = starts_[surface_.components()[vertex]];
-    return distance_as<T>(start + propagation_.distances[vertex], "vertex ", vertex);
+    const Real start = starts_[surface_.components()[vertex]], way = propagation_.distances[vertex];
+    if (!(way <= max_distance_ - start)) return unreachable<T>;
+    return distance_as<T>(start + way, "vertex ", vertex);
   }
 
  private:
@@ -78,6 +90,8 @@ class GrowingEngine {
   Surface<Real> surface_;
   PlanarFaces<Real> faces_;
   Real longest_way_;
+  Real max_distance_;
+  CancelHook cancelled_;
   Array<Real> starts_;  // of each part, at its number
   WindowPropagation<Real> propagation_;
   PropagationLimits<Real> limits_;

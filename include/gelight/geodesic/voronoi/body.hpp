@@ -16,7 +16,7 @@ namespace gelight {
 
 template <std::floating_point T>
 GrowingDistances<T>::GrowingDistances(const ExactSolver<T>& solver)
-    : engine_(std::make_shared<detail::GrowingEngine<T>>(solver.surface())) {}
+    : engine_(std::make_shared<detail::GrowingEngine<T>>(solver.surface(), solver.options())) {}
 
 template <std::floating_point T>
 auto GrowingDistances<T>::add(const Source<T>& source, const CancelHook& cancelled)
