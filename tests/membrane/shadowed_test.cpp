@@ -2,6 +2,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <limits>
 
 #include "support/refusal.hpp"
@@ -94,6 +97,51 @@ TEST_CASE("a gap of any size beyond the image's leaves no shadow") {
   CHECK(shadow_beyond(0) != Image<double>(9, 7));
   CHECK(shadow_beyond(1000) == Image<double>(9, 7));
   CHECK(shadow_beyond(std::numeric_limits<Index>::max()) == shadow_beyond(1000));
+}
+
+namespace {
+
+// A corner of a few pixels pressed into a small image, and its shadow.
+template <class T>
+Image<T> shadow_of_corner(Index size, const ContactShadow& shadow) {
+  const T middle = static_cast<T>(size - 1) / 2;
+  const Camera<T> small{T(6), T(6), middle, middle, size, size};
+  const Image<T> sheet(size, size, T(0.03));
+  Image<T> contact = sheet;
+  for (Index y = 0; y < 2; ++y) {
+    for (Index x = 1; x < size - 1; ++x) contact(x, y) = T(0.028);
+  }
+  const ShadowedMembrane<T> membrane(small, GaussianMembrane<T>(), shadow);
+  auto work = membrane.make_workspace(size, size);
+  return membrane.shadow_into(work, {contact, sheet, Window{0, 0, size, size}});
+}
+
+}  // namespace
+
+TEST_CASE("on an image smaller than its softening a shadow is the same in float and in double") {
+  // What is left there of a wave as long as twice the image is its share exp(-(pi sigma / n)^2 /
+  // 2), n = size - 1 pixels: less than float's rounding, and more than double's.
+  for (const Index size : {4, 5, 6, 7}) {
+    for (const double sigma : {5.0, 1.7 * (size - 1)}) {
+      CAPTURE(size);
+      CAPTURE(sigma);
+      const ContactShadow shadow{.sigma = sigma, .radius = 60, .gap = 0};
+      const auto single = shadow_of_corner<float>(size, shadow);
+      const auto exact = shadow_of_corner<double>(size, shadow);
+      double most = 0;
+      for (std::size_t i = 0; i < exact.pixels().size(); ++i) {
+        CHECK(std::abs(double{single.pixels()[i]} - exact.pixels()[i]) < 1e-6);
+        most = std::max(most, exact.pixels()[i]);
+      }
+      CHECK(most > 0.1);
+    }
+  }
+}
+
+TEST_CASE("where softening leaves nothing but rounding of the marks, there is no shadow") {
+  const ContactShadow even{.sigma = 40, .radius = 400, .gap = 0};
+  CHECK(shadow_of_corner<float>(6, even) == Image<float>(6, 6));
+  CHECK(shadow_of_corner<double>(6, even) == Image<double>(6, 6));
 }
 
 TEST_CASE("input that cannot be used is refused") {

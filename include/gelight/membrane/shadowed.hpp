@@ -4,6 +4,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "gelight/concepts/membrane.hpp"
@@ -30,7 +31,8 @@ struct ContactShadow {
 
 /// A GaussianMembrane whose bulge is the lower where the object hides it from the camera: in soft
 /// bands along the edges of the contact where it falls off the way that the ray runs. The bands are
-/// scaled to the darkest of them, so that they depend on the whole image.
+/// scaled to the darkest of them, so that they depend on the whole image; where softening leaves no
+/// more of them than rounding, there are none.
 template <std::floating_point T>
 class ShadowedMembrane {
  public:
@@ -41,7 +43,7 @@ class ShadowedMembrane {
       : camera_(camera),
         bulge_(std::move(bulge)),
         shadow_(shadow),
-        weights_(gaussian_weights<T>(shadow.sigma, shadow.radius)) {
+        weights_(gaussian_weights<double>(shadow.sigma, shadow.radius)) {
     camera.require_valid();
     detail::require(shadow.gap >= 0, "gap ", shadow.gap, " is negative");
     detail::require(std::isfinite(shadow.contact), "contact ", shadow.contact, " is not finite");
@@ -50,10 +52,11 @@ class ShadowedMembrane {
   /// The memory that `press_into` works in.
   struct Workspace {
     typename GaussianMembrane<T>::Workspace bulge;  ///< of the bulge
-    detail::Smoother<T> smoother;                   ///< of the shadow
-    Image<T> touching;                              ///< 1 where the object touches
-    Image<T> hidden;                                ///< 1 where the contact falls off
-    Image<T> rows;                                  ///< marks grown along the rows
+    detail::Smoother<double> smoother;              ///< of the shadow
+    Image<double> touching;                         ///< 1 where the object touches
+    Image<double> hidden;                           ///< 1 where the contact falls off
+    Image<double> rows;                             ///< marks grown along the rows
+    Image<double> soft;                             ///< the same as `hidden`, softened
     Image<T> shadow;                                ///< how much of the bulge is hidden, 0 to 1
   };
 
@@ -69,14 +72,16 @@ class ShadowedMembrane {
     });
     mark_hidden(work);
     dilate(work.hidden, work.rows, 1);
-    work.smoother.mean_into(work.shadow, work.hidden, whole, weights_);
+    // In double, for it is stretched: on small images it is all but the same everywhere.
+    work.smoother.mean_into(work.soft, work.hidden, whole, weights_);
     const auto& [low, high] =
-        std::minmax_element(work.shadow.pixels().begin(), work.shadow.pixels().end());
-    const T dimmest = *low, range = *high - *low;
+        std::minmax_element(work.soft.pixels().begin(), work.soft.pixels().end());
+    const double dimmest = *low, range = *high - *low;
+    const bool is_anywhere = range > rounding * *high;
     dilate(work.touching, work.rows, shadow_.gap);
     for_each_pixel([&](Index x, Index y) {
-      T& value = work.shadow(x, y);
-      value = range > 0 && work.touching(x, y) == 0 ? (value - dimmest) / range : 0;
+      const bool is_beside = is_anywhere && work.touching(x, y) == 0;
+      work.shadow(x, y) = is_beside ? static_cast<T>((work.soft(x, y) - dimmest) / range) : 0;
     });
     return work.shadow;
   }
@@ -86,13 +91,14 @@ class ShadowedMembrane {
   [[nodiscard]] Index reach() const { return whole_image; }
   [[nodiscard]] Workspace make_workspace(Index width, Index height) const {
     detail::require_own_size(width, height, camera_.width, camera_.height);
-    const Image<T> image(width, height);
+    const Image<double> image(width, height);
     return {bulge_.make_workspace(width, height),
-            detail::Smoother<T>(width, height, shadow_.radius),
+            detail::Smoother<double>(width, height, shadow_.radius),
             image,
             image,
             image,
-            image};
+            image,
+            Image<T>(width, height)};
   }
   void press_into(ImageView<T> surface, const Press<T>& press, Workspace& work) const {
     bulge_.press_into(surface, press, work.bulge);
@@ -113,6 +119,9 @@ class ShadowedMembrane {
   ///@}
 
  private:
+  // The share of the softened marks that they must differ by, lest rounding is stretched.
+  static constexpr double rounding = 1000 * std::numeric_limits<double>::epsilon();
+
   template <class Work>
   void for_each_pixel(const Work& work) const {
     for (Index y = 0; y < camera_.height; ++y) {
@@ -128,25 +137,26 @@ class ShadowedMembrane {
         return work.touching(detail::inside(x + dx, width, Border::reflect101),
                              detail::inside(y + dy, height, Border::reflect101));
       };
-      const T across =
+      const double across =
           (at(1, -1) - at(-1, -1)) + 2 * (at(1, 0) - at(-1, 0)) + (at(1, 1) - at(-1, 1));
-      const T down = (at(-1, 1) - at(-1, -1)) + 2 * (at(0, 1) - at(0, -1)) + (at(1, 1) - at(1, -1));
+      const double down =
+          (at(-1, 1) - at(-1, -1)) + 2 * (at(0, 1) - at(0, -1)) + (at(1, 1) - at(1, -1));
       const Vec3<T> ray = camera_.ray(static_cast<T>(x), static_cast<T>(y));
-      work.hidden(x, y) = across * ray.x() > 0 || down * ray.y() > 0 ? 1 : 0;
+      work.hidden(x, y) = across * double{ray.x()} > 0 || down * double{ray.y()} > 0 ? 1 : 0;
     });
   }
 
   // Marks all pixels of the (2 reach + 1)^2 around each mark.
-  void dilate(Image<T>& marks, Image<T>& rows, Index reach) const {
+  void dilate(Image<double>& marks, Image<double>& rows, Index reach) const {
     const Index width = camera_.width, height = camera_.height;
     const Index radius = std::min(reach, std::max(width, height));  // a larger one might overflow
     for_each_pixel([&](Index x, Index y) {
-      const T* const row = marks.row(y);
+      const double* const row = marks.row(y);
       rows(x, y) = *std::max_element(row + std::max(Index{0}, x - radius),
                                      row + std::min(width, x + radius + 1));
     });
     for (Index y = 0; y < height; ++y) {
-      std::fill_n(marks.row(y), width, T(0));
+      std::fill_n(marks.row(y), width, 0.0);
       for (Index j = std::max(Index{0}, y - radius); j < std::min(height, y + radius + 1); ++j) {
         for (Index x = 0; x < width; ++x) marks(x, y) = std::max(marks(x, y), rows(x, j));
       }
@@ -156,7 +166,7 @@ class ShadowedMembrane {
   Camera<T> camera_;
   GaussianMembrane<T> bulge_;
   ContactShadow shadow_;
-  std::vector<T> weights_;
+  std::vector<double> weights_;
 };
 
 }  // namespace gelight
