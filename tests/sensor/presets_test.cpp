@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <numbers>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "gelight/image/raster.hpp"
@@ -364,6 +366,32 @@ TEST_CASE(
     auto bright = sensor;
     bright.full_within = 0.02f;
     check(tactile_renderer(bright, gel_light(bright)), true);
+  }
+}
+
+TEST_CASE("light in gel does not depend on which way a membrane's normals point") {
+  for (auto sensor : {geltip<double>(32, 24, 0.004), gelsight_mini<double>(32, 24, 0.002),
+                      digit<double>(24, 32, 0.003), sts<double>(32, 24, 0.004)}) {
+    const auto light_of = [](const SensorPreset<double>& of) {
+      const Surface<double> membrane(of.membrane);
+      const auto points = vertex_points(membrane);
+      return led_field(of, membrane, 0, gel_light(of), points);
+    };
+    const auto light = light_of(sensor);
+    auto turned = sensor;
+    for (auto& face : turned.membrane.faces) std::swap(face[0], face[1]);
+    const auto by_turned = light_of(turned);
+    double off = 0, most = 0;
+    for (std::size_t v = 0; v < light.size(); ++v) {
+      off = std::max(off, norm(by_turned[v] - light[v]));
+      most = std::max(most, norm(light[v]));
+    }
+    CHECK(most > 0.5);
+    CHECK(off < 1e-12);
+    // Those that point this way and that say nothing.
+    std::swap(sensor.membrane.faces[3][0], sensor.membrane.faces[3][1]);
+    CHECK(test::refusal([&] { (void)gel_light(sensor); }).find("against each other") !=
+          std::string::npos);
   }
 }
 

@@ -185,6 +185,8 @@ struct GelSheet {
   T thickness = T(0.003);   ///< in the unit of the positions; air is behind it
   T full_within = T(0.01);  ///< the distance on an LED's axis within which its light is full
   T index = T(1.41);        ///< refractive
+  /// Whether the membrane's normals point into the gel, rather than out of it.
+  bool has_normals_inwards = false;
 };
 
 /// Light that goes straight through gel with air behind it, and across the hollow: see `gel_field`.
@@ -200,8 +202,8 @@ class GelLight {
   /// Whether an LED has to have an emission.
   static constexpr bool needs_emission = true;
 
-  /// Of a membrane with normals outwards. Throws InvalidInput as Surface does, and for a size or an
-  /// index that is not positive and finite.
+  /// Of a membrane with normals outwards, unless `gel` says otherwise. Throws InvalidInput as
+  /// Surface does, and for a size or an index that is not positive and finite.
   explicit GelLight(const TriangleMesh auto& membrane, const GelSheet<T>& gel = {})
       : surface_(membrane), gel_(gel) {
     for (const T value : {gel.thickness, gel.full_within, gel.index}) {
@@ -210,7 +212,7 @@ class GelLight {
     }
     normals_.reserve(static_cast<std::size_t>(surface_.vertex_count()));
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      normals_.push_back(detail::direction_of(detail::mean_normal(surface_, vertex_point<T>(v))));
+      normals_.push_back(detail::direction_of(out_of_gel(vertex_point<T>(v))));
     }
   }
 
@@ -247,7 +249,7 @@ class GelLight {
  private:
   [[nodiscard]] GelLed<T> source(const Led<T>& led, const SurfacePoint<T>& point) const {
     using namespace detail::arithmetic;
-    const Vec3<T> normal = detail::direction_of(detail::mean_normal(surface_, point));
+    const Vec3<T> normal = detail::direction_of(out_of_gel(point));
     const T depth = gel_.thickness / 2;
     return {.place = surface_.position(point) - depth * normal,
             .axis = led.emission,
@@ -267,7 +269,12 @@ class GelLight {
         sum += point.weights[k] * normals_[static_cast<std::size_t>(vertices[k])];
     }
     // Opposite normals, of a fold, say nothing between them.
-    return sum.isZero(0) ? detail::mean_normal(surface_, point) : sum;
+    return sum.isZero(0) ? out_of_gel(point) : sum;
+  }
+
+  [[nodiscard]] Vec3<T> out_of_gel(const SurfacePoint<T>& point) const {
+    const Vec3<T> normal = detail::mean_normal(surface_, point);
+    return gel_.has_normals_inwards ? Vec3<T>(-normal) : normal;
   }
 
   Surface<T> surface_;

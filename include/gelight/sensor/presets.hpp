@@ -179,7 +179,8 @@ template <std::floating_point T, LightModel<T> Model>
 }
 
 /// A model of the light in a sensor's gel, as thick as `sensor.gel` says, exposed as the preset is.
-/// Throws InvalidInput as GelLight does.
+/// The gel is on the camera's side of the membrane, whichever way normals point. Throws
+/// InvalidInput as GelLight does, and for a membrane that is not an oriented manifold.
 template <std::floating_point T>
 [[nodiscard]] GelLight<T> gel_light(const SensorPreset<T>& sensor);
 

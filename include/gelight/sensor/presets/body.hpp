@@ -28,6 +28,7 @@
 #include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
+#include "gelight/mesh/tangent.hpp"
 #include "gelight/sensor/background.hpp"
 #include "gelight/sensor/bake.hpp"
 #include "gelight/sensor/presets.hpp"
@@ -417,12 +418,27 @@ template <std::floating_point T>
   return coating;
 }
 
+/// Whether a membrane's normals point towards the camera, which is at the origin: where the volume
+/// between the two is negative.
+template <std::floating_point T>
+[[nodiscard]] bool has_normals_inwards(const Surface<T>& membrane) {
+  double volume = 0;  // six times that
+  for (Index f = 0; f < membrane.face_count(); ++f) {
+    const Vec3<double> normal = cast<double>(face_normal(membrane, f));
+    volume += dot(normal, cast<double>(membrane.position(membrane.face(f)[0])));
+  }
+  return volume < 0;
+}
+
 }  // namespace detail
 
 template <std::floating_point T>
 GelLight<T> gel_light(const SensorPreset<T>& sensor) {
-  return GelLight<T>(sensor.membrane, {.thickness = static_cast<T>(sensor.gel.thickness),
-                                       .full_within = sensor.full_within});
+  const Surface<T> membrane(sensor.membrane);
+  require_oriented(membrane);
+  return GelLight<T>(membrane, {.thickness = static_cast<T>(sensor.gel.thickness),
+                                .full_within = sensor.full_within,
+                                .has_normals_inwards = detail::has_normals_inwards(membrane)});
 }
 
 template <std::floating_point T>
