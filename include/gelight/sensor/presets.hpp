@@ -34,7 +34,8 @@ namespace gelight {
 /// A sensor in metres and in the frame of its camera.
 template <std::floating_point T>
 struct SensorPreset {
-  Mesh<T> membrane;                                  ///< at rest, seen from inside
+  /// At rest, seen from inside; light runs over it where faces share vertices.
+  Mesh<T> membrane;
   Camera<T> camera;                                  ///< inside it
   std::vector<SurfacePoint<T>> leds;                 ///< where on the membrane light enters
   std::vector<std::array<T, 3>> colours;             ///< of each LED, in shares of full light
