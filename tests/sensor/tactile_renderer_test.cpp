@@ -642,6 +642,35 @@ TEST_CASE_TEMPLATE("light that is made tangent lights nothing at rest, whatever 
   }
 }
 
+// Every pixel's light comes as the plate before the camera mirrors it into the eye: R.V is 1, and
+// N.L the cosine of the eye's own ray.
+TEST_CASE_TEMPLATE("what is mirrored straight into the eye is as bright as the light is glossy", T,
+                   float, double) {
+  for (const double focal : {40.0, 400.0, 2000.0}) {
+    const Camera<T> eye{T(focal), T(focal), T(59.5), T(39.5), 120, 80};
+    Light<T> light{Image<Vec3<T>>(120, 80)};
+    light.specular = T(0.4);
+    for (Index y = 0; y < 80; ++y) {
+      for (Index x = 0; x < 120; ++x) {
+        const Vec3<double> ray = eye.template cast<double>().ray(x, y).normalized();
+        light.direction(x, y) = Vec3<double>(-ray.x(), -ray.y(), ray.z()).template cast<T>();
+      }
+    }
+    // Directions in codes of 16 bits round R.V by up to 1e-5, of which the powers make 1 %.
+    for (const double shininess : {5.0, 100.0, 1000.0, 1000.5}) {
+      light.shininess = T(shininess);
+      const TactileRenderer renderer(eye, Image<T>(120, 80, T(0.03)), std::vector{light});
+      for (Index y = 1; y < 79; ++y) {
+        for (Index x = 1; x < 119; ++x) {
+          const double cosine = 1 / norm(eye.template cast<double>().ray(x, y));
+          const double seen = renderer.rest_image()(x, y)[0];
+          CHECK(std::abs(seen + 0.5 - 255 * (0.5 * cosine + 0.4)) < 2);
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE_TEMPLATE("however strong a light, black stays black, or the light is refused", T, float,
                    double) {
   const auto eye = camera.cast<T>();

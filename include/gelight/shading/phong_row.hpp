@@ -154,7 +154,9 @@ void reflect_row(T* __restrict toward, T* __restrict mirrored, const FacetRow<T>
     const T cosine = nx[i] * lx + ny[i] * ly + nz[i] * lz;
     const T past = cosine - tangent;
     const T lit = (past + std::abs(past)) / 2;  // exactly max(0, past), and vectorised
-    const T r_dot_v = lz - 2 * lit * nz[i];
+    // Mirrored by all of N.L: a high power would make much of what is off it.
+    const T facing = form == Specular::gated ? cosine : lit;  // the gate takes what is negative
+    const T r_dot_v = lz - 2 * facing * nz[i];
     toward[i] = lit;
     if constexpr (form == Specular::gated) {
       const T in_front = r_dot_v > least ? r_dot_v : 0;
