@@ -375,6 +375,26 @@ TEST_CASE("reciprocity: two small Lambertian discs light each other alike") {
   }
 }
 
+TEST_CASE("vertices without a face, wherever they are, change nothing") {
+  const auto ball = icosphere<double>(2, 1.0), core = icosphere<double>(2, 0.5);
+  const TracedLed led{.place = {0, 0, 0.7}};
+  const TraceOptions options{.paths = 2000};
+  const auto truth =
+      LightTracer(Surface<double>(ball), {}, std::vector<InnerLayer>{{Surface<double>(core)}})
+          .trace(led, options);
+  for (const double far : {2.0, 1e6, -1e20}) {
+    auto ball_and_point = ball, core_and_point = core;
+    ball_and_point.positions.push_back({far, 0, 0});
+    core_and_point.positions.push_back({0, far, 0});
+    const std::vector<InnerLayer> layers{{Surface<double>(core_and_point)}};
+    auto light = LightTracer(Surface<double>(ball_and_point), {}, layers).trace(led, options);
+    CHECK(light.irradiance.back() == 0);
+    light.irradiance.pop_back();
+    CHECK(light.irradiance == truth.irradiance);
+    CHECK(light.balance.lost == truth.balance.lost);
+  }
+}
+
 TEST_CASE("the air before a rim narrows light to the critical angle") {
   // A wall far away, all of which is lit within asin(1 / index) only.
   const Surface<double> wall = sheet(4, 1, 40);

@@ -45,8 +45,9 @@ class RayScene {
     constexpr double far = unreachable<double>;
     Vec3<double> low(far, far, far), high = -low;
     for (const auto& surface : surfaces) {
-      for (Index v = 0; v < surface.vertex_count(); ++v) {
-        low = least_of(low, surface.position(v)), high = greatest_of(high, surface.position(v));
+      for (Index h = 0; h < surface.halfedge_count(); ++h) {  // of vertices that have faces
+        const Vec3<double>& p = surface.position(surface.origin(h));
+        low = least_of(low, p), high = greatest_of(high, p);
       }
     }
     centre_ = low / 2 + high / 2;
