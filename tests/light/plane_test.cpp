@@ -455,6 +455,33 @@ TEST_CASE("an LED on a flat sheet's border lights all of it, straight") {
   }
 }
 
+TEST_CASE_TEMPLATE("a vertex without a face, wherever it is, darkens no border", T, float, double) {
+  test::Random random(4);
+  for (const double far : {0.0, 1e3, 1e6, 1e15}) {
+    for (int trial = 0; trial < 20; ++trial) {
+      const Eigen::AngleAxisd turn(test::uniform(random, 0, 3), Vec3<double>(1, 2, 3).normalized());
+      gelight::Mesh<T> mesh;
+      const auto flat = gelight::grid<double>(6, 7, 1.0, 1.2);
+      for (const auto& p : flat.positions) {
+        const Vec3<double> q = turn * Vec3<double>(p.data());
+        mesh.positions.push_back({T(q[0]), T(q[1]), T(q[2])});
+      }
+      mesh.faces = flat.faces;
+      mesh.positions.push_back({T(far), T(-far), T(far / 2)});
+      const Surface<T> surface(mesh);
+      const auto led = vertex_point<T>(test::uniform_index(random, 7));  // on the border
+      auto points = gelight::vertex_points(surface);
+      points.pop_back();
+      const auto field = plane_field<T>(surface, led, points);
+      for (std::size_t p = 0; p < points.size(); ++p) {
+        const Vec3<T> way = surface.position(points[p]) - surface.position(led);
+        CAPTURE(far);
+        CHECK((field[p] - gelight::detail::direction_of(way)).norm() < T(1e-4));
+      }
+    }
+  }
+}
+
 namespace {
 
 // The largest angle between the light of plane_field and that of plane_rays, over rough meshes, at

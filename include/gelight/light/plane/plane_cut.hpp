@@ -52,7 +52,9 @@ class PlaneCut {
     places_.reserve(vertices);
     angles_.reserve(vertices);
     for (Index v = 0; v < surface.vertex_count(); ++v) {
-      farthest_ = std::max(farthest_, surface.position(v).template lpNorm<Eigen::Infinity>());
+      if (!surface.corners(v).empty()) {  // without a face it is cut nowhere
+        farthest_ = std::max(farthest_, surface.position(v).template lpNorm<Eigen::Infinity>());
+      }
       places_.push_back(local(surface.position(v)));
       angles_.push_back(angle_of(places_.back()));
     }
