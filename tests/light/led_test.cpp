@@ -95,6 +95,41 @@ TEST_CASE("in a flat sheet a line of light shines at right angles to itself, rou
   }
 }
 
+TEST_CASE("an LED that is a closed line has no ties where its ends meet") {
+  const Surface<double> surface(grid(8, 8, 1.0, 1.0));
+  const auto corner = [](Index i, Index j) { return vertex_point<double>(9 * j + i); };
+  Path<double> ring;
+  for (Index k = 2; k < 6; ++k) ring.push_back(corner(k, 2));
+  for (Index k = 2; k < 6; ++k) ring.push_back(corner(6, k));
+  for (Index k = 6; k > 2; --k) ring.push_back(corner(k, 6));
+  for (Index k = 6; k > 1; --k) ring.push_back(corner(2, k));
+  const auto led = points_along(surface, ring, 0.011);
+  const auto points = centroids(surface);
+  LightField<double> places, targets;
+  for (const auto& p : led) places.push_back(surface.position(p));
+  for (const auto& p : points) targets.push_back(surface.position(p));
+  REQUIRE(places.front() == places.back());
+  const auto sources = as_sources(led);
+  const auto by_geodesic = geodesic_rays<double>(ExactSolver<double>(surface), sources, points);
+  const auto by_plane = plane_rays<double>(surface, led, points);
+  const auto by_line = linear_rays<double>(places, targets);
+  int nearest_to_ends = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    // How far the nearest point of the LED is, and the next that is elsewhere.
+    std::vector<double> distances;
+    for (std::size_t k = 1; k < places.size(); ++k) {
+      distances.push_back((places[k] - targets[i]).norm());
+    }
+    nearest_to_ends += distances.back() == *std::min_element(distances.begin(), distances.end());
+    std::nth_element(distances.begin(), distances.begin() + 1, distances.end());
+    if (distances[1] < (1 + 1e-5) * distances[0]) continue;
+    CHECK(by_geodesic.lighting[i] == Lighting::lit);
+    CHECK(by_plane.lighting[i] == Lighting::lit);
+    CHECK(by_line.lighting[i] == Lighting::lit);
+  }
+  CHECK(nearest_to_ends > 5);
+}
+
 TEST_CASE("several points with directions of their own are blended by transport") {
   const Surface<double> surface(grid(20, 20, 1.0, 1.0));
   const VectorHeatSolver<double> solver(surface);

@@ -50,6 +50,7 @@ template <std::floating_point T>
     T least = detail::stable_norm(way), next = unreachable<T>;
     for (const Vec3<T>& point : led.subspan(1)) {
       const Vec3<T> other = p - point;
+      if (other == way) continue;  // the same point again, as of a closed line, is no tie
       const T distance = detail::stable_norm(other);
       next = std::min(next, std::max(least, distance));
       if (distance < least) way = other;

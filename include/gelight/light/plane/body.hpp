@@ -77,10 +77,13 @@ LightRays<T> plane_rays(const Surface<T>& surface, PointSpan<T> led, PointSpan<T
     for (std::size_t i = 0; i < points.size(); ++i) {
       detail::check_points(cancelled, done++, led.size() * points.size(), "the plane field");
       for (const auto& arrival : cut.arrive(points[i], cut.local(surface.position(points[i])))) {
+        const Vec3<T> direction = cut.in_space(arrival.direction);
+        // From the same point again, as of a closed line, is no tie.
+        if (arrival.length == least[i] && direction == directions[i]) continue;
         next[i] = std::min(next[i], std::max(least[i], arrival.length));
         if (!(arrival.length < least[i])) continue;
         least[i] = arrival.length;
-        directions[i] = cut.in_space(arrival.direction);
+        directions[i] = direction;
       }
     }
   }
