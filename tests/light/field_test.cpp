@@ -86,6 +86,16 @@ TEST_CASE("rectified directions are tangent, of unit length, nearest to what the
                   InvalidInput);
 }
 
+TEST_CASE_TEMPLATE("directions are rectified whatever their length", T, float, double) {
+  const T least = std::numeric_limits<T>::min(), most = std::numeric_limits<T>::max() / 8;
+  for (const T length : {least, std::sqrt(least) / 100, T(1), std::sqrt(most) * 100, most}) {
+    const LightField<T> field{{3 * length, 0, 4 * length}, {0, 0, length}};
+    const auto flat = rectified<T>(field, std::vector<Vec3<T>>(2, Vec3<T>(0, 0, 1)));
+    CHECK(flat[0] == Vec3<T>(1, 0, 0));
+    CHECK(flat[1].isZero(0));
+  }
+}
+
 // Of these no direction was known, which is not the same as none.
 TEST_CASE("places and directions that are not finite are refused") {
   const Vec3<double> good(1, 2, 3);

@@ -202,8 +202,9 @@ template <std::floating_point T>
     const Vec3<T> normal = detail::direction_of(normals[i]);
     const Vec3<T> tangent = field[i] - dot(field[i], normal) * normal;
     // What rounding leaves of a direction along the normal has none.
-    const T rounding = 16 * std::numeric_limits<T>::epsilon() * norm(field[i]);
-    field[i] = norm(tangent) > rounding ? detail::direction_of(tangent) : Vec3<T>(0, 0, 0);
+    const T rounding = 16 * std::numeric_limits<T>::epsilon() * detail::stable_norm(field[i]);
+    field[i] =
+        detail::stable_norm(tangent) > rounding ? detail::direction_of(tangent) : Vec3<T>(0, 0, 0);
   }
   return field;
 }
