@@ -113,6 +113,33 @@ TEST_CASE("places and directions that are not finite are refused") {
   }
 }
 
+TEST_CASE("between vertices without a direction or a distance that can be there is no light") {
+  const gelight::Surface<double> face(
+      gelight::Mesh<double>{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
+  const std::vector<gelight::SurfacePoint<double>> points{
+      gelight::face_point<double>(0, {0.25, 0.25, 0.5})};
+  const std::vector<Vec3<double>> directions(3, Vec3<double>(0, 1, 0));
+  const std::vector<double> distances{0, 1, 2};
+  const auto rays = gelight::rays_between_vertices<double>(face, directions, distances, points);
+  CHECK(rays.direction[0] == Vec3<double>(0, 1, 0));
+  CHECK(rays.distance[0] == 1.25);
+  for (const double bad : {not_a_number, inf, -inf}) {
+    auto spoiled = directions;
+    spoiled[1][2] = bad;
+    CHECK_THROWS_AS((void)gelight::rays_between_vertices<double>(face, spoiled, distances, points),
+                    InvalidInput);
+  }
+  for (const double bad : {not_a_number, -1.0, -inf}) {
+    auto spoiled = distances;
+    spoiled[1] = bad;
+    CHECK_THROWS_AS((void)gelight::rays_between_vertices<double>(face, directions, spoiled, points),
+                    InvalidInput);
+  }
+  const std::vector<double> partly{0, 1, inf};
+  const auto dark = gelight::rays_between_vertices<double>(face, directions, partly, points);
+  CHECK(dark.lighting[0] == gelight::Lighting::dark);
+}
+
 namespace {
 
 // What `work` computes must not depend on a hook; it tells a share that never decreases, up to 1,

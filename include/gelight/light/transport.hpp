@@ -115,7 +115,8 @@ template <std::floating_point T>
 /// distances of the vertices (from any solver) interpolated, and the points told apart where the
 /// directions at the corners of their face part so far that their mean is shorter than half: the
 /// cut locus of a field that has one, within an edge. Throws InvalidInput unless there is a
-/// direction and a distance for each vertex.
+/// direction and a distance for each vertex, and for a direction that is not finite and a distance
+/// that is negative or not a number.
 template <std::floating_point T>
 [[nodiscard]] LightRays<T> rays_between_vertices(const Surface<double>& surface,
                                                  const std::vector<Vec3<T>>& at_vertices,
@@ -126,6 +127,10 @@ template <std::floating_point T>
   detail::require(at_vertices.size() == vertices && distances.size() == vertices, "there are ",
                   at_vertices.size(), " directions and ", distances.size(), " distances for ",
                   vertices, " vertices");
+  detail::require_finite(at_vertices, "direction");
+  for (std::size_t v = 0; v < vertices; ++v) {
+    detail::require(distances[v] >= 0, "distance ", v, " is ", distances[v]);
+  }
   LightField<T> units;
   units.reserve(vertices);
   for (const Vec3<T>& direction : at_vertices) units.push_back(detail::direction_of(direction));
