@@ -239,7 +239,17 @@ TEST_CASE("fitted lights without their directions, or images of other sizes, are
   CHECK(contains(said([](auto&, auto& n, auto&, auto&) { n = Field(3, 4); }), "normals"));
   CHECK(contains(said([&](auto&, auto& n, auto&, auto&) { n(2, 2).z() = nan; }), "normals"));
   CHECK(contains(said([&](auto&, auto& n, auto&, auto&) { n(2, 2) *= 3; }), "normals"));
+  CHECK(contains(said([&](auto&, auto& n, auto&, auto&) { n(2, 2) *= 1e-14; }), "normals"));
   CHECK(said([&](auto&, auto& n, auto&, auto&) { n(2, 2) *= 0; }) == "accepted");
+  // In float, where it would count as a normal of that length.
+  const std::vector<Image<Vec3<float>>> along(model.lights.size(),
+                                              {width, height, Vec3<float>(1, 0, 0)});
+  CHECK(contains(refusal([&] {
+                   (void)CalibratedLights<float>(
+                       model, gradient(), far_camera().cast<float>(),
+                       Image<Vec3<float>>(width, height, Vec3<float>(0, 0, -1e-6f)), along);
+                 }),
+                 "normals"));
   CHECK(contains(said([](auto&, auto&, auto&, auto& b) { b = Image<Rgb8>(7, 8); }), "background"));
   for (const double bad : {nan, 0.0, std::numeric_limits<double>::infinity()}) {
     Camera<double> camera = far_camera();

@@ -93,7 +93,7 @@ class CalibratedLights {
   }
   [[nodiscard]] static bool are_normals(const Image<Vec3<T>>& image) {
     return std::all_of(image.pixels().begin(), image.pixels().end(), [](const Vec3<T>& n) {
-      return n.isZero() || std::abs(norm(cast<double>(n)) - 1) < 1e-3;
+      return n.isZero(0) || std::abs(norm(cast<double>(n)) - 1) < 1e-3;
     });
   }
   [[nodiscard]] static bool finite(const Image<Vec3<T>>& image) {
