@@ -25,6 +25,20 @@ namespace gelight::detail {
   return std::fma(a, b, -cd) + std::fma(-c, d, cd);
 }
 
+/// Keeps a sum as it was rounded where -fassociative-math (of -ffast-math) lets compilers take it
+/// for what it would be without rounding. By reference, as registers of lanes have no ABI of their
+/// own everywhere.
+template <class Number>
+[[gnu::always_inline]] inline void keep_rounded([[maybe_unused]] Number& sum) {
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_assoc_barrier)
+  sum = __builtin_assoc_barrier(sum);
+#elif __has_builtin(__arithmetic_fence) && defined(__x86_64__)
+  sum = __arithmetic_fence(sum);
+#endif
+#endif
+}
+
 /// Within these products and quotients of two focal lengths, coordinates or depths are numbers.
 inline constexpr double least_drawn = 1e-150, most_drawn = 1e150;
 
@@ -188,8 +202,10 @@ class ImagePlane {
     const auto [moved_x, moved_y, moved_z] = pose.moved(x, y, z);
     const auto is_before = moved_z > none;
     const Number by = is_before ? moved_z : by_one, inverse = by_one / by;
-    const Number column = (camera_.fx * moved_x / by + camera_.cx + grid) - grid;  // as on_grid
-    const Number row = (camera_.fy * moved_y / by + camera_.cy + grid) - grid;
+    Number column = camera_.fx * moved_x / by + camera_.cx;
+    Number row = camera_.fy * moved_y / by + camera_.cy;
+    put_on_grid(column, grid);
+    put_on_grid(row, grid);
     const auto is_near = is_before & (column <= reach) & (-column <= reach) & (row <= reach) &
                          (-row <= reach) & (inverse <= std::numeric_limits<double>::max());
     x = is_before ? column : none;
@@ -204,7 +220,16 @@ class ImagePlane {
   }
 
   /// The nearest point of the grid: the sum has just as many digits as the grid.
-  [[nodiscard]] double on_grid(double x) const { return (x + 6 * size_) - 6 * size_; }
+  template <class Number>
+  [[gnu::always_inline]] static inline void put_on_grid(Number& x, const Number& grid) {
+    x = x + grid;
+    keep_rounded(x);
+    x = x - grid;
+  }
+  [[nodiscard]] double on_grid(double x) const {
+    put_on_grid(x, 6 * size_);
+    return x;
+  }
 
   /// The part of a polygon on this side of a column or row. Its sides are cut from their end nearer
   /// to that, whose digits those of a far one would drown (of two as near from that inside), so
