@@ -429,3 +429,51 @@ TEST_CASE(
     CHECK(raster.face(8, 8) >= 0);
   }
 }
+
+TEST_CASE("a longer type than double shows what double does") {
+  // With faces that are cut, held back, wide and narrow.
+  auto mesh = icosphere<double>(4, 0.9);
+  for (auto& p : mesh.positions) p[2] += 1.2;
+  const auto sheet = grid<double>(2, 2, 30, 30);
+  for (const auto& p : sheet.positions)
+    mesh.positions.push_back({p[0] - 15, p[1] - 15, 1.5 + p[1] / 9});
+  const auto offset = static_cast<Index>(mesh.positions.size() - sheet.positions.size());
+  for (const auto& f : sheet.faces) {
+    mesh.faces.push_back({f[0] + offset, f[1] + offset, f[2] + offset});
+  }
+  Mesh<long double> same;
+  same.faces = mesh.faces;
+  for (const auto& p : mesh.positions) same.positions.push_back({p[0], p[1], p[2]});
+
+  const Camera<double> eye{40, 40, 31.5, 23.5, 64, 48};
+  const auto longer = eye.cast<long double>();
+  const auto expected = rasterize(mesh, eye);
+  const auto raster = rasterize(same, longer);
+  auto depth = empty_raster(longer).depth;
+  auto expected_depth = empty_raster(eye).depth;
+  RasterWorkspace work;
+  rasterize_into<long double>(depth, same, {}, longer, &work);
+  rasterize_into<double>(expected_depth, mesh, {}, eye, &work);
+  // Pixels one by one and several at once: products need not be fused with sums alike.
+#if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+  constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
+#else
+  constexpr double rounding = 0;
+#endif
+  const auto is_same = [](long double is, double was) {
+    return is == was || (std::isfinite(was) && std::abs(is - was) <= rounding * was);
+  };
+  int seen = 0;
+  for (Index v = 0; v < eye.height; ++v) {
+    for (Index u = 0; u < eye.width; ++u) {
+      seen += expected.face(u, v) >= 0;
+      CHECK(is_same(depth(u, v), expected_depth(u, v)));
+      CHECK(is_same(raster.depth(u, v), expected.depth(u, v)));
+      CHECK(raster.face(u, v) == expected.face(u, v));
+      for (std::size_t k = 0; k < 3; ++k) {
+        CHECK(raster.barycentric(u, v)[k] == expected.barycentric(u, v)[k]);
+      }
+    }
+  }
+  CHECK(seen > 1000);
+}

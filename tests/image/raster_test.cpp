@@ -789,54 +789,6 @@ TEST_CASE("small faces among others are seen as each drawn alone") {
   }
 }
 
-TEST_CASE("a longer type than double shows what double does") {
-  // With faces that are cut, held back, wide and narrow.
-  auto mesh = gelight::icosphere<double>(4, 0.9);
-  for (auto& p : mesh.positions) p[2] += 1.2;
-  const auto sheet = gelight::grid<double>(2, 2, 30, 30);
-  for (const auto& p : sheet.positions)
-    mesh.positions.push_back({p[0] - 15, p[1] - 15, 1.5 + p[1] / 9});
-  const auto offset = static_cast<Index>(mesh.positions.size() - sheet.positions.size());
-  for (const auto& f : sheet.faces) {
-    mesh.faces.push_back({f[0] + offset, f[1] + offset, f[2] + offset});
-  }
-  Mesh<long double> same;
-  same.faces = mesh.faces;
-  for (const auto& p : mesh.positions) same.positions.push_back({p[0], p[1], p[2]});
-
-  const auto camera = small_camera<double>();
-  const auto longer = camera.cast<long double>();
-  const auto expected = gelight::rasterize(mesh, camera);
-  const auto raster = gelight::rasterize(same, longer);
-  auto depth = gelight::empty_raster(longer).depth;
-  auto expected_depth = gelight::empty_raster(camera).depth;
-  gelight::RasterWorkspace work;
-  gelight::rasterize_into<long double>(depth, same, {}, longer, &work);
-  gelight::rasterize_into<double>(expected_depth, mesh, {}, camera, &work);
-  // Pixels one by one and several at once: products need not be fused with sums alike.
-#if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
-  constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
-#else
-  constexpr double rounding = 0;
-#endif
-  const auto is_same = [](long double is, double was) {
-    return is == was || (std::isfinite(was) && std::abs(is - was) <= rounding * was);
-  };
-  int seen = 0;
-  for (Index v = 0; v < camera.height; ++v) {
-    for (Index u = 0; u < camera.width; ++u) {
-      seen += expected.face(u, v) >= 0;
-      CHECK(is_same(depth(u, v), expected_depth(u, v)));
-      CHECK(is_same(raster.depth(u, v), expected.depth(u, v)));
-      CHECK(raster.face(u, v) == expected.face(u, v));
-      for (std::size_t k = 0; k < 3; ++k) {
-        CHECK(raster.barycentric(u, v)[k] == expected.barycentric(u, v)[k]);
-      }
-    }
-  }
-  CHECK(seen > 1000);
-}
-
 TEST_CASE("bad cameras and bad meshes are refused") {
   using gelight::InvalidInput;
   const Mesh<double> box = gelight::box(1.0, 1.0, 1.0);

@@ -285,6 +285,23 @@ struct Excess {
   int trials = 0, beyond_a_twentieth = 0;
 };
 
+/// By how many mean edges the answer to sources is beyond the least of the answers to each alone.
+template <class Solver>
+double excess_of(const Solver& solver, const std::vector<Source<double>>& sources, double edge) {
+  const auto d = solver.distance(std::span<const Source<double>>(sources));
+  std::vector<double> least(d.size(), unreachable<double>);
+  for (const auto& source : sources) {
+    const auto alone = solver.distance(std::span<const Source<double>>(&source, 1));
+    for (std::size_t v = 0; v < d.size(); ++v) least[v] = std::min(least[v], alone[v]);
+  }
+  double excess = 0;
+  for (std::size_t v = 0; v < d.size(); ++v) {
+    CHECK(std::isfinite(d[v]) == std::isfinite(least[v]));
+    if (std::isfinite(least[v])) excess = std::max(excess, (d[v] - least[v]) / edge);
+  }
+  return excess;
+}
+
 /// By how many mean edges the answer to several random sources, of start distances of either sign,
 /// is beyond the least of the answers to each alone.
 template <class Solver>
@@ -300,22 +317,46 @@ Excess excess_of_several() {
         for (int i = 0; i < count; ++i) {
           sources.push_back({random_point(mesh, random), uniform(random, -most, most)});
         }
-        std::vector<double> least(mesh.positions.size(), unreachable<double>);
-        for (const auto& source : sources) {
-          const auto alone = solver.distance(std::span<const Source<double>>(&source, 1));
-          for (std::size_t v = 0; v < alone.size(); ++v) least[v] = std::min(least[v], alone[v]);
-        }
-        const auto d = solver.distance(std::span<const Source<double>>(sources));
-        double excess = 0;
-        for (std::size_t v = 0; v < d.size(); ++v) {
-          CHECK(std::isfinite(d[v]) == std::isfinite(least[v]));
-          if (std::isfinite(least[v])) excess = std::max(excess, (d[v] - least[v]) / edge);
-        }
+        const double excess = excess_of(solver, sources, edge);
         ++all.trials;
         all.beyond_a_twentieth += excess > 0.05;
         all.largest = std::max(all.largest, excess);
       }
     }
+  }
+  return all;
+}
+
+/// The same for 64 sources side by side, four an edge, along edges that go on as straight as they
+/// can.
+template <class Solver>
+Excess excess_of_curves() {
+  Excess all;
+  Random random(8);
+  const auto meshes = many_meshes();
+  for (std::size_t i = 0; i < meshes.size(); i += 3) {
+    const auto& mesh = meshes[i].mesh;
+    const Solver solver(mesh);
+    const Surface<double> surface(mesh);
+    const auto way = [&](Index h) -> Vec3<double> {
+      return (surface.position(surface.tip(h)) - surface.position(surface.origin(h))).normalized();
+    };
+    std::vector<Source<double>> sources;
+    Index edge = uniform_index(random, surface.halfedge_count());
+    for (int k = 0; k < 16; ++k) {
+      for (const double share : {0.125, 0.375, 0.625, 0.875}) {
+        sources.push_back({edge_point<double>(surface.origin(edge), surface.tip(edge), share), 0});
+      }
+      const auto outgoing = surface.corners(surface.tip(edge));
+      if (outgoing.empty()) break;
+      edge = *std::max_element(outgoing.begin(), outgoing.end(), [&](Index a, Index b) {
+        return dot(way(a), way(edge)) < dot(way(b), way(edge));
+      });
+    }
+    const double excess = excess_of(solver, sources, scans::mean_edge(mesh));
+    ++all.trials;
+    all.beyond_a_twentieth += excess > 0.05;
+    all.largest = std::max(all.largest, excess);
   }
   return all;
 }
