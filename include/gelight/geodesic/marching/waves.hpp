@@ -25,9 +25,9 @@ struct Waves {
   static constexpr double most_delay_in_edges = 2;
   // And by so many from one vertex, the nearest: of sources side by side, as on a curve, all are
   // late by little, the more of them the farther away. (From curves of four sources an edge fast
-  // marching's answer is up to 0.09 edges beyond that of the nearest source alone, as without this
-  // limit; with half of it it is up to 0.24.)
-  static constexpr int most_leading = 32;
+  // marching's answer is up to 0.024 edges beyond that of the nearest source alone, as without this
+  // limit; with half of it it is up to 0.09.)
+  static constexpr int most_leading = 64;
 
   Array<Node> nodes;
   Array<Index> owner;  // vertex of each node after the first ones
