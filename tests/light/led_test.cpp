@@ -59,6 +59,7 @@ TEST_CASE("points along a path are on it, evenly, its ends among them") {
   }
   CHECK(sum == doctest::Approx(whole).epsilon(1e-13));
   CHECK_THROWS_AS((void)points_along(surface, path, 0.0), InvalidInput);
+  CHECK_THROWS_AS((void)points_along(surface, path, 1e-300), InvalidInput);
   CHECK_THROWS_AS((void)points_along(surface, {}, 1.0), InvalidInput);
   CHECK_THROWS_AS((void)points_along(surface, {from, to}, 1.0), InvalidInput);
 }

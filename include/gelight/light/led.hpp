@@ -4,6 +4,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <type_traits>
 #include <vector>
 
@@ -22,7 +23,8 @@ namespace gelight {
 /// spacing^2 / (8 d).
 ///
 /// Throws InvalidInput for a path without points, with points that are not of the surface or two in
-/// a row that no face holds, and for a spacing that is not positive.
+/// a row that no face holds, and for a spacing that is not positive or by which there are more
+/// points than an Index counts.
 template <std::floating_point T = double>
 [[nodiscard]] std::vector<SurfacePoint<T>> points_along(const Surface<double>& surface,
                                                         const Path<T>& path,
@@ -35,6 +37,8 @@ template <std::floating_point T = double>
     const auto from = path[i - 1].template cast<double>(), to = path[i].template cast<double>();
     const double length = detail::stable_norm(surface.position(to) - surface.position(from));
     const double pieces = std::ceil(length / double{spacing});
+    detail::require(pieces <= std::numeric_limits<Index>::max(), "points along a path, ", spacing,
+                    " apart on a way of ", length, ", are too many");
     const Index face = detail::shared_face(surface, from, to);
     detail::require(face >= 0, "no face holds both points ", i - 1, " and ", i, " of the path");
     const auto a = detail::shares_in_face(surface, from, face);
