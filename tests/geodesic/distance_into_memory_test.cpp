@@ -191,6 +191,6 @@ TEST_CASE("fast marching takes less than 400 bytes a vertex from the mesh to its
 
 // Without a limit most of 288 waves come to every vertex: 36,000 and 85,000 bytes.
 TEST_CASE("of sources side by side a vertex keeps the nearest waves") {
-  CHECK(bytes_a_vertex_from_side_by_side<FastMarchingSolver<double>>() < 20000);
-  CHECK(bytes_a_vertex_from_side_by_side<VirtualSourceSolver<double>>() < 45000);
+  CHECK(bytes_a_vertex_from_side_by_side<FastMarchingSolver<double>>() < 23000);
+  CHECK(bytes_a_vertex_from_side_by_side<VirtualSourceSolver<double>>() < 50000);
 }

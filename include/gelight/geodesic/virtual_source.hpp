@@ -47,9 +47,9 @@ struct VirtualSourceOptions {
 /// 0.011 %, falling with order 2; against exact distances on 24 rough, creased, bordered and thin
 /// meshes of about 2,600 vertices the mean is 0.071 % on the median mesh, 0.24 % on the worst (fast
 /// marching: 0.24 % and 0.61 %, and more on each of them), 4.6 % at a vertex
-/// (benchmarks/claims.cpp). A query from one source takes about
-/// linear time, two and a half times that of fast marching; several cost more where triangles are
-/// thin.
+/// (benchmarks/claims.cpp). A query from one source takes about linear time, two and a half times
+/// that of fast marching; several cost more where triangles are thin, and far more side by side, as
+/// on a curve: there ExactSolver is quicker, from points as from the curve's Segments.
 template <std::floating_point T>
 class VirtualSourceSolver : public detail::DistanceQueries<VirtualSourceSolver<T>, T> {
   using Real = typename detail::WorkingPrecision<T>::Real;

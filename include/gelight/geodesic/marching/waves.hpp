@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -35,6 +36,7 @@ struct Waves {
   void reset(Index vertex_count) {
     nodes.assign(static_cast<std::size_t>(vertex_count), {});
     owner.clear();
+    table_.clear();
   }
 
   /// Keeps references to nodes good while no more than `count` are made.
@@ -100,9 +102,12 @@ struct Waves {
 
  private:
   [[nodiscard, gnu::noinline]] Index find_among(Index v, Index wave) const {
-    Index n = v;
-    while (n >= 0 && nodes[n].wave != wave) n = nodes[n].next;
-    return n;
+    if (nodes[v].wave == wave) return v;
+    if (nodes[v].next < 0) return -1;
+    for (std::size_t slot = first_slot(v, wave);; slot = after(slot)) {
+      const Index n = table_[slot];
+      if (n < 0 || (nodes[n].wave == wave && vertex_of(n) == v)) return n;
+    }
   }
 
   [[nodiscard, gnu::noinline]] Index place_among(Index v, double distance, Index wave,
@@ -115,8 +120,37 @@ struct Waves {
     owner.push_back(v);
     nodes[n].wave = wave;
     nodes[n].next = std::exchange(nodes[v].next, n);
+    if (2 * owner.size() > table_.size()) {
+      enter_all();
+    } else {
+      enter(n);
+    }
     return n;
   }
+
+  // Where the nodes after the first ones are, by vertex and wave: each in the first slot from its
+  // own on that was free. (Walks along lists would be long where sources lie side by side.)
+  [[nodiscard]] std::size_t first_slot(Index v, Index wave) const {
+    const auto mixed = static_cast<std::uint64_t>(v) * 0x9E3779B97F4A7C15U +
+                       static_cast<std::uint64_t>(wave) * 0xC2B2AE3D27D4EB4FU;
+    return static_cast<std::size_t>(mixed >> 32) & (table_.size() - 1);
+  }
+  [[nodiscard]] std::size_t after(std::size_t slot) const {
+    return (slot + 1) & (table_.size() - 1);
+  }
+  void enter(Index n) {
+    std::size_t slot = first_slot(vertex_of(n), nodes[n].wave);
+    while (table_[slot] >= 0) slot = after(slot);
+    table_[slot] = n;
+  }
+  void enter_all() {
+    table_.assign(std::max(least_slots, 2 * table_.size()), -1);
+    const std::size_t first = nodes.size() - owner.size();
+    for (std::size_t n = first; n < nodes.size(); ++n) enter(static_cast<Index>(n));
+  }
+
+  static constexpr std::size_t least_slots = 64;  // a power of two, as all sizes of the table
+  Array<Index> table_;
 };
 
 /// A source that was named before starts no wave of its own, nor does one that starts later there.
