@@ -92,13 +92,7 @@ TEST_CASE("many sources: as near as the nearest alone") {
   CHECK(excess.largest < 0.5);
 }
 
-TEST_CASE("sources side by side: as near as the nearest alone") {
-  const auto excess = test::excess_of_curves<Solver>();
-  MESSAGE(excess.beyond_a_twentieth << " of " << excess.trials << " trials beyond a twentieth of "
-                                    << "the mean edge, " << excess.largest << " at most");
-  CHECK(excess.beyond_a_twentieth <= 1);
-  CHECK(excess.largest < 0.1);
-}
+TEST_CASE("sources side by side: as near as the nearest alone") { test::check_curves<Solver>(); }
 
 TEST_CASE("a hook cancels and follows queries") {
   test::check_cancelling<Solver, FastMarchingOptions>();

@@ -327,11 +327,11 @@ Excess excess_of_several() {
   return all;
 }
 
-/// The same for 64 sources side by side, four an edge, along edges that go on as straight as they
-/// can.
+/// From 64 sources side by side, four an edge, along edges that go on as straight as they can, the
+/// answer is within a twentieth of the mean edge of that from the nearest alone.
 template <class Solver>
-Excess excess_of_curves() {
-  Excess all;
+void check_curves() {
+  double largest = 0;
   Random random(8);
   const auto meshes = many_meshes();
   for (std::size_t i = 0; i < meshes.size(); i += 3) {
@@ -353,12 +353,12 @@ Excess excess_of_curves() {
         return dot(way(a), way(edge)) < dot(way(b), way(edge));
       });
     }
+    CAPTURE(meshes[i].name);
     const double excess = excess_of(solver, sources, scans::mean_edge(mesh));
-    ++all.trials;
-    all.beyond_a_twentieth += excess > 0.05;
-    all.largest = std::max(all.largest, excess);
+    CHECK(excess < 0.05);
+    largest = std::max(largest, excess);
   }
-  return all;
+  MESSAGE("beyond the nearest alone by " << largest << " mean edges at most");
 }
 
 /// A hook ends a query, which leaves the output and the solver as they were; told how much is done,

@@ -51,8 +51,8 @@ class GrowingDistances {
   ///@}
 
   /// Distance of a vertex from the nearest source so far, +infinity where there is none or it is
-  /// beyond the solver's greatest. Throws
-  /// InvalidInput for a vertex that is not of the surface, and a distance that T cannot hold.
+  /// beyond the solver's greatest. Throws InvalidInput for a vertex that is not of the surface, and
+  /// a distance that T cannot hold.
   [[nodiscard]] T distance(Index vertex) const;
 
   /// The surface.
