@@ -5,10 +5,8 @@
 #include <cstddef>
 #include <cstring>
 #include <initializer_list>
-#include <iterator>
 #include <limits>
 #include <new>
-#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -16,6 +14,14 @@
 #include "gelight/core/pages.hpp"
 
 namespace gelight::detail {
+
+/// What can be read from one place to the next: what std::input_iterator asks for takes a compiler
+/// more time, for every kind of element, than the loop does.
+template <class It>
+concept ReadForward = requires(It i) {
+  *i;
+  ++i;
+};
 
 /// What std::vector is, but with a subscript of any sign, so that an Index needs no cast, and with
 /// few functions, so that the dozens of kinds in the library compile quickly. Its memory begins at
@@ -30,7 +36,7 @@ class Array {
   Array() = default;
   explicit Array(std::size_t count) : Array() { resize(count); }
   Array(std::size_t count, const T& value) : Array() { resize(count, value); }
-  template <std::input_iterator It>
+  template <ReadForward It>
   Array(It first, It last) : Array() {
     append(first, last);
   }
@@ -132,15 +138,15 @@ class Array {
     clear();
     resize(count, kept);
   }
-  template <std::input_iterator It>
+  template <ReadForward It>
   void assign(It first, It last) {
     clear();
     append(first, last);
   }
-  template <std::input_iterator It>
+  template <ReadForward It>
   [[gnu::noinline]] void append(It first, It last) {
-    if constexpr (std::forward_iterator<It>) {
-      make_room(size_ + static_cast<std::size_t>(std::distance(first, last)));
+    if constexpr (requires { last - first; }) {
+      make_room(size_ + static_cast<std::size_t>(last - first));
     }
     for (; first != last; ++first) emplace_back(*first);
   }
@@ -220,13 +226,28 @@ class Array {
   std::size_t capacity_ = 0;
 };
 
-/// std::span with a signed subscript.
+/// std::span with a signed subscript, and without its checks of iterators, which every kind of
+/// element would compile anew.
 template <class T>
-class Slice : public std::span<T> {
+class Slice {
  public:
-  using std::span<T>::span;  // NOLINT(modernize-use-equals-default): none of these is one
-  Slice(std::span<T> whole) : std::span<T>(whole) {}
-  [[nodiscard]] T& operator[](std::ptrdiff_t i) const { return this->data()[i]; }
+  Slice() = default;
+  Slice(T* first, std::size_t count) : data_(first), size_(count) {}
+  template <class Values>
+  requires requires(Values& values) { static_cast<T*>(values.data()); }
+  Slice(Values&& values) : data_(values.data()), size_(values.size()) {}
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  [[nodiscard]] T* data() const { return data_; }
+  [[nodiscard]] T* begin() const { return data_; }
+  [[nodiscard]] T* end() const { return data_ + size_; }
+  [[nodiscard]] T& operator[](std::ptrdiff_t i) const { return data_[i]; }
+  [[nodiscard]] T& front() const { return *data_; }
+
+ private:
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
 };
 
 }  // namespace gelight::detail

@@ -77,7 +77,7 @@ class FastMarchingSolver : public detail::DistanceQueries<FastMarchingSolver<T>,
       : faces_(std::make_shared<const Faces>(mesh, options.cancelled.part(0, 0))),
         cancelled_(options.cancelled) {
     if constexpr (std::same_as<M, Surface<Real>>) (void)surface_->get([&] { return mesh; });
-    if (!set_up()) Faces::refuse_mesh(mesh);
+    if (!set_up()) faces_->refuse_faces();
   }
 
   /// The surface that the solver works on: made when it is first asked for, 148 bytes a vertex, but

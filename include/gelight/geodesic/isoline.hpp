@@ -33,10 +33,11 @@ template <std::floating_point T>
                                                std::type_identity_t<std::span<const T>> values,
                                                std::type_identity_t<T> level);
 /// Of a float mesh's values on its solver's surface, which is of doubles.
-[[nodiscard]] inline std::vector<Isoline<double>> isolines(const Surface<double>& surface,
-                                                           std::span<const float> values,
-                                                           double level) {
-  return isolines(surface, std::vector<double>(values.begin(), values.end()), level);
+template <std::same_as<double> T>
+[[nodiscard]] std::vector<Isoline<T>> isolines(const Surface<T>& surface,
+                                               std::span<const float> values,
+                                               std::type_identity_t<T> level) {
+  return isolines(surface, std::vector<T>(values.begin(), values.end()), level);
 }
 ///@}
 
@@ -47,9 +48,10 @@ template <std::floating_point T>
 [[nodiscard]] T area_below(const Surface<T>& surface,
                            std::type_identity_t<std::span<const T>> values,
                            std::type_identity_t<T> level);
-[[nodiscard]] inline double area_below(const Surface<double>& surface,
-                                       std::span<const float> values, double level) {
-  return area_below(surface, std::vector<double>(values.begin(), values.end()), level);
+template <std::same_as<double> T>
+[[nodiscard]] T area_below(const Surface<T>& surface, std::span<const float> values,
+                           std::type_identity_t<T> level) {
+  return area_below(surface, std::vector<T>(values.begin(), values.end()), level);
 }
 ///@}
 

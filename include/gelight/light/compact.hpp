@@ -59,8 +59,7 @@ template <std::floating_point T>
                                                    const CancelHook& cancelled = {}) {
   detail::require(field.size() == normals.size(), "the field has ", field.size(),
                   " directions, there are ", normals.size(), " normals");
-  std::vector<CompactDirection> compact;
-  compact.reserve(field.size());
+  std::vector<CompactDirection> compact(field.size());
   for (std::size_t i = 0; i < field.size(); ++i) {
     detail::require(std::abs(norm(normals[i]) - 1) < T(1e-4), "normal ", i, " has length ",
                     norm(normals[i]));
@@ -72,8 +71,8 @@ template <std::floating_point T>
                                                         -detail::compact_steps,
                                                         detail::compact_steps));
     };
-    compact.push_back({steps(x), steps(y)});
-    detail::check_points(cancelled, compact.size(), field.size(), "packing the field");
+    compact[i] = {steps(x), steps(y)};
+    detail::check_points(cancelled, i + 1, field.size(), "packing the field");
   }
   return compact;
 }

@@ -100,6 +100,84 @@ void require_point_of(Index vertex_count, Index face_count, const SurfacePoint<U
 /// What a hook is told that long work is while a mesh is read.
 inline constexpr const char* reading_mesh = "the reading of a mesh";
 
+/// Half-edges are numbered by Index, so `per` times the count must fit.
+[[nodiscard]] Index checked_count(std::integral auto count, Index per, const char* what) {
+  require(count > 0, "the mesh has no ", what);
+  require(std::cmp_less_equal(count, std::numeric_limits<Index>::max() / per), "the mesh has ",
+          count, ' ', what, ", too many for 32 bits");
+  return static_cast<Index>(count);
+}
+
+template <std::floating_point T>
+[[gnu::cold, gnu::noinline]] void require_in_reach(Index v, const Vec3<T>& q) {
+  const double x = double{q[0]}, y = double{q[1]}, z = double{q[2]};
+  require(std::isfinite(x) && std::isfinite(y) && std::isfinite(z), "vertex ", v, " has position (",
+          q[0], ", ", q[1], ", ", q[2], "), which is not finite");
+  require(std::max({std::fabs(x), std::fabs(y), std::fabs(z)}) <= largest_coordinate, "vertex ", v,
+          " has position (", q[0], ", ", q[1], ", ", q[2],
+          "), too far out: products of lengths would overflow");
+}
+
+/// The positions of a mesh's vertices. Throws InvalidInput as Surface does.
+template <std::floating_point T, TriangleMesh M>
+[[nodiscard]] Array<Vec3<T>> read_positions(const M& mesh, const CancelHook& cancelled) {
+  const auto count = checked_count(MeshTraits<M>::vertex_count(mesh), 1, "vertices");
+  Array<Vec3<T>> positions(static_cast<std::size_t>(count));
+  PeriodicCheck progress(cancelled, count, reading_mesh);
+  for (Index v = 0; v < count; ++v) {
+    const auto& p = MeshTraits<M>::position(mesh, v);
+    const Vec3<T> q(static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2]));
+    const double x = std::fabs(double{q[0]}), y = std::fabs(double{q[1]});
+    const double largest = std::max({x, y, std::fabs(double{q[2]})});
+    if (!(x + y + largest <= largest_coordinate)) require_in_reach(v, q);
+    positions[v] = q;
+    progress.step();
+  }
+  return positions;
+}
+
+[[noreturn, gnu::cold, gnu::noinline]] inline void refuse_face(Index f,
+                                                               const std::array<Index, 3>& face,
+                                                               Index vertices) {
+  for (const Index v : face) {
+    require(v >= 0 && v < vertices, "face ", f, " has vertex ", v, ", the mesh has vertices 0 to ",
+            vertices - 1);
+  }
+  refuse({"face ", f, " has a vertex twice: (", face[0], ", ", face[1], ", ", face[2], ")"});
+}
+
+/// The vertices of a mesh's faces, three of each. Throws InvalidInput as Surface does.
+template <TriangleMesh M>
+[[nodiscard]] Array<Index> read_faces(const M& mesh, Index vertices, const CancelHook& cancelled) {
+  const auto count = checked_count(MeshTraits<M>::face_count(mesh), 3, "faces");
+  Array<Index> corners;
+  corners.resize_for_writes(3 * static_cast<std::size_t>(count));
+  Index* to = corners.data();
+  PeriodicCheck progress(cancelled, count, reading_mesh);
+  for (Index f = 0; f < count; ++f, to += 3) {
+    const std::array<Index, 3> face = MeshTraits<M>::face(mesh, f);
+    const auto [a, b, c] = face;
+    const bool is_sound =
+        std::min({a, b, c}) >= 0 && std::max({a, b, c}) < vertices && a != b && b != c && c != a;
+    if (!is_sound) [[unlikely]] {
+      refuse_face(f, face, vertices);
+    }
+    to[0] = a;
+    to[1] = b;
+    to[2] = c;
+    progress.step();
+  }
+  return corners;
+}
+
+[[noreturn, gnu::cold, gnu::noinline]] inline void refuse_twin_faces(Index face, Index other) {
+  refuse({"faces ", face, " and ", other, " have the same three vertices"});
+}
+
+[[noreturn, gnu::cold, gnu::noinline]] inline void refuse_short_edges(double longest) {
+  refuse({"the longest edge is ", longest, " long: products of lengths would vanish"});
+}
+
 }  // namespace detail
 
 /// An immutable snapshot of a triangle mesh in flat arrays, with its half-edges.
@@ -279,73 +357,6 @@ class Surface {
   template <TriangleMesh M>
   static std::shared_ptr<const Data> snapshot(const M& mesh, const CancelHook& cancelled);
 
-  template <TriangleMesh M>
-  static void copy_positions(const M& mesh, Data& data, const CancelHook& cancelled) {
-    const auto count = checked_count(MeshTraits<M>::vertex_count(mesh), 1, "vertices");
-    data.positions.resize(static_cast<std::size_t>(count));
-    detail::PeriodicCheck progress(cancelled, count, detail::reading_mesh);
-    for (Index v = 0; v < count; ++v) {
-      const auto& p = MeshTraits<M>::position(mesh, v);
-      const Vec3<T> q(static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2]));
-      const double x = std::fabs(double{q[0]}), y = std::fabs(double{q[1]});
-      const double largest = std::max({x, y, std::fabs(double{q[2]})});
-      if (!(x + y + largest <= detail::largest_coordinate)) require_in_reach(v, q);
-      data.positions[v] = q;
-      progress.step();
-    }
-  }
-
-  [[gnu::cold, gnu::noinline]] static void require_in_reach(Index v, const Vec3<T>& q) {
-    const double x = double{q[0]}, y = double{q[1]}, z = double{q[2]};
-    detail::require(std::isfinite(x) && std::isfinite(y) && std::isfinite(z), "vertex ", v,
-                    " has position (", q[0], ", ", q[1], ", ", q[2], "), which is not finite");
-    detail::require(
-        std::max({std::fabs(x), std::fabs(y), std::fabs(z)}) <= detail::largest_coordinate,
-        "vertex ", v, " has position (", q[0], ", ", q[1], ", ", q[2],
-        "), too far out: products of lengths would overflow");
-  }
-
-  template <TriangleMesh M>
-  static void copy_faces(const M& mesh, Data& data, const CancelHook& cancelled) {
-    const auto count = checked_count(MeshTraits<M>::face_count(mesh), 3, "faces");
-    const auto vertices = static_cast<Index>(data.positions.size());
-    data.vertices.resize_for_writes(3 * static_cast<std::size_t>(count));
-    Index* to = data.vertices.data();
-    detail::PeriodicCheck progress(cancelled, count, detail::reading_mesh);
-    for (Index f = 0; f < count; ++f, to += 3) {
-      const std::array<Index, 3> face = MeshTraits<M>::face(mesh, f);
-      const auto [a, b, c] = face;
-      const bool is_sound =
-          std::min({a, b, c}) >= 0 && std::max({a, b, c}) < vertices && a != b && b != c && c != a;
-      if (!is_sound) [[unlikely]] {
-        refuse_face(f, face, vertices);
-      }
-      to[0] = a;
-      to[1] = b;
-      to[2] = c;
-      progress.step();
-    }
-  }
-
-  [[noreturn, gnu::cold, gnu::noinline]] static void refuse_face(Index f,
-                                                                 const std::array<Index, 3>& face,
-                                                                 Index vertices) {
-    for (const Index v : face) {
-      detail::require(v >= 0 && v < vertices, "face ", f, " has vertex ", v,
-                      ", the mesh has vertices 0 to ", vertices - 1);
-    }
-    detail::refuse(
-        {"face ", f, " has a vertex twice: (", face[0], ", ", face[1], ", ", face[2], ")"});
-  }
-
-  // Half-edges are numbered by Index, so `per` times the count must fit.
-  static Index checked_count(std::integral auto count, Index per, const char* what) {
-    detail::require(count > 0, "the mesh has no ", what);
-    detail::require(std::cmp_less_equal(count, std::numeric_limits<Index>::max() / per),
-                    "the mesh has ", count, ' ', what, ", too many for 32 bits");
-    return static_cast<Index>(count);
-  }
-
   static void link_corners(Data& data) {
     data.corners.resize_for_writes(data.vertices.size());
     data.corner_begin = detail::group_corners(static_cast<Index>(data.positions.size()),
@@ -391,7 +402,7 @@ class Surface {
         }
         const Index other = before.halfedge;
         if (data.vertices[previous(other)] == apex) [[unlikely]] {
-          refuse_twins(other, h);
+          detail::refuse_twin_faces(face_of(other), face_of(h));
         }
         any_crowded |= data.twins[other] != other;
         data.twins[h] = std::exchange(data.twins[other], h);
@@ -408,8 +419,7 @@ class Surface {
       progress.step();
     }
     if (any_crowded) require_different_faces(data);
-    detail::require(longest == 0 || longest >= detail::shortest_length, "the longest edge is ",
-                    longest, " long: products of lengths would vanish");
+    if (longest != 0 && longest < detail::shortest_length) detail::refuse_short_edges(longest);
   }
 
   [[nodiscard]] static double measured(const Data& data, Index a, Index b) {
@@ -444,13 +454,8 @@ class Surface {
       std::sort_heap(cycle.begin(), cycle.end(), less);  // less to compile than std::sort
       const auto same = std::adjacent_find(cycle.begin(), cycle.end(),
                                            [&](Index a, Index b) { return apex(a) == apex(b); });
-      if (same != cycle.end()) refuse_twins(*same, *(same + 1));
+      if (same != cycle.end()) detail::refuse_twin_faces(face_of(*same), face_of(*(same + 1)));
     }
-  }
-
-  [[noreturn, gnu::cold, gnu::noinline]] static void refuse_twins(Index h, Index other) {
-    detail::refuse(
-        {"faces ", face_of(h), " and ", face_of(other), " have the same three vertices"});
   }
 
   std::shared_ptr<const Data> data_;
@@ -462,8 +467,9 @@ template <TriangleMesh M>
 auto Surface<T>::snapshot(const M& mesh, const CancelHook& cancelled)
     -> std::shared_ptr<const Data> {
   auto data = std::make_shared<Data>();
-  copy_positions(mesh, *data, cancelled.part(0, 0.1));
-  copy_faces(mesh, *data, cancelled.part(0.1, 0.4));
+  data->positions = detail::read_positions<T>(mesh, cancelled.part(0, 0.1));
+  const auto vertices = static_cast<Index>(data->positions.size());
+  data->vertices = detail::read_faces(mesh, vertices, cancelled.part(0.1, 0.4));
   link_corners(*data);
   link_edges(*data, cancelled.part(0.4, 1));
   return data;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/camera.hpp"
@@ -34,11 +35,11 @@ inline constexpr std::int64_t most_dots = std::int64_t{1} << 24;
   detail::require(columns >= 0 && rows >= 0, columns, " x ", rows, " dots are a negative count");
   const std::int64_t count = std::int64_t{columns} * rows;
   detail::require(count <= most_dots, columns, " x ", rows, " dots are more than ", most_dots);
-  std::vector<Vec2<double>> pixels;
-  pixels.reserve(static_cast<std::size_t>(count));
+  std::vector<Vec2<double>> pixels(static_cast<std::size_t>(count));
+  std::size_t i = 0;
   for (Index y = 0; y < rows && columns > 0; ++y) {
     for (Index x = 0; x < columns; ++x) {
-      pixels.emplace_back(first.x() + x * step.x(), first.y() + y * step.y());
+      pixels[i++] = {first.x() + x * step.x(), first.y() + y * step.y()};
     }
   }
   return pixels;
@@ -93,7 +94,7 @@ class PrintedDots {
                     image.width(), " x ", image.height(), " pixels is not of the camera's ", width_,
                     " x ", height_);
     std::array<Vec2<double>, corners> outline;
-    std::vector<double> covered(static_cast<std::size_t>(width_));
+    detail::Array<double> covered(static_cast<std::size_t>(width_));
     for (std::size_t first = 0; first < outlines_.size(); first += corners) {
       bool is_known = true;
       for (std::size_t i = 0; i < corners && is_known; ++i) {
@@ -184,7 +185,7 @@ class PrintedDots {
   // Multiplies the pixels in a polygon by the ink, as far as they are covered: exactly along each
   // of a few lines a row.
   void fill(ImageView<Rgb8> image, const std::array<Vec2<double>, corners>& outline,
-            std::vector<double>& covered) const {
+            detail::Array<double>& covered) const {
     double top = outline[0].y(), bottom = top;
     for (const auto& corner : outline) {
       top = std::min(top, corner.y());
@@ -204,13 +205,14 @@ class PrintedDots {
           if ((a.y() <= at) == (b.y() <= at)) continue;
           crossings[count++] = a.x() + (at - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
         }
-        std::sort(crossings.begin(), crossings.begin() + static_cast<std::ptrdiff_t>(count));
+        std::make_heap(crossings.data(), crossings.data() + count);
+        std::sort_heap(crossings.data(), crossings.data() + count);  // less to compile than sort
         for (std::size_t i = 0; i + 1 < count; i += 2) {
           cover(covered, crossings[i] + 0.5, crossings[i + 1] + 0.5, left, right);
         }
       }
       for (Index x = left; x <= right; ++x) {
-        double& share = covered[static_cast<std::size_t>(x)];
+        double& share = covered[x];
         Rgb8& pixel = image(x, y);
         for (std::size_t k = 0; k < 3; ++k) {
           const double light = pixel[k] * (1 - std::min(1.0, share) * (1 - ink_[k]));
@@ -223,7 +225,7 @@ class PrintedDots {
 
   // Adds what a line from one place to another covers of a row's pixels, the first of which begins
   // at 0, and widens the range of those that are covered.
-  void cover(std::vector<double>& covered, double from, double to, Index& left,
+  void cover(detail::Array<double>& covered, double from, double to, Index& left,
              Index& right) const {
     from = std::clamp(from, 0.0, width_ + 0.0);
     to = std::clamp(to, 0.0, width_ + 0.0);
@@ -231,15 +233,15 @@ class PrintedDots {
     const auto begin = static_cast<Index>(from);
     const Index end = std::min(static_cast<Index>(to), width_ - 1);
     for (Index x = begin; x <= end; ++x) {
-      covered[static_cast<std::size_t>(x)] +=
-          (std::min(to, x + 1.0) - std::max(from, x + 0.0)) / lines;
+      covered[x] += (std::min(to, x + 1.0) - std::max(from, x + 0.0)) / lines;
     }
     left = std::min(left, begin);
     right = std::max(right, end);
   }
 
   Index width_, height_;
-  std::vector<Vec2<double>> centres_, outlines_;
+  std::vector<Vec2<double>> centres_;
+  detail::Array<Vec2<double>> outlines_;
   std::array<double, 3> ink_;
 };
 

@@ -11,7 +11,7 @@ namespace gelight::detail {
 
 /// Numbers of pieces of a line, each followed by the one that begins where it ends.
 struct Chain {
-  std::vector<Index> pieces;
+  Array<Index> pieces;
   bool is_closed = false;  // whether the first follows on the last
 };
 
@@ -19,7 +19,7 @@ struct Chain {
 /// piece that follows on piece i, one that is not taken, or -1. Linear beside its calls, one for a
 /// piece.
 template <class After>
-[[nodiscard]] std::vector<Chain> chains_of(Index count, const After& after) {
+[[nodiscard]] Array<Chain> chains_of(Index count, const After& after) {
   const auto size = static_cast<std::size_t>(count);
   Array<Index> next(size, -1);
   Array<char> has_before(size, 0), is_done(size, 0);
@@ -27,7 +27,7 @@ template <class After>
     next[i] = after(i, has_before);
     if (next[i] >= 0) has_before[next[i]] = 1;
   }
-  std::vector<Chain> out;
+  Array<Chain> out;
   // Those with ends from where they begin; what is left goes round.
   for (const bool is_closed : {false, true}) {
     for (Index i = 0; i < count; ++i) {

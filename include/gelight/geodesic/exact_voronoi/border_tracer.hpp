@@ -715,10 +715,11 @@ class BorderTracer {
         faces_at_end_.begin());
     for (; at > 0; at = faces_at_end_[at].before) way_.push_back(faces_at_end_[at].face);
     Index before = a.face;
-    for (auto f = way_.rbegin(); f != way_.rend(); ++f) {
-      const Point over = *nearest_shared(before, *f, a.end);
+    for (std::size_t i = way_.size(); i > 0; --i) {
+      const Index face = way_[i - 1];
+      const Point over = *nearest_shared(before, face, a.end);
       if (!is_of_same(line_.back(), over)) line_.push_back(over);
-      before = *f;
+      before = face;
     }
     return true;
   }

@@ -38,7 +38,7 @@ class EdgeGraph : public FaceList<Real> {
   /// bytes a vertex besides what it keeps. Throws InvalidInput as Surface does.
   template <TriangleMesh M>
   explicit EdgeGraph(const M& mesh, const CancelHook& cancelled = {}) : Faces(mesh, cancelled) {
-    if (!(link(cancelled) && measure())) Faces::refuse_mesh(mesh);
+    if (!(link(cancelled) && measure())) this->refuse_faces();
   }
 
   /// As Surface has it.

@@ -44,15 +44,33 @@ class FaceList {
   /// that no two have the same vertices, and that edges have a length. Throws InvalidInput for
   /// everything else as Surface does.
   template <TriangleMesh M>
-  explicit FaceList(const M& mesh, const CancelHook& cancelled = {}) {
-    if (!(read_positions(mesh, cancelled) && read_faces(mesh, cancelled))) refuse_mesh(mesh);
-  }
+  explicit FaceList(const M& mesh, const CancelHook& cancelled = {})
+      : positions_(read_positions<Real>(mesh, cancelled)),
+        vertices_(read_faces(mesh, vertex_count(), cancelled)) {}
 
-  /// Throws the InvalidInput that Surface does, which says what is wrong with the mesh.
-  template <TriangleMesh M>
-  [[noreturn, gnu::cold, gnu::noinline]] static void refuse_mesh(const M& mesh) {
-    (void)Surface<Real>(mesh);
-    refuse({"the mesh was another one when it was read again"});
+  /// Throws InvalidInput as Surface does for what its maker saw.
+  [[noreturn, gnu::cold, gnu::noinline]] void refuse_faces() const {
+    using namespace arithmetic;
+    Array<std::array<Index, 4>> faces;  // vertices in ascending order, and the face's number
+    double longest = 0;
+    for (Index f = 0; f < face_count(); ++f) {
+      const auto [a, b, c] = face(f);
+      const Index least = std::min({a, b, c}), most = std::max({a, b, c});
+      faces.push_back({least, a ^ b ^ c ^ least ^ most, most, f});
+      for (const auto& [from, to] : {std::pair{a, b}, {b, c}, {c, a}}) {
+        const double length =
+            stable_norm(cast<double>(positions_[to]) - cast<double>(positions_[from]));
+        longest = std::max(longest, length);
+      }
+    }
+    std::make_heap(faces.begin(), faces.end());
+    std::sort_heap(faces.begin(), faces.end());  // less to compile than std::sort
+    const auto same =
+        std::adjacent_find(faces.begin(), faces.end(), [](const auto& one, const auto& other) {
+          return one[0] == other[0] && one[1] == other[1] && one[2] == other[2];
+        });
+    if (same != faces.end()) refuse_twin_faces((*same)[3], (*(same + 1))[3]);
+    refuse_short_edges(longest);
   }
 
   /// The parts of the mesh, numbered as they were there.
@@ -168,7 +186,8 @@ class FaceList {
   using Mesh = Surface<Real>;
 
   [[nodiscard]] static bool has_any_twice(Array<std::pair<Index, Index>>& pairs) {
-    std::sort(pairs.begin(), pairs.end());
+    std::make_heap(pairs.begin(), pairs.end());
+    std::sort_heap(pairs.begin(), pairs.end());  // less to compile than std::sort
     return std::adjacent_find(pairs.begin(), pairs.end()) != pairs.end();
   }
 
@@ -178,48 +197,6 @@ class FaceList {
       if (tip(h) == b || apex(h) == b) return true;
     }
     return false;
-  }
-
-  template <TriangleMesh M>
-  [[nodiscard]] bool read_positions(const M& mesh, const CancelHook& cancelled) {
-    const auto count = MeshTraits<M>::vertex_count(mesh);
-    if (!is_count(count, 1)) return false;
-    positions_.resize(static_cast<std::size_t>(count));
-    PeriodicCheck progress(cancelled, static_cast<Index>(count), reading_mesh);
-    for (Index v = 0; v < vertex_count(); ++v) {
-      const auto& p = MeshTraits<M>::position(mesh, v);
-      const Vec3<Real> q(static_cast<Real>(p[0]), static_cast<Real>(p[1]), static_cast<Real>(p[2]));
-      for (int k = 0; k < 3; ++k) {
-        if (!(std::fabs(q[k]) <= largest_coordinate)) return false;
-      }
-      positions_[v] = q;
-      progress.step();
-    }
-    return true;
-  }
-
-  template <TriangleMesh M>
-  [[nodiscard]] bool read_faces(const M& mesh, const CancelHook& cancelled) {
-    const auto count = MeshTraits<M>::face_count(mesh);
-    if (!is_count(count, 3)) return false;
-    vertices_.resize_for_writes(3 * static_cast<std::size_t>(count));
-    Index* to = vertices_.data();
-    PeriodicCheck progress(cancelled, static_cast<Index>(count), reading_mesh);
-    for (Index f = 0; f < face_count(); ++f, to += 3) {
-      const std::array<Index, 3> face = MeshTraits<M>::face(mesh, f);
-      const auto [a, b, c] = face;
-      if (std::min({a, b, c}) < 0 || std::max({a, b, c}) >= vertex_count()) return false;
-      if (a == b || b == c || c == a) return false;
-      to[0] = a;
-      to[1] = b;
-      to[2] = c;
-      progress.step();
-    }
-    return true;
-  }
-
-  static bool is_count(std::integral auto count, Index per) {
-    return count > 0 && std::cmp_less_equal(count, std::numeric_limits<Index>::max() / per);
   }
 
   // From a vertex to the point with these shares of the corners of a face or an edge: as Surface

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "gelight/core/array.hpp"
 #include "gelight/core/compiled.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
@@ -182,7 +183,7 @@ detail::LayerState ElasticLayer<T>::balance(const detail::RigidObject& object,
 template <std::floating_point T>
 void ElasticLayer<T>::require_under(const detail::RigidObject& object,
                                     const Vec2<double>& centre) const {
-  std::vector<detail::SpringRow> rows(static_cast<std::size_t>(camera_.height));
+  detail::Array<detail::SpringRow> rows(static_cast<std::size_t>(camera_.height));
   for (Index y = 0; y < camera_.height; ++y) {
     const double* const line = &object.overlap[std::ptrdiff_t{y} * camera_.width];
     auto& row = rows[static_cast<std::size_t>(y)];

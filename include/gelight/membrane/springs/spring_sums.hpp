@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <limits>
 #include <type_traits>
-#include <vector>
 
 #include "gelight/concepts/image.hpp"
+#include "gelight/core/array.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/core/wide.hpp"
 #include "gelight/views/image_view.hpp"
@@ -76,7 +76,7 @@ template <class T, class D>
 }
 
 template <class T, class D>
-[[nodiscard]] Index read_gaps(Image<T>& gap, std::vector<SpringRow>& rows, const D& depth, T rest) {
+[[nodiscard]] Index read_gaps(Image<T>& gap, Array<SpringRow>& rows, const D& depth, T rest) {
   constexpr T inf = std::numeric_limits<T>::infinity();
   const Index width = gap.width();
   Index unknown = 0;
@@ -153,7 +153,7 @@ void add_spring_row(SpringSums& sums, const T* gap, const SpringRow& row, Index 
 }
 
 template <bool tilts, class T>
-[[nodiscard]] SpringSums sum_spring_rows(const Image<T>& gap, const std::vector<SpringRow>& rows,
+[[nodiscard]] SpringSums sum_spring_rows(const Image<T>& gap, const Array<SpringRow>& rows,
                                          const RigidMotion& motion, Index step) {
   SpringSums sums;
   for (Index y = 0; y < gap.height(); y += step) {
@@ -180,7 +180,7 @@ class LoneSprings {
   }
 
   [[nodiscard]] Index unknown() const { return unknown_; }
-  [[nodiscard]] const std::vector<SpringRow>& rows() const { return rows_; }
+  [[nodiscard]] const Array<SpringRow>& rows() const { return rows_; }
   [[nodiscard]] double gap(Index x, Index y) const { return static_cast<double>(gap_(x, y)); }
   [[nodiscard]] double least_gap() const { return least_; }
 
@@ -230,14 +230,14 @@ class LoneSprings {
 
  private:
   Image<T>& gap_;
-  std::vector<SpringRow> rows_;
+  Array<SpringRow> rows_;
   double least_ = std::numeric_limits<double>::infinity();
   Index unknown_ = 0;
 };
 
 /// Whether a point (in columns and rows) lies in the convex hull of the springs under the object,
 /// or beside it by no more than it may be rounded by.
-[[nodiscard]] inline bool is_under_object(const std::vector<SpringRow>& rows, double x, double y) {
+[[nodiscard]] inline bool is_under_object(const Array<SpringRow>& rows, double x, double y) {
   constexpr double beside = 1e-9;  // of a pixel
   // Of all chords between a row above the point and one below, how far the outermost lies out.
   const auto outermost = [&](auto&& side) {
