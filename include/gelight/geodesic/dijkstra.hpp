@@ -1,26 +1,21 @@
 #pragma once
 
 #include <concepts>
-#include <iterator>
 #include <memory>
 
 #include "gelight/concepts/mesh.hpp"
-#include "gelight/core/array.hpp"
 #include "gelight/core/compiled.hpp"
-#include "gelight/core/error.hpp"
-#include "gelight/core/lazy.hpp"
-#include "gelight/core/periodic_check.hpp"
-#include "gelight/core/pool.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/distance_solver.hpp"
-#include "gelight/geodesic/marching/bucket_queue.hpp"
-#include "gelight/geodesic/marching/edge_graph.hpp"
-#include "gelight/geodesic/marching/steiner_graph.hpp"
-#include "gelight/mesh/simplified.hpp"
 #include "gelight/mesh/surface.hpp"
 
 namespace gelight {
+
+namespace detail {
+template <std::floating_point Real>
+class DijkstraEngine;
+}  // namespace detail
 
 struct DijkstraOptions {
   /// Points on each edge, evenly spaced, by which paths may cross it; straight lines join those of
@@ -47,92 +42,36 @@ struct DijkstraOptions {
 /// (distance_into_memory_test); the first source on an edge takes 28 more.
 template <std::floating_point T>
 class DijkstraSolver : public detail::DistanceQueries<DijkstraSolver<T>, T> {
+  using Real = typename detail::WorkingPrecision<T>::Real;
+
  public:
   /// Throws InvalidInput as Surface does, and for a number of Steiner points that is negative or
   /// makes more nodes than an Index counts.
   template <TriangleMesh M>
   explicit DijkstraSolver(const M& mesh, const DijkstraOptions& options = {})
-      : cancelled_(options.cancelled) {
-    if (options.steiner_points > 0) {
-      steiner_graph_ = std::make_shared<const detail::SteinerGraph<Real>>(surface_of(mesh, options),
-                                                                          options.steiner_points);
-    } else {
-      graph_ = std::make_shared<const Graph>(mesh, options.cancelled.part(0, 0));
-      if constexpr (std::same_as<M, Surface<Real>>) (void)surface_of(mesh, options);
-    }
-    detail::require(options.steiner_points >= 0, "the number of Steiner points is ",
-                    options.steiner_points, ", less than 0");
-  }
+      : engine_(options.steiner_points > 0
+                    ? new_engine(Surface<Real>(mesh, options.cancelled.part(0, 0)), options)
+                    : new_engine(detail::read_mesh<Real>(mesh, options.cancelled.part(0, 0)),
+                                 detail::as_surface<Real>(mesh), options)) {}
 
   /// The surface that the solver works on. Without Steiner points it is made when it is first asked
   /// for, 148 bytes a vertex, but where the solver was made of one: queries do without.
-  [[nodiscard]] const Surface<double>& surface() const {
-    return surface_->get([&] { return Surface<Real>(*graph_); });
-  }
+  [[nodiscard]] const Surface<Real>& surface() const;
 
  private:
   friend class detail::DistanceQueries<DijkstraSolver<T>, T>;
-  using Real = typename detail::WorkingPrecision<T>::Real;
-  using Graph = detail::EdgeGraph<Real>;
-  using Queue = detail::BucketQueue<Real>;
+  using Engine = detail::DijkstraEngine<Real>;
 
-  template <TriangleMesh M>
-  [[nodiscard]] const Surface<Real>& surface_of(const M& mesh,
-                                                const DijkstraOptions& options) const {
-    return surface_->get([&] { return Surface<Real>(mesh, options.cancelled.part(0, 0)); });
-  }
-
-  [[nodiscard]] auto of_mesh(const auto& ask) const {
-    return graph_ ? ask(*graph_) : ask(surface());
-  }
-
+  [[nodiscard]] static std::shared_ptr<const Engine> new_engine(detail::MeshArrays<Real> mesh,
+                                                                const Surface<Real>* surface,
+                                                                const DijkstraOptions& options);
+  [[nodiscard]] static std::shared_ptr<const Engine> new_engine(const Surface<Real>& surface,
+                                                                const DijkstraOptions& options);
+  [[nodiscard]] auto of_mesh(const auto& ask) const { return engine_->of_mesh(ask); }
   void solve_vertices(detail::DistanceQuery<Real>& query) const;
 
-  void solve_along_edges(const detail::Array<Source<Real>>& sources,
-                         detail::Slice<Real> distance) const {
-    const typename detail::Pool<Queue>::Borrowed borrowed(*queues_);
-    Queue& queue = *borrowed;
-    queue.reset(graph_->short_length());
-    const auto reach = [&](Index v, Real d) {
-      distance[v] = d;
-      queue.push(v, d);
-    };
-    for (const auto& source : sources) {
-      const auto point = detail::simplified(*graph_, source.point);
-      graph_->for_each_vertex_near(point, [&](Index v, Real way) {
-        if (source.distance + way < distance[v]) reach(v, source.distance + way);
-      });
-    }
-    detail::PeriodicCheck progress(cancelled_, graph_->vertex_count(),
-                                   "a query of Dijkstra's method");
-    while (!queue.empty()) {
-      const auto [v, d] = graph_->pop_and_prefetch(queue, distance);
-      if (d > distance[v]) continue;  // reached on a shorter way since it was queued
-      progress.step();
-      graph_->for_each_nearer(v, d, distance, reach);
-    }
-  }
-
-  CancelHook cancelled_;
-  std::shared_ptr<const Graph> graph_;  // where there are no Steiner points
-  std::shared_ptr<const detail::SteinerGraph<Real>> steiner_graph_;
-  std::shared_ptr<const detail::Lazy<Surface<Real>>> surface_ =
-      std::make_shared<detail::Lazy<Surface<Real>>>();
-  std::shared_ptr<detail::Pool<Queue>> queues_ = std::make_shared<detail::Pool<Queue>>();
+  std::shared_ptr<const Engine> engine_;
 };
-
-template <std::floating_point T>
-void DijkstraSolver<T>::solve_vertices(detail::DistanceQuery<Real>& query) const {
-  auto& [sources, starts, distance] = query;
-  of_mesh([&](const auto& mesh) { query.starts.move_to_zero(mesh, query.sources); });
-  if (graph_) {
-    solve_along_edges(sources, distance);
-  } else {
-    steiner_graph_->distance_into(distance, sources, cancelled_);
-  }
-  if (starts.common == 0 && starts.of_vertex.empty()) return;
-  for (Index v = 0; v < std::ssize(distance); ++v) distance[v] += starts.at(v);
-}
 
 template <TriangleMesh M>
 explicit DijkstraSolver(const M&) -> DijkstraSolver<MeshScalar<M>>;
@@ -143,9 +82,10 @@ DijkstraSolver(const M&, const DijkstraOptions&) -> DijkstraSolver<MeshScalar<M>
 
 #if defined(GELIGHT_COMPILED)
 namespace gelight {
-GELIGHT_ONCE template class DijkstraSolver<float>;
 GELIGHT_ONCE template class detail::DistanceQueries<DijkstraSolver<float>, float>;
-GELIGHT_ONCE template class DijkstraSolver<double>;
 GELIGHT_ONCE template class detail::DistanceQueries<DijkstraSolver<double>, double>;
 }  // namespace gelight
+#endif
+#if defined(GELIGHT_BODIES)
+#include "gelight/geodesic/dijkstra/body.hpp"
 #endif

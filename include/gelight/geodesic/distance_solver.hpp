@@ -233,8 +233,8 @@ class DistanceQueries {
 
   /// Throws InvalidInput for sources that queries refuse.
   ///@{
-  void require_sources(std::span<const Index> vertices) const { (void)checked(vertices); }
-  void require_sources(std::span<const Source<T>> sources) const { (void)checked(sources); }
+  void require_sources(std::span<const Index> vertices) const;
+  void require_sources(std::span<const Source<T>> sources) const;
   ///@}
 
  protected:
@@ -345,6 +345,16 @@ template <class Solver, std::floating_point T>
 auto DistanceQueries<Solver, T>::distance(std::span<const Source<T>> sources) const
     -> std::vector<T> {
   return answer(sources);
+}
+
+template <class Solver, std::floating_point T>
+void DistanceQueries<Solver, T>::require_sources(std::span<const Index> vertices) const {
+  (void)checked(vertices);
+}
+
+template <class Solver, std::floating_point T>
+void DistanceQueries<Solver, T>::require_sources(std::span<const Source<T>> sources) const {
+  (void)checked(sources);
 }
 
 template <class Solver, std::floating_point T>

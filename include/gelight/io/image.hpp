@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <memory>
 #include <string>
 
 #if defined(__has_include)
@@ -45,18 +44,37 @@
 
 namespace gelight {
 
+namespace detail {
+
+/// What a function of C gave, given back by another. (Less to compile than std::unique_ptr.)
+template <class T, auto give_back>
+class Owned {
+ public:
+  explicit Owned(T* given) : given_(given) {}
+  Owned(const Owned&) = delete;
+  Owned& operator=(const Owned&) = delete;
+  ~Owned() {
+    if (given_ != nullptr) (void)give_back(given_);
+  }
+  [[nodiscard]] T* get() const { return given_; }
+
+ private:
+  T* given_;
+};
+
+}  // namespace detail
+
 /// Reads a PNG file as 8-bit RGB; grey is repeated, opacity dropped. Throws InvalidInput where the
 /// file is missing or is not a whole PNG image. Checksums are not looked at: damaged bytes may give
 /// other pixels.
 [[nodiscard, maybe_unused]] static Image<Rgb8> read_png(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
-                                                             &std::fclose);
-  detail::require(file != nullptr, path, " cannot be opened");
+  const detail::Owned<std::FILE, std::fclose> file(std::fopen(path.c_str(), "rb"));
+  detail::require(file.get() != nullptr, path, " cannot be opened");
   int width = 0, height = 0, channels = 0;
-  const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
-      stbi_load_from_file(file.get(), &width, &height, &channels, 3), &std::free);
-  detail::require(pixels != nullptr, path, " is not a PNG image that can be read: ",
-                  pixels == nullptr ? stbi_failure_reason() : "");
+  const detail::Owned<stbi_uc, std::free> pixels(
+      stbi_load_from_file(file.get(), &width, &height, &channels, 3));
+  detail::require(pixels.get() != nullptr, path, " is not a PNG image that can be read: ",
+                  pixels.get() == nullptr ? stbi_failure_reason() : "");
   Image<Rgb8> image(width, height);
   const stbi_uc* from = pixels.get();
   for (Rgb8& pixel : image.pixels()) {
@@ -73,18 +91,17 @@ namespace gelight {
 template <std::floating_point T>
 [[nodiscard]] static Image<T> read_depth_png(const std::string& path, T unit) {
   detail::require(unit > 0 && std::isfinite(unit), "a depth map in a unit of ", unit);
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
-                                                             &std::fclose);
-  detail::require(file != nullptr, path, " cannot be opened");
+  const detail::Owned<std::FILE, std::fclose> file(std::fopen(path.c_str(), "rb"));
+  detail::require(file.get() != nullptr, path, " cannot be opened");
   int width = 0, height = 0, channels = 0;
   detail::require(stbi_info_from_file(file.get(), &width, &height, &channels) != 0, path,
                   " is not a PNG image that can be read");
   detail::require(channels == 1, path, " has ", channels, " channels, a depth map has one");
   detail::require(stbi_is_16_bit_from_file(file.get()) != 0, path,
                   " has 8 bits a channel, a depth map has 16");
-  const std::unique_ptr<stbi_us, void (*)(void*)> values(
-      stbi_load_from_file_16(file.get(), &width, &height, &channels, 1), &std::free);
-  detail::require(values != nullptr, path, " is not a whole PNG image");
+  const detail::Owned<stbi_us, std::free> values(
+      stbi_load_from_file_16(file.get(), &width, &height, &channels, 1));
+  detail::require(values.get() != nullptr, path, " is not a whole PNG image");
   Image<T> depth(width, height);
   const stbi_us* from = values.get();
   for (T& z : depth.pixels()) {
@@ -117,12 +134,10 @@ template <std::floating_point T>
   }
   // stb's own writer of files does not notice a full disk.
   int size = 0;
-  const std::unique_ptr<stbi_uc, void (*)(void*)> png(
-      stbi_write_png_to_mem(packed.data()->data(), 3 * image.width(), image.width(), image.height(),
-                            3, &size),
-      &std::free);
+  const detail::Owned<stbi_uc, std::free> png(stbi_write_png_to_mem(
+      packed.data()->data(), 3 * image.width(), image.width(), image.height(), 3, &size));
   const auto bytes = static_cast<std::size_t>(size);
-  std::FILE* const file = png != nullptr ? std::fopen(path.c_str(), "wb") : nullptr;
+  std::FILE* const file = png.get() != nullptr ? std::fopen(path.c_str(), "wb") : nullptr;
   const bool is_written = file != nullptr && std::fwrite(png.get(), 1, bytes, file) == bytes;
   const bool is_closed = file != nullptr && std::fclose(file) == 0;
   detail::require(is_written && is_closed, path, " cannot be written");

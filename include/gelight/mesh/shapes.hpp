@@ -74,7 +74,7 @@ template <std::floating_point T>
 [[nodiscard]] Mesh<T> joined(std::span<const Mesh<T>> parts);
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> joined(const std::vector<Mesh<T>>& parts) {
-  return joined(std::span<const Mesh<T>>(parts));
+  return joined(std::span<const Mesh<T>>(parts.data(), parts.size()));
 }
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> joined(std::initializer_list<Mesh<T>> parts) {

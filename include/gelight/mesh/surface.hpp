@@ -170,6 +170,21 @@ template <TriangleMesh M>
   return corners;
 }
 
+/// What a mesh is made of, for methods that need no half-edges.
+template <std::floating_point T>
+struct MeshArrays {
+  Array<Vec3<T>> positions;
+  Array<Index> vertices;  // of each face: three
+};
+
+/// Throws InvalidInput as Surface does, for what is seen vertex by vertex and face by face.
+template <std::floating_point T, TriangleMesh M>
+[[nodiscard]] auto read_mesh(const M& mesh, const CancelHook& cancelled) -> MeshArrays<T> {
+  MeshArrays<T> made{read_positions<T>(mesh, cancelled), {}};
+  made.vertices = read_faces(mesh, static_cast<Index>(made.positions.size()), cancelled);
+  return made;
+}
+
 [[noreturn, gnu::cold, gnu::noinline]] inline void refuse_twin_faces(Index face, Index other) {
   refuse({"faces ", face, " and ", other, " have the same three vertices"});
 }
@@ -461,6 +476,20 @@ class Surface {
   std::shared_ptr<const Data> data_;
 };
 
+namespace detail {
+
+/// A mesh that is a Surface of such numbers, or none.
+template <std::floating_point T, TriangleMesh M>
+[[nodiscard]] const Surface<T>* as_surface(const M& mesh) {
+  if constexpr (std::same_as<M, Surface<T>>) {
+    return &mesh;
+  } else {
+    return nullptr;
+  }
+}
+
+}  // namespace detail
+
 /// The data of a mesh, checked.
 template <std::floating_point T>
 template <TriangleMesh M>
@@ -484,6 +513,14 @@ Surface(const M&, const CancelHook&) -> Surface<MeshScalar<M>>;
 
 #if defined(GELIGHT_COMPILED)
 namespace gelight {
+GELIGHT_ONCE template auto detail::read_mesh(const Mesh<float>&, const CancelHook&)
+    -> detail::MeshArrays<double>;
+GELIGHT_ONCE template auto detail::read_mesh(const MeshView<float>&, const CancelHook&)
+    -> detail::MeshArrays<double>;
+GELIGHT_ONCE template auto detail::read_mesh(const Mesh<double>&, const CancelHook&)
+    -> detail::MeshArrays<double>;
+GELIGHT_ONCE template auto detail::read_mesh(const MeshView<double>&, const CancelHook&)
+    -> detail::MeshArrays<double>;
 GELIGHT_ONCE template class Surface<float>;
 GELIGHT_ONCE template auto Surface<float>::snapshot<Mesh<float>>(const Mesh<float>&,
                                                                  const CancelHook&)

@@ -36,8 +36,7 @@ class EdgeGraph : public FaceList<Real> {
 
   /// Copies what it needs of any mesh, in O(vertices + faces), and at no time takes more than a few
   /// bytes a vertex besides what it keeps. Throws InvalidInput as Surface does.
-  template <TriangleMesh M>
-  explicit EdgeGraph(const M& mesh, const CancelHook& cancelled = {}) : Faces(mesh, cancelled) {
+  explicit EdgeGraph(MeshArrays<Real> mesh, const CancelHook& cancelled) : Faces(std::move(mesh)) {
     if (!(link(cancelled) && measure())) this->refuse_faces();
   }
 

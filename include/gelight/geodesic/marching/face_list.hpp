@@ -43,10 +43,13 @@ class FaceList {
   /// Copies any mesh, in O(vertices + faces). Its maker is to check what is not seen face by face:
   /// that no two have the same vertices, and that edges have a length. Throws InvalidInput for
   /// everything else as Surface does.
+  ///@{
   template <TriangleMesh M>
   explicit FaceList(const M& mesh, const CancelHook& cancelled = {})
-      : positions_(read_positions<Real>(mesh, cancelled)),
-        vertices_(read_faces(mesh, vertex_count(), cancelled)) {}
+      : FaceList(read_mesh<Real>(mesh, cancelled)) {}
+  explicit FaceList(MeshArrays<Real> mesh)
+      : positions_(std::move(mesh.positions)), vertices_(std::move(mesh.vertices)) {}
+  ///@}
 
   /// Throws InvalidInput as Surface does for what its maker saw.
   [[noreturn, gnu::cold, gnu::noinline]] void refuse_faces() const {
