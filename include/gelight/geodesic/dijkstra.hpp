@@ -80,12 +80,12 @@ DijkstraSolver(const M&, const DijkstraOptions&) -> DijkstraSolver<MeshScalar<M>
 
 }  // namespace gelight
 
+#if defined(GELIGHT_BODIES)
+#include "gelight/geodesic/dijkstra/body.hpp"
+#endif
 #if defined(GELIGHT_COMPILED)
 namespace gelight {
 GELIGHT_ONCE template class detail::DistanceQueries<DijkstraSolver<float>, float>;
 GELIGHT_ONCE template class detail::DistanceQueries<DijkstraSolver<double>, double>;
 }  // namespace gelight
-#endif
-#if defined(GELIGHT_BODIES)
-#include "gelight/geodesic/dijkstra/body.hpp"
 #endif

@@ -92,12 +92,12 @@ FastMarchingSolver(const M&, const FastMarchingOptions&) -> FastMarchingSolver<M
 
 }  // namespace gelight
 
+#if defined(GELIGHT_BODIES)
+#include "gelight/geodesic/fast_marching/body.hpp"
+#endif
 #if defined(GELIGHT_COMPILED)
 namespace gelight {
 GELIGHT_ONCE template class detail::DistanceQueries<FastMarchingSolver<float>, float>;
 GELIGHT_ONCE template class detail::DistanceQueries<FastMarchingSolver<double>, double>;
 }  // namespace gelight
-#endif
-#if defined(GELIGHT_BODIES)
-#include "gelight/geodesic/fast_marching/body.hpp"
 #endif
