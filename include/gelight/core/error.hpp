@@ -115,21 +115,20 @@ template <class... Parts>
   return digits;
 }
 
-// Out of the way of whatever asks, and the same for words of all lengths.
+// Out of the way of whatever asks.
 template <class... Parts>
 [[noreturn, gnu::cold, gnu::noinline]] void refuse_parts(Parts... parts) {
   refuse({Part(parts)...});
 }
-template <class T>
-using PassedPart = std::conditional_t<std::is_class_v<T>, const T&, std::decay_t<const T>>;
 
-/// Throws InvalidInput unless `valid`; the parts of the message are joined only on failure.
+/// Throws InvalidInput unless `valid`; the parts of the message are joined only on failure. (Parts
+/// by value, so that this is the same for words of all lengths.)
 template <class... Parts>
-void require(bool valid, const Parts&... parts) {
+void require(bool valid, Parts... parts) {
   if (valid) [[likely]] {
     return;
   }
-  refuse_parts<PassedPart<Parts>...>(parts...);
+  refuse_parts(parts...);
 }
 
 }  // namespace detail
