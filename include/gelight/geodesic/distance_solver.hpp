@@ -304,7 +304,7 @@ auto DistanceQueries<Solver, T>::answer(std::span<const Place> sources) const ->
     std::vector<T> out;
     out.reserve(vertex_count());
     expect_writes(out.data(), vertex_count() * sizeof(T));
-    out.resize(vertex_count(), unreachable<Real>);
+    out.assign(vertex_count(), unreachable<Real>);  // less to compile than resize
     query.distance = out;
     solver().solve_vertices(query);
     return out;

@@ -309,8 +309,22 @@ class Surface {
     if (from.kind == Kind::vertex && to.kind == Kind::vertex) {
       return position(to.element[0]) - position(from.element[0]);
     }
-    const bool has_face = from.kind == Kind::face || to.kind == Kind::face;
-    return has_face ? difference_by<3>(from, to) : difference_by<2>(from, to);
+    const std::array<Index, 3> a = corners_of(from), b = corners_of(to);
+    // From the corner with the largest share, the only one that need not be small.
+    const std::size_t i0 = largest(from), i1 = largest(to);
+    const Vec3<T>& base = position(from.weights[i0] > to.weights[i1] ? a[i0] : b[i1]);
+    Vec3<T> sum(0, 0, 0);
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (b[i] < 0) continue;
+      T share = to.weights[i];
+      for (std::size_t j = 0; j < 3; ++j) share -= a[j] == b[i] ? from.weights[j] : T(0);
+      sum += share * (position(b[i]) - base);
+    }
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (a[j] < 0 || a[j] == b[0] || a[j] == b[1] || a[j] == b[2]) continue;
+      sum -= from.weights[j] * (position(a[j]) - base);
+    }
+    return sum;
   }
 
   /// Throws InvalidInput for a vertex that is not of this surface.
@@ -340,32 +354,9 @@ class Surface {
     if (p.kind == SurfacePoint<T>::Kind::face) return face(p.element[0]);
     return {p.element[0], p.kind == SurfacePoint<T>::Kind::edge ? p.element[1] : -1, -1};
   }
-  // Of points with so many shares at most.
-  template <std::size_t corners>
-  [[nodiscard]] Vec3<T> difference_by(const SurfacePoint<T>& from,
-                                      const SurfacePoint<T>& to) const {
-    using namespace detail::arithmetic;
-    const std::array<Index, 3> a = corners_of(from), b = corners_of(to);
-    // From the corner with the largest share, the only one that need not be small.
-    const std::size_t i0 = largest<corners>(from), i1 = largest<corners>(to);
-    const Vec3<T>& base = position(from.weights[i0] > to.weights[i1] ? a[i0] : b[i1]);
-    Vec3<T> sum(0, 0, 0);
-    for (std::size_t i = 0; i < corners; ++i) {
-      if (b[i] < 0) continue;
-      T share = to.weights[i];
-      for (std::size_t j = 0; j < corners; ++j) share -= a[j] == b[i] ? from.weights[j] : T(0);
-      sum += share * (position(b[i]) - base);
-    }
-    for (std::size_t j = 0; j < corners; ++j) {
-      if (a[j] < 0 || std::find(b.begin(), b.end(), a[j]) != b.end()) continue;
-      sum -= from.weights[j] * (position(a[j]) - base);
-    }
-    return sum;
-  }
-  template <std::size_t corners>
   static std::size_t largest(const SurfacePoint<T>& p) {
     std::size_t at = 0;
-    for (std::size_t i = 1; i < corners; ++i) at = p.weights[i] > p.weights[at] ? i : at;
+    for (std::size_t i = 1; i < 3; ++i) at = p.weights[i] > p.weights[at] ? i : at;
     return at;
   }
 
