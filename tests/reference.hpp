@@ -19,7 +19,7 @@ namespace reference {
 using namespace gelight;
 
 inline std::string path(const std::string& file) {
-  return std::string(GELIGHT_REFERENCE_DIR) + "/" + file;
+  return (std::filesystem::path(GELIGHT_REFERENCE_DIR) / file).string();
 }
 
 inline bool is_absent() {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <initializer_list>
@@ -34,16 +35,14 @@ class Part {
   Part(float number) : kind_(Kind::single), real_(double{number}) {}
   Part(std::floating_point auto number) : kind_(Kind::real), real_(static_cast<double>(number)) {}
 
-  [[gnu::cold]] void append_to(std::string& text) const {
-    if (kind_ == Kind::words) {
-      text += words_;
-      return;
-    }
-    char characters[32] = {kind_ == Kind::letter ? letter_ : char{}};
-    if (kind_ == Kind::whole) std::snprintf(characters, sizeof characters, "%lld", whole_);
-    if (kind_ == Kind::natural) std::snprintf(characters, sizeof characters, "%llu", natural_);
-    if (kind_ == Kind::real || kind_ == Kind::single) write_shortest(characters);
-    text += characters;
+  /// What it says; numbers are written to `digits`, which it is part of then.
+  [[nodiscard, gnu::cold]] std::string_view text(char (&digits)[32]) const {
+    if (kind_ == Kind::words) return words_;
+    if (kind_ == Kind::letter) std::snprintf(digits, sizeof digits, "%c", letter_);
+    if (kind_ == Kind::whole) std::snprintf(digits, sizeof digits, "%lld", whole_);
+    if (kind_ == Kind::natural) std::snprintf(digits, sizeof digits, "%llu", natural_);
+    if (kind_ == Kind::real || kind_ == Kind::single) write_shortest(digits);
+    return digits;
   }
 
  private:
@@ -92,10 +91,17 @@ class Part {
   };
 };
 
-// Compiled once, out of the way of whatever asks: a message costs a caller no stream.
+// Compiled once, out of the way of whatever asks: a message costs a caller no stream, nor a string
+// that grows, which each program would compile.
 [[nodiscard, gnu::cold]] inline std::string joined_text(std::initializer_list<Part> parts) {
-  std::string text;
-  for (const Part& part : parts) part.append_to(text);
+  char digits[32];
+  std::size_t size = 0;
+  for (const Part& part : parts) size += part.text(digits).size();
+  std::string text(size, ' ');
+  char* to = text.data();
+  for (const Part& part : parts) {
+    for (const char c : part.text(digits)) *to++ = c;
+  }
   return text;
 }
 [[noreturn, gnu::cold]] inline void refuse(std::initializer_list<Part> parts) {

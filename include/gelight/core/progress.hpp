@@ -4,8 +4,9 @@
 #include <concepts>
 #include <functional>
 #include <stdexcept>
-#include <string>
 #include <utility>
+
+#include "gelight/core/error.hpp"
 
 namespace gelight {
 
@@ -54,7 +55,7 @@ class CancelHook {
   /// Throws Cancelled where the answer is yes. `what` was under way, in words.
   void check(double done, const char* what) const {
     if (ask_ && ask_(of_whole(std::clamp(done, 0.0, 1.0))))
-      throw Cancelled(std::string(what) + " was cancelled");
+      throw Cancelled(detail::joined_text({what, " was cancelled"}));
   }
 
   /// The hook for a part of the work, from one share of the whole to another.
