@@ -233,9 +233,15 @@ class Slice {
  public:
   Slice() = default;
   Slice(T* first, std::size_t count) : data_(first), size_(count) {}
+  /// All of an array, a vector, a span, or another slice.
+  ///@{
   template <class Values>
   requires requires(Values& values) { static_cast<T*>(values.data()); }
-  Slice(Values&& values) : data_(values.data()), size_(values.size()) {}
+  Slice(Values& values) : data_(values.data()), size_(values.size()) {}
+  template <class Values>
+  requires requires(const Values& values) { static_cast<T*>(values.data()); }
+  Slice(const Values& values) : data_(values.data()), size_(values.size()) {}
+  ///@}
 
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
