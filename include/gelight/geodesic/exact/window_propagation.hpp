@@ -586,8 +586,8 @@ class WindowPropagation {
   }
 
   [[noreturn]] void refuse_memory() const {
-    throw MemoryLimit(joined_text(
-        {"the windows of an exact solve take more than ", limits_->memory, " bytes"}));
+    throw MemoryLimit(
+        joined_text({"the windows of an exact solve take more than ", limits_->memory, " bytes"}));
   }
 
   // Windows that leave a face across its half-edge h, given in the frame of a half-edge that runs
