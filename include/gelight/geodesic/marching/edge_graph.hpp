@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <utility>
 
-#include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/bits.hpp"
 #include "gelight/core/periodic_check.hpp"
@@ -34,7 +33,7 @@ class EdgeGraph : public FaceList<Real> {
  public:
   using Faces::length, Faces::squared_length, Faces::vertex_count;
 
-  /// Copies what it needs of any mesh, in O(vertices + faces), and at no time takes more than a few
+  /// Of a mesh as `read_mesh` reads it, in O(vertices + faces); at no time takes more than a few
   /// bytes a vertex besides what it keeps. Throws InvalidInput as Surface does.
   explicit EdgeGraph(MeshArrays<Real> mesh, const CancelHook& cancelled) : Faces(std::move(mesh)) {
     if (!(link(cancelled) && measure())) this->refuse_faces();

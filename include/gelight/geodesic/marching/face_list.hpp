@@ -5,14 +5,10 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <limits>
 #include <utility>
 
-#include "gelight/concepts/mesh.hpp"
 #include "gelight/core/array.hpp"
 #include "gelight/core/lazy.hpp"
-#include "gelight/core/periodic_check.hpp"
-#include "gelight/core/progress.hpp"
 #include "gelight/core/tolerance.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/marching/fan_walk.hpp"
@@ -40,16 +36,10 @@ class FaceList {
  public:
   using Scalar = Real;
 
-  /// Copies any mesh, in O(vertices + faces). Its maker is to check what is not seen face by face:
-  /// that no two have the same vertices, and that edges have a length. Throws InvalidInput for
-  /// everything else as Surface does.
-  ///@{
-  template <TriangleMesh M>
-  explicit FaceList(const M& mesh, const CancelHook& cancelled = {})
-      : FaceList(read_mesh<Real>(mesh, cancelled)) {}
+  /// Of a mesh as `read_mesh` reads it. Its maker is to check what is not seen face by face: that
+  /// no two have the same vertices, and that edges have a length.
   explicit FaceList(MeshArrays<Real> mesh)
       : positions_(std::move(mesh.positions)), vertices_(std::move(mesh.vertices)) {}
-  ///@}
 
   /// Throws InvalidInput as Surface does for what its maker saw.
   [[noreturn, gnu::cold, gnu::noinline]] void refuse_faces() const {
