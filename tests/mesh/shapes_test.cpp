@@ -6,10 +6,12 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/surface.hpp"
+#include "support/refusal.hpp"
 
 using gelight::Index;
 using gelight::InvalidInput;
@@ -174,4 +176,42 @@ TEST_CASE("shapes without an end are refused") {
     CHECK_THROWS_AS((void)gelight::revolve<double>(high, 0.1), InvalidInput);
     CHECK_THROWS_AS((void)gelight::revolve<double>(wide, none), InvalidInput);
   }
+}
+
+TEST_CASE("shapes beyond the numbers of their type are refused, and those within are whole") {
+  const float most = std::numeric_limits<float>::max();
+  CHECK_THROWS_AS((void)gelight::torus(3e38f, 2e38f, 8, 8), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::torus(1.7e308, 1.6e308, 8, 8), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::membrane(3e38f, most, 1e38f), InvalidInput);
+  CHECK_THROWS_AS((void)gelight::membrane(1.7e308, 1.75e308, 1e308), InvalidInput);
+  for (const float width : {1e37f, most}) {
+    const auto sheet = gelight::grid(100, 100, width, 1.0f);
+    for (Index i = 0; i <= 100; ++i) {
+      const double x = double{sheet.position(i)[0]};
+      CHECK(x == doctest::Approx(double{width} * i / 100).epsilon(1e-6));
+    }
+    CHECK(sheet.position(100)[0] == width);
+  }
+}
+
+TEST_CASE("parts that are joined share nothing, also where a face names a vertex of none") {
+  const Mesh<double> sheet = gelight::grid(1, 1, 1.0, 1.0);
+  for (const Index stray : {4, 7, -1, std::numeric_limits<Index>::max()}) {
+    Mesh<double> torn = sheet;
+    torn.faces.push_back({0, 1, stray});
+    const std::string said = gelight::test::refusal([&] {
+      (void)gelight::joined({sheet, torn, sheet});
+    });
+    CHECK(said ==
+          "face 2 of part 1 has vertex " + std::to_string(stray) + ", the part has 4 vertices");
+  }
+}
+
+TEST_CASE("a mesh is placed by finite numbers only") {
+  const Mesh<double> sheet = gelight::grid(1, 1, 1.0, 1.0);
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  CHECK_THROWS_AS((void)gelight::placed(sheet, turn, {0, none, 0}), InvalidInput);
+  turn(1, 2) = std::numeric_limits<double>::infinity();
+  CHECK_THROWS_AS((void)gelight::placed(sheet, turn, {0, 0, 0}), InvalidInput);
 }

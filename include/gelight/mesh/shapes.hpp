@@ -51,24 +51,28 @@ template <std::floating_point T>
 
 /// The membrane of a fingertip sensor: an open cylinder about the z axis from z = 0, closed by a
 /// hemisphere whose tip is at z = length. The defaults are the GelTip's (Gomes, Paoletti, Luo), in
-/// metres. Throws InvalidInput unless 0 < edge_length <= radius <= length < infinity, and where
-/// that makes more vertices than can be counted.
+/// metres. Throws InvalidInput unless 0 < edge_length <= radius <= length < infinity, for a radius
+/// so large that a quarter of a circle is not finite, and where that makes more vertices than can
+/// be counted.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> membrane(T radius = T(0.01146), T length = T(0.0455),
                                T edge_length = T(0.001));
 
-/// A ring about the z axis. Throws InvalidInput unless 0 < minor_radius < major_radius < infinity,
-/// and for fewer than 3 vertices in a direction or more in all than can be counted.
+/// A ring about the z axis. Throws InvalidInput unless 0 < minor_radius < major_radius and their
+/// sum is finite, and for fewer than 3 vertices in a direction or more in all than can be counted.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> torus(T major_radius, T minor_radius, Index around, Index across);
 
-/// A copy of a mesh turned by a rotation, then moved.
+/// A copy of a mesh turned by a rotation, then moved. Throws InvalidInput for a number of these
+/// that is not finite.
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> placed(Mesh<T> mesh,
                              const std::type_identity_t<Eigen::Matrix<T, 3, 3>>& rotation,
                              const std::type_identity_t<Vec3<T>>& translation);
 
-/// Several meshes as one, in the order given, sharing nothing.
+/// Several meshes as one, in the order given, sharing nothing. Throws InvalidInput for a face with
+/// an index out of range, which would be a vertex of another part, and for more vertices than can
+/// be counted.
 ///@{
 template <std::floating_point T>
 [[nodiscard]] Mesh<T> joined(std::span<const Mesh<T>> parts);

@@ -33,11 +33,18 @@ Mesh<T> grid(Index columns, Index rows, T width, T height) {
                   height);
   detail::require((columns + 1.0) * (rows + 1.0) < std::numeric_limits<Index>::max(), "grid of ",
                   columns, " x ", rows, " cells, which has more vertices than can be counted");
+  const auto at = [](T size, Index i, Index count) {
+    const T several = size * static_cast<T>(i);
+    // Beyond the numbers of T, though a share of the size is not.
+    if (!(several <= std::numeric_limits<T>::max())) {
+      return i == count ? size : size / static_cast<T>(count) * static_cast<T>(i);
+    }
+    return several / static_cast<T>(count);
+  };
   Mesh<T> mesh;
   for (Index y = 0; y <= rows; ++y) {
     for (Index x = 0; x <= columns; ++x) {
-      mesh.positions.push_back({width * static_cast<T>(x) / static_cast<T>(columns),
-                                height * static_cast<T>(y) / static_cast<T>(rows), 0});
+      mesh.positions.push_back({at(width, x, columns), at(height, y, rows), 0});
     }
   }
   for (Index y = 0; y < rows; ++y) {
@@ -197,6 +204,8 @@ Mesh<T> membrane(T radius, T length, T edge_length) {
     return static_cast<int>(std::ceil(distance / (edge_length * std::sqrt(T(0.75)))));
   };
   const T quarter = std::numbers::pi_v<T> / 2;
+  detail::require(std::isfinite(radius * quarter), "membrane with radius ", radius,
+                  ", about whose end it is farther than numbers go");
   const int wall_rings = rings(wall), cap_rings = rings(radius * quarter);
   std::vector<ProfilePoint<T>> profile;
   profile.reserve(static_cast<std::size_t>(wall_rings + cap_rings) + 1);
@@ -213,8 +222,9 @@ Mesh<T> membrane(T radius, T length, T edge_length) {
 
 template <std::floating_point T>
 Mesh<T> torus(T major_radius, T minor_radius, Index around, Index across) {
-  detail::require(minor_radius > 0 && minor_radius < major_radius && std::isfinite(major_radius),
-                  "torus with radii ", major_radius, " and ", minor_radius);
+  detail::require(
+      minor_radius > 0 && minor_radius < major_radius && std::isfinite(major_radius + minor_radius),
+      "torus with radii ", major_radius, " and ", minor_radius);
   detail::require(around >= 3 && across >= 3 &&
                       static_cast<double>(around) * across < std::numeric_limits<Index>::max(),
                   "torus of ", around, " x ", across, " vertices");
@@ -240,6 +250,14 @@ template <std::floating_point T>
 Mesh<T> placed(Mesh<T> mesh, const std::type_identity_t<Eigen::Matrix<T, 3, 3>>& rotation,
                const std::type_identity_t<Vec3<T>>& translation) {
   using namespace detail::arithmetic;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      detail::require(std::isfinite(rotation(i, j)), "the rotation (", i, ", ", j, ") is ",
+                      rotation(i, j), ", not finite");
+    }
+    detail::require(std::isfinite(translation[i]), "the translation (", i, ") is ", translation[i],
+                    ", not finite");
+  }
   for (auto& [x, y, z] : mesh.positions) {
     const Vec3<T> p = rotation * Vec3<T>(x, y, z) + translation;
     x = p[0], y = p[1], z = p[2];
@@ -249,6 +267,20 @@ Mesh<T> placed(Mesh<T> mesh, const std::type_identity_t<Eigen::Matrix<T, 3, 3>>&
 
 template <std::floating_point T>
 Mesh<T> joined(std::span<const Mesh<T>> parts) {
+  std::size_t vertices = 0;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Mesh<T>& part = parts[i];
+    const std::size_t own = part.positions.size();
+    for (std::size_t f = 0; f < part.faces.size(); ++f) {
+      for (const Index v : part.faces[f]) {
+        detail::require(v >= 0 && std::cmp_less(v, own), "face ", f, " of part ", i, " has vertex ",
+                        v, ", the part has ", own, " vertices");
+      }
+    }
+    vertices += own;
+    detail::require(std::cmp_less_equal(vertices, std::numeric_limits<Index>::max()),
+                    "parts of more vertices than can be counted");
+  }
   Mesh<T> whole;
   for (const Mesh<T>& part : parts) {
     const auto first = static_cast<Index>(whole.positions.size());
