@@ -218,3 +218,12 @@ TEST_CASE("a check can be followed and cancelled") {
     CHECK(left == 0);
   }
 }
+
+TEST_CASE("options of a check that mean nothing are refused") {
+  const auto mesh = grid<double>(1, 1);
+  for (const double flat : {-1e-12, std::numeric_limits<double>::quiet_NaN(),
+                            std::numeric_limits<double>::infinity()}) {
+    CHECK_THROWS_AS((void)check(mesh, {.flat = flat}), InvalidInput);
+  }
+  CHECK_THROWS_AS((void)check(mesh, {.listed = -1}), InvalidInput);
+}

@@ -76,7 +76,8 @@ auto checked_mesh(const Mesh<T>& mesh, const CheckOptions& options, const Cancel
 /// pass, with counts and the first indices; changes nothing and takes any mesh.
 ///
 /// Faces that Surface refuses are left out of what concerns edges, fans and components. The hook is
-/// asked between the steps. Cost: O(vertices + faces log faces).
+/// asked between the steps. Throws InvalidInput for options that are negative or not finite. Cost:
+/// O(vertices + faces log faces).
 template <TriangleMesh M>
 [[nodiscard]] MeshReport check(const M& mesh, const CheckOptions& options = {},
                                const CancelHook& cancelled = {}) {

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <iterator>
 #include <ostream>
 
 #include "gelight/core/compiled.hpp"
+#include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/repair/mesh_checks.hpp"
@@ -17,6 +19,8 @@ namespace detail {
 template <std::floating_point T>
 auto checked_mesh(const Mesh<T>& mesh, const CheckOptions& options, const CancelHook& cancelled)
     -> MeshReport {
+  require(options.listed >= 0, "the number of indices to list is ", options.listed);
+  require(options.flat >= 0 && std::isfinite(options.flat), "the flatness is ", options.flat);
   return MeshChecks(mesh, options).run(cancelled);
 }
 
