@@ -182,5 +182,16 @@ TEST_CASE("files that cannot be used are refused with their name and fault") {
           saved("order.npy",
                 with_header("{'descr': '<f4', 'fortran_order': Bogus, 'shape': (2, 3), }", data))),
       "'fortran_order' that is not understood"));
+  // What Python does not read, or not so.
+  for (const std::string rest :
+       {"False, 'shape': (2,,3)", "False, 'shape': (2 3)", "False, 'shape': 2, 3)",
+        "False, 'shape': (2, 3), 'shape': (3, 2)", "FalseTrue, 'shape': (2, 3)"}) {
+    CAPTURE(rest);
+    const std::string whole = "{'descr': '<f4', 'fortran_order': " + rest + ", }";
+    CHECK(refusal<float>(saved("damaged.npy", with_header(whole, data))) != "accepted");
+  }
   CHECK_THROWS_AS(write_npy("/no/such/folder/x.npy", Image<float>(1, 1)), InvalidInput);
+  if (std::filesystem::exists("/dev/full")) {
+    CHECK_THROWS_AS(write_npy("/dev/full", Image<float>(1, 1)), InvalidInput);
+  }
 }

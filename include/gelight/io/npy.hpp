@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
@@ -8,9 +9,9 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <istream>
 #include <limits>
 #include <span>
-#include <sstream>
 #include <string>
 #include <system_error>
 #include <type_traits>
@@ -67,7 +68,38 @@ struct NpyHeader {
   const auto begin = at == std::string::npos ? at : at + key.size() + 3;
   const auto end = begin == std::string::npos ? begin : text.find_first_of(last, begin);
   require(end != std::string::npos, path, " has no '", key, "' in its .npy header");
+  require(text.find('\'' + key + "':", end) == std::string::npos, path, " has '", key,
+          "' twice in its .npy header");
   return text.substr(begin, end - begin);
+}
+
+/// A text without the blanks around it.
+[[nodiscard]] inline std::string npy_word(const std::string& text) {
+  const auto first = text.find_first_not_of(' ');
+  return first == std::string::npos ? std::string()
+                                    : text.substr(first, text.find_last_not_of(' ') - first + 1);
+}
+
+/// Dimensions of a shape as Python writes it, its last bracket apart.
+[[nodiscard]] inline std::vector<Index> npy_shape(const std::string& text,
+                                                  const std::string& path) {
+  const std::string shape = npy_word(text);
+  require(shape.starts_with('('), path, " has a 'shape' that is not understood: ", shape, ')');
+  std::vector<Index> sizes;
+  for (std::size_t begin = 1; begin <= shape.size();) {
+    const std::size_t end = std::min(shape.find(',', begin), shape.size());
+    const std::string word = npy_word(shape.substr(begin, end - begin));
+    begin = end + 1;
+    if (word.empty() && end == shape.size()) break;  // behind the last comma, or of ()
+    long long n = -1;
+    const char* const last = word.data() + word.size();
+    const auto read = std::from_chars(word.data(), last, n);
+    require(read.ec == std::errc() && read.ptr == last && n >= 0 &&
+                n <= std::numeric_limits<Index>::max(),
+            path, " has a dimension of ", word.empty() ? "no number" : word);
+    sizes.push_back(static_cast<Index>(n));
+  }
+  return sizes;
 }
 
 [[nodiscard]] inline NpyHeader read_npy_header(std::istream& file, const std::string& path) {
@@ -91,22 +123,11 @@ struct NpyHeader {
   const auto close = type.rfind('\'');
   require(quote != close, path, " has elements of a compound type");
   header.type = type.substr(quote + 1, close - quote - 1);
-  const std::string order = npy_value(text, "fortran_order", ",}", path);
-  header.column_major = order.find("True") != std::string::npos;
-  require(header.column_major || order.find("False") != std::string::npos, path,
+  const std::string order = npy_word(npy_value(text, "fortran_order", ",}", path));
+  header.column_major = order == "True";
+  require(header.column_major || order == "False", path,
           " has a 'fortran_order' that is not understood: ", order);
-  std::string shape = npy_value(text, "shape", ")", path);
-  for (char& c : shape) c = c == '(' || c == ',' ? ' ' : c;
-  std::istringstream sizes(shape);
-  for (std::string word; sizes >> word;) {
-    long long n = -1;
-    const char* const end = word.data() + word.size();
-    const auto read = std::from_chars(word.data(), end, n);
-    require(read.ec == std::errc() && read.ptr == end && n >= 0 &&
-                n <= std::numeric_limits<Index>::max(),
-            path, " has a dimension of ", word);
-    header.shape.push_back(static_cast<Index>(n));
-  }
+  header.shape = npy_shape(npy_value(text, "shape", ")", path), path);
   return header;
 }
 
