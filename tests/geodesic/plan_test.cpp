@@ -741,6 +741,12 @@ TEST_CASE("what cannot be used is refused") {
   CHECK_THROWS_AS(DistancePlanner(mesh, {.targets = {9}}), InvalidInput);
   CHECK_THROWS_AS(DistancePlanner(mesh, {.time_limit = -1}), InvalidInput);
   CHECK_THROWS_AS((void)DistancePlanner(mesh).solve(Index{9}), InvalidInput);
+  CHECK_THROWS_AS(DistancePlanner(mesh, {.slowness = unreachable<double>}), InvalidInput);
+  for (const int none : {-1, 3}) {
+    CHECK_THROWS_AS(DistancePlanner(mesh, {.norm = ErrorNorm(none)}), InvalidInput);
+    CHECK_THROWS_AS(DistancePlanner(mesh, {.truth = DistanceTruth(none)}), InvalidInput);
+    CHECK_THROWS_AS(DistancePlanner(mesh, {.assurance = Assurance(none)}), InvalidInput);
+  }
 }
 
 TEST_CASE("sources of parts that do not touch are on their own, however far apart they start") {

@@ -102,6 +102,10 @@ class PlanEngine {
     require(r.time_limit > 0 && r.memory_limit > 0 && r.slowness > 0, "the limits ", r.time_limit,
             " s, ", r.memory_limit, " bytes and the slowness ", r.slowness,
             " are not all positive");
+    require(std::isfinite(r.slowness), "the slowness is ", r.slowness, ", not finite");
+    require_choice("error norm", static_cast<int>(r.norm), 2);
+    require_choice("truth", static_cast<int>(r.truth), 2);
+    require_choice("assurance", static_cast<int>(r.assurance), 3);
     for (const Index v : r.targets) surface_.require_vertex(v);
     for (const PlanMethod& method : r.methods) {
       const auto& [mean, max] = method.error;
@@ -119,6 +123,9 @@ class PlanEngine {
     require_cost("paths", c.paths);
     require(c.sample_share >= 0 && std::isfinite(c.sample_share), "the share of a sample is ",
             c.sample_share);
+  }
+  static void require_choice(const char* what, int number, int count) {
+    require(number >= 0 && number < count, what, " ", number, " of ", count);
   }
   static void require_cost(std::string_view name, const MethodCost& cost) {
     for (const double number : {cost.setup_ns, cost.query_ns, cost.bytes}) {
