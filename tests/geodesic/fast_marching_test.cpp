@@ -200,3 +200,33 @@ TEST_CASE("a cap without area at the border: ways go round it by its edges") {
     CHECK(found[1] == doctest::Approx(length(2, 3) + length(3, 1)).epsilon(1e-6));
   }
 }
+
+TEST_CASE("ways far longer than the mesh is wide scale with it, as far as coordinates may go") {
+  // A strip in so many folds that the square of a way times that of an edge is beyond all numbers.
+  test::Random random(3);
+  Mesh<double> mesh;
+  constexpr Index folds = 10000;
+  for (Index i = 0; i <= folds; ++i) {
+    for (Index j = 0; j < 3; ++j) {
+      mesh.positions.push_back({(i % 2 == 0 ? -1 : 1) * test::uniform(random, 0.6, 1),
+                                (j - 1) * test::uniform(random, 0.5, 0.9),
+                                test::uniform(random, -1, 1)});
+    }
+  }
+  for (Index i = 0; i < folds; ++i) {
+    for (const Index a : {3 * i, 3 * i + 1}) {
+      mesh.faces.push_back({a, a + 3, a + 4});
+      mesh.faces.push_back({a, a + 4, a + 1});
+    }
+  }
+  const auto expected = FastMarchingSolver(mesh).distance(1);
+  for (const double scale : {0x1p249, 0x1p-240}) {
+    Mesh<double> scaled = mesh;
+    for (auto& position : scaled.positions) {
+      for (double& x : position) x *= scale;
+    }
+    auto distance = FastMarchingSolver(scaled).distance(1);
+    for (double& d : distance) d /= scale;
+    CHECK(distance == expected);
+  }
+}

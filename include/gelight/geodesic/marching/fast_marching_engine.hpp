@@ -322,11 +322,11 @@ class FastMarchingEngine {
     const double squared_depth = (a - x) * (a + x);  // 0 but for rounding where it lies on the edge
     const double foot = face.dot * inverse, height = face.double_area * inverse;
     // Most are not shorter, which is seen before any root: with depth and height on one line,
-    // (depth + height)^2 + aside^2 < known^2.
+    // (depth + height)^2 + aside^2 < known^2. Equal counts too, as what overflows or vanishes is.
     const double aside = foot - x;
     const double rest = known * known - height * height - squared_depth - aside * aside;
     if (!(squared_depth > -on_edge * length * length && known > height && rest > 0 &&
-          4 * height * height * squared_depth < rest * rest)) {
+          4 * height * height * squared_depth <= rest * rest)) {
       return unreachable<double>;
     }
     const double depth = std::sqrt(std::max(0.0, squared_depth));
