@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "gelight/geodesic/dijkstra.hpp"
+#include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/views/mesh_view.hpp"
 #include "support/hard_meshes.hpp"
@@ -180,6 +182,23 @@ TEST_CASE("surface points are found where their weights say, or refused") {
   CHECK_THROWS_AS((void)surface.position(edge_point<double>(0, 1, 1.5)), InvalidInput);
   CHECK_THROWS_AS((void)surface.position(face_point<double>(4, {1, 0, 0})), InvalidInput);
   CHECK_THROWS_AS((void)surface.position(face_point<double>(0, {1, 1, 0})), InvalidInput);
+}
+
+TEST_CASE("surface points with shares of corners that they do not have are refused") {
+  using Point = gelight::SurfacePoint<double>;
+  const auto mesh = tetrahedron();
+  const Surface surface(mesh);
+  const Point points[] = {{Point::Kind::edge, {0, 1}, {0.3, 0.3, 0.4}},
+                          {Point::Kind::edge, {0, 1}, {0, 0, 1}},
+                          {Point::Kind::vertex, {0, -1}, {0, 1, 0}},
+                          {Point::Kind::vertex, {0, -1}, {0.5, 0, 0.5}},
+                          {Point::Kind{9}, {0, -1}, {1, 0, 0}}};
+  for (const Point& point : points) {
+    CHECK_THROWS_AS((void)surface.position(point), InvalidInput);
+    const gelight::Source<double> source{point, 0};
+    CHECK_THROWS_AS((void)gelight::DijkstraSolver(mesh).distance(source), InvalidInput);
+    CHECK_THROWS_AS((void)gelight::FastMarchingSolver(mesh).distance(source), InvalidInput);
+  }
 }
 
 TEST_CASE_TEMPLATE("lengths survive a mesh far from the origin", T, float, double) {

@@ -79,6 +79,8 @@ void require_point_of(Index vertex_count, Index face_count, const SurfacePoint<U
                       const auto& are_joined) {
   using Kind = typename SurfacePoint<U>::Kind;
   const auto& [a, b] = point.element;
+  require(point.kind <= Kind::face, "a surface point of kind ", static_cast<int>(point.kind),
+          " of 3");
   if (point.kind == Kind::face) {
     require(a >= 0 && a < face_count, "face ", a, " is out of range, the mesh has ", face_count,
             " faces");
@@ -95,6 +97,11 @@ void require_point_of(Index vertex_count, Index face_count, const SurfacePoint<U
           w[1], ", ", w[2], ") of a point on ",
           point.kind == Kind::face ? "face " : "an edge at vertex ", a,
           " are negative or do not sum to 1");
+  // No third corner, nor a second one, is there to have a share.
+  require((point.kind == Kind::face || w[2] == 0) && (point.kind != Kind::vertex || w[1] == 0),
+          "weights (", w[0], ", ", w[1], ", ", w[2], ") of a point ",
+          point.kind == Kind::vertex ? "at" : "on an edge at", " vertex ", a,
+          " are of more corners than that has");
 }
 
 /// What a hook is told that long work is while a mesh is read.
@@ -331,7 +338,8 @@ class Surface {
   void require_vertex(Index vertex) const { detail::require_vertex_of(vertex_count(), vertex); }
 
   /// Throws InvalidInput for a point whose vertex, edge or face is not of this surface, or whose
-  /// weights are negative, not finite, or do not sum to 1 within 16 epsilon of the point's scalar.
+  /// weights are negative, not finite, or do not sum to 1 within 16 epsilon of the point's scalar;
+  /// for a share of a third corner on an edge, or a second one at a vertex; and for no known kind.
   template <std::floating_point U>
   void require_point(const SurfacePoint<U>& point) const {
     detail::require_point_of(vertex_count(), face_count(), point,
