@@ -182,9 +182,11 @@ class BorderTracer {
 
   [[nodiscard]] std::span<const Place> sources_in(Index f) const {
     const auto is_before = [](const Place& a, const Place& b) { return a.face < b.face; };
-    const auto [first, last] = std::equal_range(
-        places_of_sources_.begin(), places_of_sources_.end(), Place{f, -1, {}}, is_before);
-    return {first, last};
+    // (By pointers: of a vector's iterators not every standard library makes a span.)
+    const Place* const places = places_of_sources_.data();
+    const auto [first, last] =
+        std::equal_range(places, places + places_of_sources_.size(), Place{f, -1, {}}, is_before);
+    return {first, static_cast<std::size_t>(last - first)};
   }
 
   void find_views() {
