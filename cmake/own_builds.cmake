@@ -8,6 +8,7 @@ set(CMAKE_CXX_EXTENSIONS OFF)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # To look for memory to give back only from a gigabyte on takes less time.
   add_compile_options(--param=ggc-min-heapsize=1000000)
+  target_compile_options(gelight_compiled PRIVATE --param=ggc-min-heapsize=1000000)
 endif()
 
 option(GELIGHT_NATIVE "Build for this machine's processor" OFF)

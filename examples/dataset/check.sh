@@ -65,7 +65,7 @@ begin() { # NAME OPTIONS
   touch before
   run_ranks 2 tiny.json "$@" >said 2>&1 &
   run=$!
-  until [ -n "$(find "$1.parts" -newer before 2>/dev/null)" ] || ! kill -0 "$run" 2>/dev/null; do sleep 0.002; done
+  until [ -n "$(find "$1.parts" -newer before 2>/dev/null)" ] || ! kill -0 "$run" 2>/dev/null; do sleep 0.01; done
 }
 begin timed.h5
 begun=$(date +%s%N)

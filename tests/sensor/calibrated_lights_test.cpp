@@ -24,15 +24,18 @@ namespace {
 constexpr Index width = 96, height = 72;
 using Field = Image<Vec3<double>>;
 
-Image<Rgb8> gradient() {
-  Image<Rgb8> image(width, height);
-  for (Index y = 0; y < height; ++y) {
-    for (Index x = 0; x < width; ++x) {
-      image(x, y) = {static_cast<std::uint8_t>(110 + x / 4), static_cast<std::uint8_t>(120 - y / 3),
-                     104};
+const Image<Rgb8>& gradient() {
+  static const Image<Rgb8> made = [] {
+    Image<Rgb8> image(width, height);
+    for (Index y = 0; y < height; ++y) {
+      for (Index x = 0; x < width; ++x) {
+        image(x, y) = {static_cast<std::uint8_t>(110 + x / 4),
+                       static_cast<std::uint8_t>(120 - y / 3), 104};
+      }
     }
-  }
-  return image;
+    return image;
+  }();
+  return made;
 }
 
 LightsReflectance fitted() {

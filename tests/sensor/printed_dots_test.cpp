@@ -41,6 +41,7 @@ Ink ink_of(const Image<Rgb8>& image) {
     for (Index y = 0; y < image.height(); ++y) {
       for (Index x = 0; x < image.width(); ++x) {
         const double share = 1 - image(x, y)[1] / 255.0;
+        if (share == 0) continue;
         if (!has_centre) {
           ink.area += share;
           ink.centre += share * Vec2<double>(x, y);

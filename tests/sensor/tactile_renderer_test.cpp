@@ -28,14 +28,17 @@ constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double inf = std::numeric_limits<double>::infinity();
 
 // A slanted, slightly curved membrane about 30 mm away.
-Image<double> rest_depth() {
-  Image<double> rest(width, height);
-  for (Index y = 0; y < height; ++y) {
-    for (Index x = 0; x < width; ++x) {
-      rest(x, y) = 0.03 + 2e-5 * x - 1e-5 * y + 1e-6 * (x - 30) * (x - 30);
+const Image<double>& rest_depth() {
+  static const Image<double> depth = [] {
+    Image<double> rest(width, height);
+    for (Index y = 0; y < height; ++y) {
+      for (Index x = 0; x < width; ++x) {
+        rest(x, y) = 0.03 + 2e-5 * x - 1e-5 * y + 1e-6 * (x - 30) * (x - 30);
+      }
     }
-  }
-  return rest;
+    return rest;
+  }();
+  return depth;
 }
 
 // The same with a ball pressed in by up to `depth` metres around a pixel.

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -28,7 +29,7 @@ template <class Scalar>
     for (Eigen::Index j = k; j < n; ++j) {
       const Scalar* const values = column(j);
       for (Eigen::Index i = k; i < n; ++i) {
-        const double size = std::abs(values[i]);
+        const double size = std::norm(values[i]);
         if (size <= most) continue;
         most = size;
         row = i;
@@ -47,6 +48,7 @@ template <class Scalar>
     for (Eigen::Index j = k + 1; j < n; ++j) {
       Scalar* const values = column(j);
       const Scalar factor = values[k];
+      if (factor == Scalar(0)) continue;
       for (Eigen::Index i = k + 1; i < n; ++i) values[i] -= pivots[i] * factor;
     }
   }
