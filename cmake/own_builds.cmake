@@ -33,6 +33,12 @@ set(GELIGHT_PROGRAM_OPTIONS "" CACHE STRING
 
 # The packages of the opt-in headers and of the tests; Debian's names are in dependencies.sh.
 find_package(OpenMesh QUIET)
+if(TARGET OpenMeshCore)
+  # Reads meshes from files for programs: compiled once, for OpenMesh's headers are dear.
+  add_library(gelight_mesh_file STATIC EXCLUDE_FROM_ALL
+    ${PROJECT_SOURCE_DIR}/examples/support/mesh_file.cpp)
+  target_link_libraries(gelight_mesh_file PRIVATE gelight_own gelight_once PUBLIC OpenMeshCore)
+endif()
 find_path(CGAL_HEADERS CGAL/Surface_mesh.h)
 find_path(OPENCV_HEADERS opencv2/core/mat.hpp PATH_SUFFIXES opencv4)
 find_library(OPENCV_CORE opencv_core)
