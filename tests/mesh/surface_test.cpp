@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <ranges>
 #include <set>
 #include <string>
 #include <vector>
@@ -63,6 +64,16 @@ TEST_CASE("corners of a vertex: one half-edge out of it in each of its faces") {
     }
     CHECK(faces.size() == 3);
   }
+}
+
+TEST_CASE("what is found in a vertex' corners outlives the slice in which it was found") {
+  const Surface surface(tetrahedron());
+  for (Index v = 0; v < 4; ++v) {
+    const Index last = surface.corners(v).back();
+    CHECK(*std::ranges::find(surface.corners(v), last) == last);
+    CHECK(std::ranges::find(surface.corners(v), -1) == surface.corners(v).end());
+  }
+  static_assert(std::ranges::view<decltype(surface.corners(0))>);
 }
 
 TEST_CASE("borders, fins, flipped faces and unused vertices are held") {

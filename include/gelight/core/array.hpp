@@ -7,6 +7,7 @@
 #include <initializer_list>
 #include <limits>
 #include <new>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -250,6 +251,7 @@ class Slice {
   [[nodiscard]] T* end() const { return data_ + size_; }
   [[nodiscard]] T& operator[](std::ptrdiff_t i) const { return data_[i]; }
   [[nodiscard]] T& front() const { return *data_; }
+  [[nodiscard]] T& back() const { return data_[size_ - 1]; }
 
  private:
   T* data_ = nullptr;
@@ -257,3 +259,10 @@ class Slice {
 };
 
 }  // namespace gelight::detail
+
+// As of a std::span: what an algorithm of std::ranges finds in a slice that a function returned is
+// no part of that slice, but of what it shows. (Declared where std::string_view is.)
+template <class T>
+inline constexpr bool std::ranges::enable_borrowed_range<gelight::detail::Slice<T>> = true;
+template <class T>
+inline constexpr bool std::ranges::enable_view<gelight::detail::Slice<T>> = true;
