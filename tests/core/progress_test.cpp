@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
@@ -89,6 +90,17 @@ TEST_CASE("every set-up asks its hook, from the reading of the mesh on") {
   check("planner", [&](const CancelHook& hook) {
     DistancePlanner<double>(mesh, PlanRequest{.cancelled = hook});
   });
+}
+
+TEST_CASE("a callable that may be told how much is done, or not, is told") {
+  double told = -1;
+  const CancelHook by_default = [&](double done = 0) { return (told = done) == 2; };
+  by_default.check(0.25, "work");
+  CHECK(told == 0.25);
+  std::size_t count = 0;
+  const CancelHook whatever = [&](auto... parts) { return (count = sizeof...(parts)) == 2; };
+  whatever.check(0.5, "work");
+  CHECK(count == 1);
 }
 
 TEST_CASE("a surface is the same with a hook and without") {

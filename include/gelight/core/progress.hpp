@@ -36,11 +36,12 @@ class CancelHook {
   CancelHook() = default;
   /// Asks a callable; an empty std::function is no hook.
   template <class F>
-  requires(!std::same_as<F, CancelHook>) && std::predicate<F&> CancelHook(F asks) {
+  requires(!std::same_as<F, CancelHook> && !std::predicate<F&, double>) &&
+      std::predicate<F&> CancelHook(F asks) {
     if (is_there(asks))
       ask_ = [asks = std::move(asks)](double) mutable { return static_cast<bool>(asks()); };
   }
-  /// Tells a callable how much is done, and asks it.
+  /// Tells a callable how much is done, and asks it; also one that need not be told.
   template <class F>
   requires(!std::same_as<F, CancelHook>) && std::predicate<F&, double> CancelHook(F asks) {
     if (is_there(asks))
