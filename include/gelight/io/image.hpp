@@ -1,7 +1,8 @@
 #pragma once
 
 // Opt-in: needs the headers stb_image.h and stb_image_write.h (Debian: libstb-dev) on the include
-// path. Their functions are compiled into each translation unit that includes this header.
+// path. Their functions are compiled into each translation unit that includes this header, for PNG
+// alone and seen nowhere else. A program that uses stb itself does so in other files.
 
 #include <cctype>
 #include <cmath>
@@ -16,6 +17,10 @@
 #if !__has_include(<stb_image.h>) || !__has_include(<stb_image_write.h>)
 #error "gelight/io/image.hpp needs stb: install libstb-dev and compile with -I/usr/include/stb"
 #endif
+#endif
+
+#if defined(STBI_INCLUDE_STB_IMAGE_H) || defined(INCLUDE_STB_IMAGE_WRITE_H)
+#error "gelight/io/image.hpp compiles stb for itself: include no stb_image before it in one file"
 #endif
 
 #include "gelight/core/error.hpp"
