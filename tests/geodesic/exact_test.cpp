@@ -23,6 +23,7 @@
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/hard_meshes.hpp"
+#include "support/refusal.hpp"
 #include "support/unfolding_oracle.hpp"
 
 using gelight::edge_point;
@@ -606,6 +607,19 @@ TEST_CASE("unused vertices and other components are not reached") {
   std::vector<double> rest = field.distances();
   rest.resize(42);
   CHECK(rest == ExactSolver(parts[0]).distance(0));
+}
+
+TEST_CASE("what no path leaves is refused with the place of the point") {
+  const auto field = ExactSolver(gelight::grid<double>(1, 1))
+                         .solve(Source<double>{gelight::edge_point<double>(1, 0, 0.25), 0});
+  const auto refused = [&](const SurfacePoint<double>& point) {
+    return gelight::test::refusal([&] { (void)field.departure(point); });
+  };
+  CHECK(refused(gelight::edge_point<double>(1, 0, 0.25)) ==
+        "no direction leads from a source to the point on an edge at vertex 1");
+  const auto from_vertex = ExactSolver(gelight::grid<double>(1, 1)).solve(Index{0});
+  CHECK(gelight::test::refusal([&] { (void)from_vertex.departure(Index{0}); }) ==
+        "no direction leads from a source to the point at vertex 0");
 }
 
 TEST_CASE("a fin: paths run up it, and past it") {

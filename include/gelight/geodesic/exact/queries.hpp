@@ -150,9 +150,13 @@ auto ExactQueries<T>::arrivals(const SurfacePoint<T>& point, T relative_toleranc
 
 template <std::floating_point T>
 auto ExactQueries<T>::departure(const SurfacePoint<T>& point) const -> ExactDeparture<T> {
+  using Kind = typename SurfacePoint<T>::Kind;
   Array<Point> path = trace(nearest(checked(point)));
-  require(path.size() > 1, "no direction leads from a source to the point on ",
-          point.kind == SurfacePoint<T>::Kind::face ? "face " : "vertex ", point.element[0]);
+  require(path.size() > 1, "no direction leads from a source to the point ",
+          point.kind == Kind::face   ? "on face "
+          : point.kind == Kind::edge ? "on an edge at vertex "
+                                     : "at vertex ",
+          point.element[0]);
   std::reverse(path.begin(), path.end());
   const auto way = Directions(solution_).departure(path);
   return {cast<T>(way.direction), way.halfedge, static_cast<T>(way.angle)};
