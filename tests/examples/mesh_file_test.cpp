@@ -110,8 +110,8 @@ TEST_CASE("heads of OFF that count what cannot be are refused with the line") {
   CHECK(read("off", off).faces.size() == 1);
   CHECK(contains(said("off", with(off, "3 1 0", "-3 1 0")), "line 2: -3 is not a whole number"));
   CHECK(contains(said("off", with(off, "OFF\n3", "OFF x")), "line 1: x is not a whole number"));
-  CHECK(contains(said("off", with(off, "3 1 0", std::string(50, '9') + " 1 0")),
-                 "line 2: " + std::string(50, '9') + " things are more than"));
+  const std::string many(50, '9'), told = "line 2: " + many;
+  CHECK(contains(said("off", with(off, "3 1 0", many + " 1 0")), told + " things are more than"));
 }
 
 TEST_CASE("colours, normals and comments change no mesh of OFF, and no face is lost") {
