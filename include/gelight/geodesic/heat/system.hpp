@@ -15,6 +15,7 @@
 #include "gelight/core/lazy.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
+#include "gelight/geodesic/heat/flow.hpp"
 #include "gelight/mesh/intrinsic.hpp"
 #include "gelight/mesh/linear_factor.hpp"
 #include "gelight/mesh/operators.hpp"
