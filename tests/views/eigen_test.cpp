@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cstdint>
 
 #include "gelight/mesh/surface.hpp"
@@ -23,6 +24,18 @@ TEST_CASE("V and F of any storage order and integer type make the same surface")
   static_assert(std::same_as<decltype(rows), const Surface<float>>);
   CHECK(columns.face(1) == rows.face(1));
   CHECK(columns.position(3).cast<float>() == rows.position(3));
+}
+
+TEST_CASE("casts and blocks of matrices are kept with the mesh that is made of them") {
+  const Eigen::MatrixXf positions = Eigen::MatrixXf::Random(5, 3);
+  const Eigen::MatrixXi faces{{0, 1, 2}, {1, 3, 2}, {3, 4, 2}};
+  const auto of_parts = [&] { return eigen_mesh(positions.cast<double>(), faces.topRows(2)); };
+  const auto mesh = of_parts();  // what it was made of there is gone
+  const Surface surface(mesh);
+  CHECK(surface.vertex_count() == 5);
+  CHECK(surface.face_count() == 2);
+  CHECK(mesh.position(4)[1] == double{positions(4, 1)});
+  CHECK(mesh.face(1) == std::array<gelight::Index, 3>{1, 3, 2});
 }
 
 TEST_CASE("matrices of another shape, and indices that do not fit, are refused") {

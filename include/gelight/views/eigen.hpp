@@ -12,7 +12,8 @@
 namespace gelight {
 
 /// A mesh over two matrices of the caller's, which must outlive it: a row of V is a position, a row
-/// of F the three vertices of a face (as libigl has them). Made by `eigen_mesh`.
+/// of F the three vertices of a face (as libigl has them). Made by `eigen_mesh`. Blocks and casts
+/// of such matrices need not, as `eigen_mesh(V.cast<double>(), F.topRows(n))`.
 template <class V, class F>
 class EigenMesh {
  public:
@@ -43,8 +44,11 @@ class EigenMesh {
     return static_cast<Index>(v);
   }
 
-  const V& positions_;
-  const F& faces_;
+  // A matrix by reference, an expression of matrices by value, as Eigen's own expressions.
+  template <class M>
+  using Kept = typename Eigen::internal::ref_selector<M>::type;
+  Kept<V> positions_;
+  Kept<F> faces_;
 };
 
 /// See EigenMesh. Throws InvalidInput unless both matrices have three columns.
