@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <type_traits>
 #include <utility>
 
 #include "gelight/concepts/mesh.hpp"
@@ -46,7 +47,8 @@ class EigenMesh {
 
   // A matrix by reference, an expression of matrices by value, as Eigen's own expressions.
   template <class M>
-  using Kept = typename Eigen::internal::ref_selector<M>::type;
+  using Kept =
+      std::conditional_t<std::is_base_of_v<Eigen::PlainObjectBase<M>, M>, const M&, const M>;
   Kept<V> positions_;
   Kept<F> faces_;
 };
