@@ -261,8 +261,11 @@ class Slice {
 }  // namespace gelight::detail
 
 // As of a std::span: what an algorithm of std::ranges finds in a slice that a function returned is
-// no part of that slice, but of what it shows. (Declared where std::string_view is.)
+// no part of that slice, but of what it shows. (Declared where std::string_view is; not a matter of
+// the reference.)
+/// @cond
 template <class T>
 inline constexpr bool std::ranges::enable_borrowed_range<gelight::detail::Slice<T>> = true;
 template <class T>
 inline constexpr bool std::ranges::enable_view<gelight::detail::Slice<T>> = true;
+/// @endcond
