@@ -80,10 +80,11 @@ Image<T> waves(Index w, Index h) {
 }
 
 constexpr auto unknown_depths = []<class T>(Findings& findings, T) {
-  const T nan = std::numeric_limits<T>::quiet_NaN(), inf = std::numeric_limits<T>::infinity();
+  const T not_a_number = std::numeric_limits<T>::quiet_NaN(),
+          infinite = std::numeric_limits<T>::infinity();
   Image<T> image = waves<T>(width, height);
-  image(5, 6) = nan;
-  image(20, 9) = inf;
+  image(5, 6) = not_a_number;
+  image(20, 9) = infinite;
   const auto mean = gaussian_of_known(image, 2, 8);
   for (Index y = 0; y < height; ++y) {
     for (Index x = 0; x < width; ++x) {
@@ -93,7 +94,7 @@ constexpr auto unknown_depths = []<class T>(Findings& findings, T) {
     }
   }
   const TactileRenderer<T> renderer(camera<T>(), rest_depth<T>(), lights<T>());
-  for (const T bad : {nan, inf, -inf, T(0), T(-1)}) {
+  for (const T bad : {not_a_number, infinite, -infinite, T(0), T(-1)}) {
     Image<T> depth = rest_depth<T>();
     depth(20, 15) = bad;
     const auto image_there = renderer.render(depth);

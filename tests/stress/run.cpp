@@ -18,8 +18,6 @@ namespace gelight::stress {
 
 namespace {
 
-constexpr double inf = std::numeric_limits<double>::infinity();
-
 double largest_coordinate(const Mesh<double>& mesh) {
   double most = 0;
   for (const auto& p : mesh.positions) {
@@ -374,6 +372,11 @@ std::vector<double> euclidean(const Mesh<double>& mesh, const Sources& sources) 
     out.push_back(least);
   }
   return out;
+}
+
+Problem flat(std::string name, Mesh<double> mesh, Sources sources) {
+  auto truth = euclidean(mesh, sources);
+  return {std::move(name), std::move(mesh), std::move(sources), std::move(truth)};
 }
 
 Mesh<double> rounded_to_float(Mesh<double> mesh) {

@@ -3,8 +3,6 @@
 #include <cmath>
 #include <cstddef>
 #include <ctime>
-#include <limits>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -21,14 +19,7 @@ namespace gelight::stress {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 using test::Random;
-
-Problem flat(std::string name, Mesh<double> mesh, Sources sources) {
-  auto truth = euclidean(mesh, sources);
-  return {std::move(name), std::move(mesh), std::move(sources), std::move(truth)};
-}
 
 std::vector<Problem> random_diagonals(Precision) {
   std::vector<Problem> problems;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -121,10 +122,16 @@ void check_invariants(const Method& method, const Problem& problem,
 
 // --- for the generators --------------------------------------------------------------------------
 
+inline constexpr double pi = std::numbers::pi;
+inline constexpr double inf = std::numeric_limits<double>::infinity();
+inline constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
 [[nodiscard]] inline Sources from(Index vertex) { return {{vertex_point<double>(vertex), 0}}; }
 
 /// Euclidean distances from the nearest source: the truth on a flat convex sheet.
 [[nodiscard]] std::vector<double> euclidean(const Mesh<double>& mesh, const Sources& sources);
+/// A problem on such a sheet.
+[[nodiscard]] Problem flat(std::string name, Mesh<double> mesh, Sources sources);
 [[nodiscard]] std::array<double, 3> position(const Mesh<double>& mesh,
                                              const SurfacePoint<double>& point);
 [[nodiscard]] double gap(const std::array<double, 3>& a, const std::array<double, 3>& b);

@@ -25,16 +25,9 @@ namespace gelight::stress {
 namespace {
 
 using test::Random;
-constexpr double inf = std::numeric_limits<double>::infinity();
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 Mesh<double> moved(Mesh<double> mesh, double x, double y, double z) {
   return placed<double>(std::move(mesh), Eigen::Matrix3d::Identity(), {x, y, z});
-}
-
-Problem flat(std::string name, Mesh<double> mesh, Sources sources) {
-  auto truth = euclidean(mesh, sources);
-  return {std::move(name), std::move(mesh), std::move(sources), std::move(truth)};
 }
 
 std::vector<Problem> strays(Precision) {
@@ -93,7 +86,7 @@ std::vector<Problem> books(Precision) {
     for (int page = 0; page < pages; ++page) {
       const auto sheet = grid<double>(n, n, n, n);
       std::vector<Index> now;
-      const double turn = 2 * std::numbers::pi * page / pages + 0.3;
+      const double turn = 2 * pi * page / pages + 0.3;
       for (const auto& [x, y, z] : sheet.positions) {
         if (x == 0 && page > 0) {
           now.push_back(static_cast<Index>(y) * (n + 1));
@@ -219,10 +212,10 @@ void nothing(Findings& findings, Precision precision) {
 // the length that it has on the torus. Places coincide where the fold lies upon itself.
 Mesh<double> flat_torus(Index nx, Index ny) {
   Mesh<double> mesh;
-  const double radius = 0.5 / std::sin(std::numbers::pi / ny);
+  const double radius = 0.5 / std::sin(pi / ny);
   for (Index i = 0; i < nx; ++i) {
     for (Index j = 0; j < ny; ++j) {
-      const double turn = 2 * std::numbers::pi * j / ny;
+      const double turn = 2 * pi * j / ny;
       mesh.positions.push_back({radius * std::cos(turn), radius * std::sin(turn),
                                 static_cast<double>(std::min(i, nx - i))});
       const Index a = i * ny + j, b = (i + 1) % nx * ny + j;
@@ -275,7 +268,7 @@ std::vector<Problem> annuli(Precision) {
   for (Index k = 0; k <= rings; ++k) {
     const double radius = 1 + 3.0 * k / rings;
     for (Index j = 0; j < around; ++j) {
-      const double turn = 2 * std::numbers::pi * (j + 0.5 * k) / around;
+      const double turn = 2 * pi * (j + 0.5 * k) / around;
       mesh.positions.push_back({radius * std::cos(turn), radius * std::sin(turn), 0});
       if (k == 0) continue;
       const Index a = (k - 1) * around + j, b = (k - 1) * around + (j + 1) % around;

@@ -4,7 +4,6 @@
 #include <complex>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,8 +22,6 @@
 namespace gelight::stress {
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 // Calls `act(mesh in the precision, rounding of the precision)`.
 void in(Precision precision, const Mesh<double>& mesh, auto&& act) {
@@ -215,8 +212,8 @@ void says_no(Findings& findings, Precision precision) {
   in(precision, mesh, [&](const auto& own, double) {
     using T = typename std::decay_t<decltype(own)>::Scalar;
     const VectorHeatSolver<T> solver(own);
-    const T nan = std::numeric_limits<T>::quiet_NaN();
-    findings.expect_refusal("not finite", [&] { (void)solver.transport(0, Vec3<T>(nan, 0, 0)); });
+    const T bad = std::numeric_limits<T>::quiet_NaN();
+    findings.expect_refusal("not finite", [&] { (void)solver.transport(0, Vec3<T>(bad, 0, 0)); });
     findings.expect_refusal("no part tangent", [&] {
       const auto basis = solver.tangent_basis(0);
       (void)solver.transport(0, cross<T>(basis[0], basis[1]));
