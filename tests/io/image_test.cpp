@@ -64,6 +64,13 @@ TEST_CASE("files that are not whole PNG images are refused with their name") {
     std::ofstream(cut, std::ios::binary) << bytes.substr(0, length);
     CHECK(refusal(cut) != "accepted");
   }
+  // Also where nothing is missing but the last chunk, or a byte of it.
+  for (const std::size_t missing : {5u, 6u, 7u, 9u, 11u, 12u, 13u, 40u}) {
+    const std::string cut = temporary("cut.png");
+    std::ofstream(cut, std::ios::binary) << bytes.substr(0, bytes.size() - missing);
+    CHECK(refusal(cut) ==
+          cut + " is not a PNG image that can be read: it ends before its chunk IEND");
+  }
 }
 
 TEST_CASE("what cannot be written is refused") {

@@ -5,13 +5,16 @@
 // alone and seen nowhere else. A program that uses stb itself does so in other files.
 
 #include <cctype>
+#include <climits>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <string>
+#include <vector>
 
 #if defined(__has_include)
 #if !__has_include(<stb_image.h>) || !__has_include(<stb_image_write.h>)
@@ -67,19 +70,55 @@ class Owned {
   T* given_;
 };
 
+[[nodiscard, maybe_unused]] static std::vector<stbi_uc> read_bytes(const std::string& path) {
+  const Owned<std::FILE, std::fclose> file(std::fopen(path.c_str(), "rb"));
+  require(file.get() != nullptr, path, " cannot be opened");
+  std::vector<stbi_uc> bytes;
+  stbi_uc block[1 << 14];
+  while (const std::size_t read = std::fread(block, 1, sizeof block, file.get())) {
+    bytes.insert(bytes.end(), block, block + read);
+  }
+  require(bytes.size() <= INT_MAX, path, " has ", bytes.size(), " bytes, too many to be read");
+  return bytes;
+}
+
+/// A chunk of a PNG file: where its data begin, 0 where there is none, and how many they are.
+struct PngChunk {
+  std::size_t begin = 0, size = 0;
+};
+
+[[nodiscard, maybe_unused]] static PngChunk find_chunk(const std::vector<stbi_uc>& png,
+                                                       const char* name) {
+  for (std::size_t at = 8; at + 8 <= png.size();) {
+    std::size_t size = 0;
+    for (std::size_t i = at; i < at + 4; ++i) size = size << 8 | png[i];
+    if (std::memcmp(&png[at + 4], name, 4) == 0) return {at + 8, size};
+    if (size > png.size()) break;
+    at += 12 + size;
+  }
+  return {};
+}
+
+/// Why a file is no image.
+[[nodiscard, maybe_unused]] static const char* reason_of(const std::vector<stbi_uc>& png) {
+  const bool is_png = png.size() >= 8 && std::memcmp(png.data(), "\x89PNG", 4) == 0;
+  // There stb reads zeros, and says that a chunk of their name is not known.
+  if (is_png && find_chunk(png, "IEND").begin == 0) return "it ends before its chunk IEND";
+  return stbi_failure_reason();
+}
+
 }  // namespace detail
 
 /// Reads a PNG file as 8-bit RGB; grey is repeated, opacity dropped. Throws InvalidInput where the
 /// file is missing or is not a whole PNG image. Checksums are not looked at: damaged bytes may give
 /// other pixels.
 [[nodiscard, maybe_unused]] static Image<Rgb8> read_png(const std::string& path) {
-  const detail::Owned<std::FILE, std::fclose> file(std::fopen(path.c_str(), "rb"));
-  detail::require(file.get() != nullptr, path, " cannot be opened");
+  const std::vector<stbi_uc> png = detail::read_bytes(path);
   int width = 0, height = 0, channels = 0;
-  const detail::Owned<stbi_uc, std::free> pixels(
-      stbi_load_from_file(file.get(), &width, &height, &channels, 3));
+  const detail::Owned<stbi_uc, std::free> pixels(stbi_load_from_memory(
+      png.data(), static_cast<int>(png.size()), &width, &height, &channels, 3));
   detail::require(pixels.get() != nullptr, path, " is not a PNG image that can be read: ",
-                  pixels.get() == nullptr ? stbi_failure_reason() : "");
+                  pixels.get() == nullptr ? detail::reason_of(png) : "");
   Image<Rgb8> image(width, height);
   const stbi_uc* from = pixels.get();
   for (Rgb8& pixel : image.pixels()) {
