@@ -73,6 +73,32 @@ TEST_CASE("files that are not whole PNG images are refused with their name") {
   }
 }
 
+const char listed_bytes[] =
+    "\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x03"
+    "\x00\x00\x00\x01\x02\x03\x00\x00\x00\x66\x8e\xfc\x27\x00\x00\x00\x09\x50\x4c\x54"
+    "\x45\xff\x00\x00\x00\xff\x00\x00\x00\xff\x2d\x4a\xcd\x8a\x00\x00\x00\x01\x74\x52"
+    "\x4e\x53\x80\xad\x5e\x5b\x46\x00\x00\x00\x0d\x49\x44\x41\x54\x78\x01\x01\x02\x00"
+    "\xfd\xff\x00\x18\x00\x1a\x00\x19\x2f\xcc\xbb\x0f\x00\x00\x00\x00\x49\x45\x4e\x44"
+    "\xae\x42\x60\x82";
+
+// Red, green and blue as a list, and three pixels of two bits with these colours, in one byte.
+TEST_CASE("a colour that a PNG does not list is refused") {
+  std::string bytes(listed_bytes, sizeof(listed_bytes) - 1);
+  const std::string path = temporary("listed.png");
+  const auto save = [&](char row) {
+    bytes[83] = row;
+    std::ofstream(path, std::ios::binary) << bytes;
+  };
+  save(0b00'01'10'00);
+  const Image<Rgb8> image = read_png(path);
+  REQUIRE(image.width() == 3);
+  CHECK(image(0, 0) == Rgb8{255, 0, 0});
+  CHECK(image(1, 0) == Rgb8{0, 255, 0});
+  CHECK(image(2, 0) == Rgb8{0, 0, 255});
+  save(0b00'11'10'00);
+  CHECK(refusal(path) == path + " has colour 3 of 3 at pixel 1, 0");
+}
+
 TEST_CASE("what cannot be written is refused") {
   CHECK_THROWS_AS(write_png(temporary("empty.png"), Image<Rgb8>()), InvalidInput);
   for (const char* ending : {"jpg", "JPEG", "bmp", "gif", "tif", "Tiff", "webp", "ppm"}) {

@@ -107,11 +107,36 @@ struct PngChunk {
   return stbi_failure_reason();
 }
 
+/// Throws where a pixel is of a colour that is not in the file's list: stb takes what is in memory
+/// behind those that are.
+[[maybe_unused]] static void require_colours(const std::string& path, std::vector<stbi_uc> png) {
+  const std::size_t header = find_chunk(png, "IHDR").begin;
+  stbi_uc& kind = png[header + 9];
+  const int most = (1 << png[header + 8]) - 1;
+  const auto colours = static_cast<int>(find_chunk(png, "PLTE").size / 3);
+  if (kind != 3 || colours > most) return;
+  kind = 0;  // grey: the numbers of the colours are its levels
+  const std::size_t opacity = find_chunk(png, "tRNS").begin;
+  if (opacity > 0) png[opacity - 4] = 'x';  // a name that is passed over
+  int width = 0, height = 0, channels = 0;
+  const Owned<stbi_uc, std::free> levels(stbi_load_from_memory(
+      png.data(), static_cast<int>(png.size()), &width, &height, &channels, 1));
+  require(levels.get() != nullptr, path, " is not a PNG image whose colours can be told");
+  const stbi_uc* level = levels.get();
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const int colour = *level++ * most / 255;
+      require(colour < colours, path, " has colour ", colour, " of ", colours, " at pixel ", x,
+              ", ", y);
+    }
+  }
+}
+
 }  // namespace detail
 
 /// Reads a PNG file as 8-bit RGB; grey is repeated, opacity dropped. Throws InvalidInput where the
-/// file is missing or is not a whole PNG image. Checksums are not looked at: damaged bytes may give
-/// other pixels.
+/// file is missing or is not a whole PNG image, or has a pixel of a colour that it does not list.
+/// Checksums are not looked at: damaged bytes may give other pixels.
 [[nodiscard, maybe_unused]] static Image<Rgb8> read_png(const std::string& path) {
   const std::vector<stbi_uc> png = detail::read_bytes(path);
   int width = 0, height = 0, channels = 0;
@@ -119,6 +144,7 @@ struct PngChunk {
       png.data(), static_cast<int>(png.size()), &width, &height, &channels, 3));
   detail::require(pixels.get() != nullptr, path, " is not a PNG image that can be read: ",
                   pixels.get() == nullptr ? detail::reason_of(png) : "");
+  detail::require_colours(path, png);
   Image<Rgb8> image(width, height);
   const stbi_uc* from = pixels.get();
   for (Rgb8& pixel : image.pixels()) {
