@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <set>
 #include <sstream>
@@ -155,6 +156,49 @@ TEST_CASE("orienting turns faces until those that meet agree") {
     strip.faces.insert(strip.faces.end(), {{a, c, b}, {b, c, d}});
   }
   CHECK(check(repair(strip, {.orient = true}).mesh).misoriented_edges.count == 1);
+}
+
+// A Moebius strip of so many rows of squares, whose faces are turned at random.
+namespace {
+
+Mesh<double> turned_strip(Index rows, test::Random& random) {
+  constexpr Index columns = 24;
+  Mesh<double> strip;
+  for (Index i = 0; i < columns; ++i) {
+    const double angle = 2 * std::numbers::pi * i / columns;
+    for (Index j = 0; j <= rows; ++j) {
+      const double off = double(j) / rows - 0.5, radius = 2 + off * std::cos(angle / 2);
+      strip.positions.push_back(
+          {radius * std::cos(angle), radius * std::sin(angle), off * std::sin(angle / 2)});
+    }
+  }
+  const auto at = [&](Index i, Index j) { return i < columns ? i * (rows + 1) + j : rows - j; };
+  for (Index i = 0; i < columns; ++i) {
+    for (Index j = 0; j < rows; ++j) {
+      strip.faces.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
+      strip.faces.push_back({at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)});
+    }
+  }
+  for (auto& face : strip.faces) {
+    if (test::uniform(random, 0, 1) < 0.5) std::swap(face[0], face[1]);
+  }
+  return strip;
+}
+
+}  // namespace
+
+TEST_CASE("what repair turned once it does not turn again, also where there is no orientation") {
+  test::Random random(3);
+  for (const Index rows : {1, 2, 3, 8}) {
+    CAPTURE(rows);
+    const Mesh<double> strip = turned_strip(rows, random);
+    const RepairOptions options{.orient = true, .order_in_space = true};
+    const auto once = repair(strip, options), again = repair(once.mesh, options);
+    CHECK(once.turned_faces > 0);
+    CHECK(check(once.mesh).misoriented_edges.count > 0);
+    CHECK(again.turned_faces == 0);
+    CHECK(again.mesh.faces == once.mesh.faces);
+  }
 }
 
 TEST_CASE("splitting parts the fans of a vertex, and a fin from its surface") {

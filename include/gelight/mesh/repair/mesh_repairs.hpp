@@ -141,19 +141,29 @@ class MeshRepairs {
     enum : char { unseen, as_it_is, turned };
     Array<char> state(mesh().faces.size(), unseen);
     Array<Index> waiting;
-    for (Index f = 0; f < face_count(); ++f) {
-      if (state[f] != unseen) continue;
-      state[f] = as_it_is;
+    const auto reach = [&](Index f, char as) {
+      if (state[f] != unseen) return;
+      state[f] = as;
       waiting.push_back(f);
+    };
+    // Faces that agree already are reached first: so where a surface has no orientation, what has
+    // been turned once stays as it is the next time, whatever the order of the faces is then.
+    Array<Neighbour> opposed;
+    for (Index f = 0; f < face_count(); ++f) {
+      reach(f, as_it_is);
       while (!waiting.empty()) {
         const Index g = waiting.back();
         waiting.pop_back();
         auto n = std::lower_bound(neighbours.begin(), neighbours.end(), g,
                                   [](const Neighbour& a, Index face) { return a.face < face; });
         for (; n != neighbours.end() && n->face == g; ++n) {
-          if (state[n->other] != unseen) continue;
-          state[n->other] = n->agrees == (state[g] == as_it_is) ? as_it_is : turned;
-          waiting.push_back(n->other);
+          if (n->agrees) reach(n->other, state[g]);
+          if (!n->agrees) opposed.push_back(*n);
+        }
+        while (waiting.empty() && !opposed.empty()) {
+          const Neighbour last = opposed.back();
+          opposed.pop_back();
+          reach(last.other, state[last.face] == turned ? as_it_is : turned);
         }
       }
     }
