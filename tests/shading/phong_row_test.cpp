@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -45,6 +46,17 @@ TEST_CASE("real powers in float keep to their bound, for every exponent and base
   real_power_row(power.data(), zero.data(), 2.5f, 2);
   CHECK(power[0] == 0);
   CHECK(power[1] == 1);
+  // A direction to a light may be a little longer than 1: its highlight is no darker for that.
+  std::vector<float> above{1.0001f, 1.001f, 1.0049f}, powers(3);
+  for (const float exponent :
+       {2.5f, 17000.5f, 17900.5f, 40000.5f, 2e5f + 0.5f, 8e6f + 0.5f, 4e9f}) {
+    CAPTURE(exponent);
+    real_power_row(powers.data(), above.data(), exponent, 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double want = std::min(std::pow(double{above[i]}, double{exponent}), 0x1p127);
+      CHECK(powers[i] == doctest::Approx(want).epsilon(1e-4));
+    }
+  }
 }
 
 TEST_CASE("the inverse square root keeps to its bound") {

@@ -77,12 +77,13 @@ void integer_power_row(T* power, T* base, unsigned exponent, std::ptrdiff_t coun
 }
 
 /// power[i] = base[i]^exponent for bases that are 0 or have a normal number for a power. In float
-/// the relative error is below 3e-7 (1 + |log2 power|); double is std::pow's.
+/// the relative error is below 3e-7 (1 + |log2 power|), and powers beyond 2^127, of bases a little
+/// above 1, are 2^127; double is std::pow's.
 template <class T>
 void real_power_row(T* __restrict power, const T* base, T exponent, std::ptrdiff_t count) {
   if constexpr (std::same_as<T, float>) {
     for (std::ptrdiff_t i = 0; i < count; ++i) {
-      const float result = fast_exp2(exponent * fast_log2(base[i]));
+      const float result = fast_exp2(std::min(exponent * fast_log2(base[i]), 127.f));
       power[i] = base[i] > 0 ? result : 0;
     }
   } else {
