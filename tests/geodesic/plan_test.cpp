@@ -24,6 +24,7 @@
 #include "gelight/views/mesh_view.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/plan_requests.hpp"
+#include "support/refusal.hpp"
 
 using namespace gelight;
 using test::Random;
@@ -925,6 +926,10 @@ TEST_CASE("a method of the caller's own that cannot be one is refused") {
   CHECK_THROWS_AS((void)planned(named(161, 0)).solve(0), InvalidInput);
   CHECK_THROWS_AS((void)planned(named(162, nan)).solve(0), InvalidInput);
   CHECK_THROWS_AS((void)planned(named(162, -1)).solve(0), InvalidInput);
+  PlanMethod nameless = named(162, 0);
+  nameless.name.clear();
+  CHECK(test::refusal([&] { (void)planned(nameless); }) ==
+        "method 0 of the caller's own has no name");
   PlanMethod none = named(162, 0);
   none.make = nullptr;
   CHECK_THROWS_AS((void)planned(none), InvalidInput);

@@ -177,7 +177,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   /// Throws InvalidInput as Surface does, for a tolerance that is not positive, fewer than one
   /// source or sample, a limit or slowness that is not positive, a slowness that is not finite, a
   /// norm, truth or assurance that is none, a target out of range, a cost or error that is negative
-  /// or NaN, a method that nothing makes.
+  /// or NaN, a method that has no name or that nothing makes.
   template <TriangleMesh M>
   explicit DistancePlanner(const M& mesh, PlanRequest request = {})
       : engine_(new_engine(Surface<double>(mesh, request.cancelled.part(0, 0)), request)) {}

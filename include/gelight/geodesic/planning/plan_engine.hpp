@@ -107,7 +107,9 @@ class PlanEngine {
     require_choice("truth", static_cast<int>(r.truth), 2);
     require_choice("assurance", static_cast<int>(r.assurance), 3);
     for (const Index v : r.targets) surface_.require_vertex(v);
-    for (const PlanMethod& method : r.methods) {
+    for (std::size_t i = 0; i < r.methods.size(); ++i) {
+      const PlanMethod& method = r.methods[i];
+      require(!method.name.empty(), "method ", i, " of the caller's own has no name");
       const auto& [mean, max] = method.error;
       require(mean >= 0 && max >= mean, "the method ", method.name, " has a mean error of ", mean,
               " and a largest one of ", max);
