@@ -737,6 +737,8 @@ TEST_CASE("in single precision, with parts out of reach") {
 TEST_CASE("what cannot be used is refused") {
   const auto mesh = grid<double>(2, 2);
   CHECK_THROWS_AS(DistancePlanner(mesh, {.tolerance = 0}), InvalidInput);
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_AS(DistancePlanner(mesh, {.tolerance = nan}), InvalidInput);
   CHECK_THROWS_AS(DistancePlanner(mesh, {.sources = 0}), InvalidInput);
   CHECK_THROWS_AS(DistancePlanner(mesh, {.samples = 0}), InvalidInput);
   CHECK_THROWS_AS(DistancePlanner(mesh, {.targets = {9}}), InvalidInput);
@@ -891,6 +893,31 @@ TEST_CASE("distances of a caller's own method that are none satisfy nothing") {
     CHECK(answer.satisfies);  // the exact solver is there to follow
   }
   CHECK(own > 30);
+}
+
+TEST_CASE("any error will do for an infinite tolerance, but none that has no bound") {
+  const auto mesh = rough_sphere(3, 0.1);
+  PlanRequest request{.tolerance = unreachable<double>};
+  for (const auto assurance : {Assurance::expected, Assurance::sampled, Assurance::certified}) {
+    request.assurance = assurance;
+    request.methods.clear();
+    const auto ours = DistancePlanner(mesh, request).solve(7);
+    CAPTURE(ours.reason);
+    CHECK(ours.method == "dijkstra");
+    CHECK(ours.satisfies);
+    CHECK(ours.error < unreachable<double>);
+    request.methods = {{"mine", {1, 1, 0, 1}, {0, 0}, [](const Surface<double>& surface) {
+                          const auto count = static_cast<std::size_t>(surface.vertex_count());
+                          return [=](std::span<const Source<double>>) {
+                            return std::vector<double>(count, unreachable<double>);
+                          };
+                        }}};
+    const auto theirs = DistancePlanner(mesh, request).solve(7);
+    CAPTURE(theirs.reason);
+    CHECK(theirs.method != "mine");
+    CHECK(theirs.satisfies);
+    CHECK(theirs.distance[0] < unreachable<double>);
+  }
 }
 
 TEST_CASE("a certificate asks the hook all the while") {

@@ -69,8 +69,9 @@ struct PlanMethod {
 
 /// What a caller wants of distances, and what they may cost.
 struct PlanRequest {
-  double tolerance = 0.01;           ///< Largest relative error allowed, in the norm below.
-  ErrorNorm norm = ErrorNorm::mean;  ///< Which error the tolerance is for.
+  /// Largest relative error allowed, in the norm below; +infinity allows any that has a bound.
+  double tolerance = 0.01;
+  ErrorNorm norm = ErrorNorm::mean;                 ///< Which error the tolerance is for.
   DistanceTruth truth = DistanceTruth::polyhedral;  ///< What the distances are compared with.
   Assurance assurance = Assurance::certified;       ///< How the error shall be known, at least.
   Index sources = 1;                                ///< How many queries will share the set-up.

@@ -454,8 +454,10 @@ class PlanEngine {
         request_.truth == DistanceTruth::smooth ? Assurance::expected : found.achieved;
     result.error = found.checked > 0 ? found.worst_checked : found.error + floor();
     result.checked = found.checked;
-    result.satisfies =
-        found.error + floor() <= request_.tolerance && result.achieved >= least(method);
+    // No tolerance allows what has no bound, as where a target is missed.
+    result.satisfies = found.error < unreachable<double> &&
+                       found.error + floor() <= request_.tolerance &&
+                       result.achieved >= least(method);
     result.reason = result.method + ": " + found.words;
     // A few targets that happen to be right say nothing against what is expected of the others.
     const bool may_be_luck = method != Method::exact && result.achieved == Assurance::sampled &&
