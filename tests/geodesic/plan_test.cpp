@@ -920,6 +920,32 @@ TEST_CASE("any error will do for an infinite tolerance, but none that has no bou
   }
 }
 
+TEST_CASE("a caller's own method by which sources are at a distance satisfies nothing") {
+  const auto mesh = rough_sphere(3, 0.1);
+  const ExactSolver solver(mesh);
+  for (const auto assurance : {Assurance::expected, Assurance::sampled, Assurance::certified}) {
+    for (const double off : {0.0, 1e-4, 0.05, 10.0}) {
+      for (const double start : {0.0, 2.0}) {
+        PlanRequest request{.tolerance = 0.1, .assurance = assurance};
+        request.methods = {{"mine", {1, 1, 0, 1}, {0, 0}, [&](const Surface<double>&) {
+                              return [&](std::span<const Source<double>> sources) {
+                                auto ways = solver.distance(sources);
+                                ways[7] += off;
+                                return ways;
+                              };
+                            }}};
+        const Source<double> source{vertex_point<double>(7), start};
+        const auto answer = DistancePlanner(mesh, request).solve(source);
+        CAPTURE(answer.reason);
+        CAPTURE(off);
+        CHECK(answer.satisfies);
+        if (off == 0) CHECK(answer.method == "mine");
+        if (off >= 0.05) CHECK(answer.distance[7] == start);
+      }
+    }
+  }
+}
+
 TEST_CASE("a certificate asks the hook all the while") {
   const auto mesh = icosphere<double>(5);
   const auto distances = FastMarchingSolver(mesh).distance(7);

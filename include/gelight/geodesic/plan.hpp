@@ -63,7 +63,8 @@ struct PlanMethod {
   RelativeError error;  ///< What it is off at most from one source, on meshes as the planned one.
   /// Sets the method up. What it returns is const and safe from several threads. Distances are
   /// refused that are negative or NaN, or not one per vertex; of wrong ones that are none of these
-  /// a plan finds what the assurance asked for would show, and zeros and vertices out of reach.
+  /// a plan finds what the assurance asked for would show, zeros, sources at a distance and
+  /// vertices out of reach.
   std::function<Query(const Surface<double>&)> make;
 };
 

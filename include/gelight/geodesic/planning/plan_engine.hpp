@@ -447,6 +447,10 @@ class PlanEngine {
       found.worst_checked = std::max(found.worst_checked, 1.0);
       found.words += ", but targets that are no sources are said to be at no distance";
     }
+    if (method >= Method::own && are_sources_away(query, answer)) {
+      found.error = found.worst_checked = unreachable<double>;
+      found.words += ", but targets that are sources are said to be at a distance";
+    }
     PlannedDistances<T> result;
     result.method = name_of(method);
     result.distance = std::move(answer.distances);
@@ -581,9 +585,7 @@ class PlanEngine {
     };
     for (const auto& source : query.sources) {
       for_each_vertex_near(surface_, source.point, [&](Index v, double way) {
-        double edge = 0;
-        for (const Index h : surface_.corners(v)) edge = std::max(edge, surface_.length(h));
-        add(v, source.distance + way, edge);
+        add(v, source.distance + way, longest_edge(v));
       });
     }
     while (!front.empty()) {  // over edges without length
@@ -595,6 +597,24 @@ class PlanEngine {
       }
     }
     return is_source;
+  }
+
+  [[nodiscard]] double longest_edge(Index v) const {
+    double edge = 0;
+    for (const Index h : surface_.corners(v)) edge = std::max(edge, surface_.length(h));
+    return edge;
+  }
+
+  // Whether targets that are sources are said to be farther than vertices beside them may be off.
+  [[nodiscard]] bool are_sources_away(const Query& query, const Answer& answer) const {
+    const auto is_source = vertices_at_sources(query);
+    const double share = std::min(1.0, request_.tolerance);
+    bool are_away = false;
+    for_each_target([&](Index v) {
+      const double way = answer.ways[static_cast<std::size_t>(v)];
+      are_away |= is_source[v] != 0 && way > share * longest_edge(v);
+    });
+    return are_away;
   }
 
   // The least that the error can be for targets at no distance that are no sources.
