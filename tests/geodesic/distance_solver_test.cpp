@@ -304,6 +304,31 @@ TEST_CASE("several vertices are named in braces") {
   CHECK(out == expected);
   CHECK_THROWS_AS((void)solver.distance({3, 162}), InvalidInput);
   CHECK_THROWS_AS((void)solver.distance(std::initializer_list<Index>{}), InvalidInput);
+  CHECK_THROWS_AS((void)solver.distance({}), InvalidInput);
+}
+
+TEST_CASE_TEMPLATE("several points are named in braces", T, float, double) {
+  const auto mesh = icosphere<T>(2);
+  const auto held = [&](const auto& solver) {
+    const Source<T> a{vertex_point<T>(3), T(0.25)}, b{vertex_point<T>(60), 0};
+    const std::vector<Source<T>> both{a, b};
+    const std::vector<T> expected = solver.distance(both);
+    CHECK(solver.distance({a, b}) == expected);
+    CHECK(solver.distance({{vertex_point<T>(3), T(0.25)}, {vertex_point<T>(60)}}) == expected);
+    CHECK(solver.distance({a}) == solver.distance(a));
+    CHECK(solver.distance({vertex_point<T>(3), T(0.25)}) == solver.distance(a));
+    std::vector<T> out(expected.size());
+    solver.distance_into(out, {a, b});
+    CHECK(out == expected);
+    CHECK(solver.distance({3, 60}) == solver.distance(std::vector<Index>{3, 60}));
+  };
+  held(DijkstraSolver(mesh));
+  held(FastMarchingSolver(mesh));
+  held(VirtualSourceSolver(mesh));
+  held(ExactSolver(mesh));
+  held(HeatSolver(mesh));
+  held(SmoothDistanceSolver(mesh));
+  held(DistancePlanner(mesh));
 }
 
 TEST_CASE_TEMPLATE("solve, rows and Voronoi take vertices in braces, and one source", T, float,

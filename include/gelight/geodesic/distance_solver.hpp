@@ -214,6 +214,11 @@ class DistanceQueries {
     return distance(std::span<const Source<T>>(&source, 1));
   }
   [[nodiscard]] std::vector<T> distance(std::span<const Source<T>> sources) const;
+  // A template, so that braces with nothing in them stand for vertices.
+  template <std::same_as<Source<T>> Point = Source<T>>
+  [[nodiscard]] std::vector<T> distance(std::initializer_list<Point> sources) const {
+    return distance(std::span<const Source<T>>(sources.begin(), sources.size()));
+  }
   ///@}
 
   /// The same in the caller's memory: `out` has an element per vertex, and is as it was where the
@@ -230,6 +235,10 @@ class DistanceQueries {
     distance_into(out, std::span<const Source<T>>(&source, 1));
   }
   void distance_into(std::span<T> out, std::span<const Source<T>> sources) const;
+  template <std::same_as<Source<T>> Point = Source<T>>
+  void distance_into(std::span<T> out, std::initializer_list<Point> sources) const {
+    distance_into(out, std::span<const Source<T>>(sources.begin(), sources.size()));
+  }
 
   /// Throws InvalidInput for sources that queries refuse.
   ///@{
