@@ -416,6 +416,13 @@ TEST_CASE("what cannot be is refused in words, with what would do") {
   CHECK(refusal({.share = 1.5}) == "a share of 1.5 of the pixels");
   CHECK(refusal({.contact_radius = 1e-6, .reference_edge = 0.0015}).find("16 pixels") !=
         std::string::npos);
+  for (const auto& [radius, press] : {std::pair{0.003, 1e-300}, {1e200, 8e-4}, {0.003, 1e300}}) {
+    const std::string words =
+        refusal({.contact_radius = radius, .press_depth = press, .reference_edge = 0.0015});
+    CAPTURE(words);
+    CHECK(test::contains(words, "contacts of radius "));
+    CHECK(test::contains(words, "too flat or too large"));
+  }
   CHECK(refusal({.contacts = 1}) == "1 contacts to try");
   request.cancelled = CancelHook([] { return true; });
   CHECK_THROWS_AS((void)plan_sensor(tip, request), Cancelled);

@@ -69,6 +69,9 @@ class ContactDraw {
       }
     }
     require(!seen_.empty(), "the camera does not see the membrane");
+    const double largest = std::max({ball_size(), radius_, depth_});
+    require(largest <= largest_object, "contacts of radius ", radius_, " and depth ", depth_,
+            " are too flat or too large to be balls and boxes");
   }
 
   /// The next one: of the pixels at most `around` from it no more than a square of some, drawn by
@@ -116,7 +119,8 @@ class ContactDraw {
 
  private:
   static constexpr int fewest_pixels = 16;
-  static constexpr Index side = 40;  // of the square, at most
+  static constexpr double largest_object = 1e100;  // m: squares of its vertices are numbers
+  static constexpr Index side = 40;                // of the square, at most
 
   struct Place {
     Eigen::Matrix3d frame;  // its z away from the camera, at right angles to the membrane
@@ -144,8 +148,11 @@ class ContactDraw {
   }
 
   // Objects have what touches first at the origin, and their bodies towards z.
+  [[nodiscard]] double ball_size() const {
+    return (radius_ * radius_ + depth_ * depth_) / (2 * depth_);
+  }
   [[nodiscard]] Mesh<double> ball() const {
-    const double size = (radius_ * radius_ + depth_ * depth_) / (2 * depth_);
+    const double size = ball_size();
     return placed<double>(icosphere<double>(4, size), Eigen::Matrix3d::Identity(), {0, 0, size});
   }
   [[nodiscard]] Mesh<double> box_at_slant() {
