@@ -379,6 +379,10 @@ TEST_CASE("Taxim's membrane is the Gaussians of the protrusion, one after the ot
 TEST_CASE("membranes refuse what they cannot be") {
   const std::array bad{1.0, -1.0};
   CHECK_THROWS_AS(PyramidMembrane<float>{bad}, InvalidInput);
+  const std::vector<double> many(600, 1e6);
+  CHECK_THROWS_WITH_AS(PyramidMembrane<float>{many},
+                       "600 sigmas reach 2400000000 pixels together, more than can be counted",
+                       InvalidInput);
   CHECK_THROWS_AS(GaussianMembrane<float>(std::nan("")), InvalidInput);
   CHECK_THROWS_AS(GaussianMembrane<float>(1, -1), InvalidInput);
 }

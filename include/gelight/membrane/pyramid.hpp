@@ -27,11 +27,19 @@ template <std::floating_point T>
 class PyramidMembrane {
  public:
   /// The Gaussians' standard deviations in pixels, in the order in which they are applied; each is
-  /// cut off at 4 sigma. Throws InvalidInput for a sigma that is negative or not finite.
+  /// cut off at 4 sigma. Throws InvalidInput for a sigma that is not between 0 and 1e6, and for
+  /// sigmas that together reach more pixels than can be counted.
   explicit PyramidMembrane(std::span<const double> sigmas) {
+    double reach = 0;
     for (const double sigma : sigmas) {
       detail::require(std::isfinite(sigma) && sigma >= 0 && sigma <= most_sigma, "sigma ", sigma,
                       " is not between 0 and ", most_sigma);
+      reach += std::ceil(4 * sigma);
+    }
+    // Before any weights are made: so many would fill gigabytes.
+    detail::require(reach < whole_image, sigmas.size(), " sigmas reach ", reach,
+                    " pixels together, more than can be counted");
+    for (const double sigma : sigmas) {
       levels_.push_back(gaussian_weights<T>(sigma, static_cast<Index>(std::ceil(4 * sigma))));
     }
   }
