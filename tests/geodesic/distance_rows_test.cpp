@@ -57,7 +57,7 @@ void check_rows(const auto& solver) {
 
 TEST_CASE("each row is what the solver gives for its source alone") {
   gelight::test::Random random(3);
-  const auto mesh = gelight::test::jittered_grid(9, 0.3, random);
+  const auto mesh = gelight::test::jittered_grid(9, 0.25, random);
   check_rows(gelight::ExactSolver(mesh));
   check_rows(gelight::FastMarchingSolver(mesh));
   check_rows(gelight::DijkstraSolver<float>(mesh));
@@ -67,7 +67,7 @@ TEST_CASE("each row is what the solver gives for its source alone") {
 TEST_CASE_TEMPLATE("sources that the heat method solves together have the bits they have alone", T,
                    double, float) {
   gelight::test::Random random(6);
-  const std::vector<gelight::Mesh<double>> parts{gelight::test::jittered_grid(12, 0.3, random),
+  const std::vector<gelight::Mesh<double>> parts{gelight::test::jittered_grid(12, 0.25, random),
                                                  gelight::icosphere<double>(2),
                                                  gelight::grid<double>(1500, 2, 1500.0, 2.0)};
   const auto mesh = gelight::joined<double>(std::span(parts));
@@ -127,7 +127,7 @@ TEST_CASE("sources that are solved together end one by one, where taking throws 
 TEST_CASE("a flat sheet's matrix is that of straight lines, a sphere's is symmetric") {
   gelight::test::Random random(4);
   for (const double scale : {1e-6, 1.0, 1e6}) {
-    auto sheet = gelight::test::jittered_grid(6, 0.3, random);
+    auto sheet = gelight::test::jittered_grid(6, 0.25, random);
     for (auto& p : sheet.positions) {
       for (double& x : p) x *= scale;
     }
@@ -156,7 +156,7 @@ TEST_CASE("a flat sheet's matrix is that of straight lines, a sphere's is symmet
 
 TEST_CASE("sources anywhere on the surface, each with its start") {
   gelight::test::Random random(5);
-  const auto mesh = gelight::test::jittered_grid(6, 0.3, random);
+  const auto mesh = gelight::test::jittered_grid(6, 0.25, random);
   const gelight::ExactSolver solver(mesh);
   std::vector<gelight::Source<double>> sources;
   for (int i = 0; i < 20; ++i) {

@@ -18,7 +18,7 @@ using test::Random;
 
 TEST_CASE("a linear function on a sheet: straight lines and what they cut off, to rounding") {
   Random random(4);
-  const auto mesh = test::jittered_grid(12, 0.3, random);
+  const auto mesh = test::jittered_grid(12, 0.25, random);
   const Surface<double> surface(mesh);
   for (int i = 0; i < 30; ++i) {
     const double angle = test::uniform(random, -3, 3), level = test::uniform(random, -4, 4);

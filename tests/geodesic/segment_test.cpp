@@ -50,7 +50,7 @@ Curve line(const Surface<double>& surface, Random& random, double longest) {
 TEST_CASE("a flat sheet: the distance from straight pieces, at vertices and between, with paths") {
   Random random(3);
   for (const double scale : {1e-6, 1.0, 1e6}) {
-    Mesh<double> mesh = test::jittered_grid(14, 0.3, random);
+    Mesh<double> mesh = test::jittered_grid(14, 0.25, random);
     for (auto& p : mesh.positions) {
       for (double& x : p) x *= scale;
     }

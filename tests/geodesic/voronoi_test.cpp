@@ -22,7 +22,7 @@ namespace {
 std::vector<test::NamedMesh> meshes() {
   std::vector<test::NamedMesh> all = test::scan_meshes(2);
   Random random(4);
-  all.push_back({"sheet", test::jittered_grid(15, 0.3, random)});
+  all.push_back({"sheet", test::jittered_grid(15, 0.25, random)});
   all.push_back({"grid with ties", grid<double>(9, 9, 9, 9)});
   all.push_back({"box", box<double>(1, 2, 3)});
   Mesh<double> book = grid<double>(6, 6, 6, 6);

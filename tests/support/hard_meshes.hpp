@@ -9,6 +9,7 @@
 #include <random>
 #include <set>
 #include <span>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -70,8 +71,12 @@ inline void split_face(Mesh<double>& mesh, Index face, double along, double asid
   mesh.faces.push_back({c, a, v});
 }
 
-/// Moves the inner vertices of random_grid by up to `share` of a cell in both directions.
+/// Moves the inner vertices of random_grid by up to `share` of a cell in both directions, at most a
+/// quarter: beyond that faces may turn over, and no distance there is that of the plane. (The
+/// corner across a diagonal comes nearer to it by share sqrt(2), the diagonal to that by as much,
+/// and they were sqrt(1/2) apart.)
 inline Mesh<double> jittered_grid(Index n, double share, Random& random) {
+  if (share > 0.25) throw std::invalid_argument("a grid jittered by more than a quarter folds");
   Mesh<double> mesh = random_grid(n, random);
   for (auto& [x, y, z] : mesh.positions) {
     if (x == 0 || y == 0 || x == n || y == n) continue;
