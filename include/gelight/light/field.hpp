@@ -128,8 +128,7 @@ inline void check_points(const CancelHook& cancelled, std::size_t done, std::siz
 /// Unit vector, or zero for a vector without direction.
 template <class T>
 [[nodiscard]] Vec3<T> direction_of(const Vec3<T>& v) {
-  const T length = detail::stable_norm(v);
-  return length > 0 ? Vec3<T>(v / length) : Vec3<T>(0, 0, 0);
+  return detail::stable_unit(v);
 }
 
 /// Twice the area of a face times its unit normal.

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <span>
 #include <type_traits>
 
@@ -14,9 +16,20 @@
 
 namespace gelight {
 
+namespace detail {
+
+/// Throws InvalidInput where the way from the LED to a position is longer than any number.
+template <std::floating_point T>
+void require_near_led(T length, const Vec3<T>& p, std::size_t i) {
+  require(std::isfinite(length), "position ", i, " is (", p[0], ", ", p[1], ", ", p[2],
+          "), so far from the LED that its distance is beyond all numbers");
+}
+
+}  // namespace detail
+
 /// Light that travels straight through space from the LED, whatever stands between, to positions
-/// anywhere; zero at the LED. Throws InvalidInput for an LED or a position that is not finite.
-/// Cost: O(positions).
+/// anywhere; zero at the LED. Throws InvalidInput for an LED or a position that is not finite, and
+/// for one so far from the other that T has no number for it. Cost: O(positions).
 template <std::floating_point T>
 [[nodiscard]] LightField<T> linear_field(const Vec3<T>& led,
                                          std::type_identity_t<std::span<const Vec3<T>>> positions,
@@ -27,7 +40,9 @@ template <std::floating_point T>
   LightField<T> field;
   field.reserve(positions.size());
   for (const Vec3<T>& p : positions) {
-    field.push_back(detail::direction_of<T>(p - led));
+    const Vec3<T> way = p - led;
+    detail::require_near_led(detail::largest_part(way), p, field.size());
+    field.push_back(detail::direction_of(way));
     detail::check_points(cancelled, field.size(), positions.size(), "the linear field");
   }
   return field;
@@ -35,7 +50,8 @@ template <std::floating_point T>
 
 /// The same from an LED of several points, each position lit by the nearest, with distances; the
 /// first of several nearest is taken where they tie. Throws InvalidInput for no LED, and
-/// for a point of it or a position that is not finite. Cost: O(positions x points of the LED).
+/// for a point of it or a position that is not finite, or so far from all points that T has no
+/// number for it. Cost: O(positions x points of the LED).
 template <std::floating_point T>
 [[nodiscard]] LightRays<T> linear_rays(std::span<const Vec3<T>> led,
                                        std::span<const Vec3<T>> positions,
@@ -56,6 +72,7 @@ template <std::floating_point T>
       if (distance < least) way = other;
       least = std::min(least, distance);
     }
+    detail::require_near_led(least, p, rays.distance.size());
     const Lighting how = least == 0      ? Lighting::at_led
                          : next == least ? Lighting::ambiguous
                                          : Lighting::lit;
