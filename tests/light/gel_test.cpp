@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gelight/light/models.hpp"
@@ -263,4 +264,23 @@ TEST_CASE_TEMPLATE("within faces light in a gel bends as on the surface that is 
   };
   // What is left lies where the light of the gel ends, which moves a little with the mesh.
   CHECK(3 * off(round) < off(flat));
+}
+
+TEST_CASE_TEMPLATE("the light model of a gel refuses a membrane that is inside out", T, float,
+                   double) {
+  auto ball = placed<T>(icosphere<T>(1), Eigen::Matrix<T, 3, 3>::Identity(), {100, -50, 20});
+  CHECK_NOTHROW(GelLight<T>(ball, {}));
+  CHECK_THROWS_AS(GelLight<T>(ball, {.has_normals_inwards = true}), InvalidInput);
+  for (auto& face : ball.faces) std::swap(face[1], face[2]);
+  CHECK_NOTHROW(GelLight<T>(ball, {.has_normals_inwards = true}));
+  CHECK_THROWS_WITH_AS(GelLight<T>(ball, {}),
+                       "a closed membrane has its normals inwards, and "
+                       "GelSheet::has_normals_inwards says otherwise",
+                       InvalidInput);
+  // Of a sheet nobody knows; but this way and that it has no side.
+  auto sheet = grid<T>(2, 1);
+  CHECK_NOTHROW(GelLight<T>(sheet, {}));
+  CHECK_NOTHROW(GelLight<T>(sheet, {.has_normals_inwards = true}));
+  std::swap(sheet.faces[0][1], sheet.faces[0][2]);
+  CHECK_THROWS_AS(GelLight<T>(sheet, {}), InvalidInput);
 }

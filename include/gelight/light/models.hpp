@@ -24,6 +24,7 @@
 #include "gelight/light/transport.hpp"
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/surface_point.hpp"
+#include "gelight/mesh/tangent.hpp"
 #include "gelight/transport/vector_heat.hpp"
 
 // The light models, behind one door: each is made of a membrane once, and asked for the light
@@ -50,6 +51,23 @@ void require_led(const Led<T>& led) {
   require(!led.points.empty(), "the LED has no point");
   require(detail::is_finite(led.emission), "the LED's emission is (", led.emission.x(), ", ",
           led.emission.y(), ", ", led.emission.z(), "), not finite");
+}
+
+/// Six times the volume that a closed surface encloses, negative where its normals point into that;
+/// 0 of one that has a border, which encloses none.
+template <std::floating_point T>
+[[nodiscard]] double enclosed_volume(const Surface<T>& surface) {
+  for (Index h = 0; h < surface.halfedge_count(); ++h) {
+    if (surface.is_border(h)) return 0;
+  }
+  // From a point of it, so that being far from the origin costs no digits.
+  const Vec3<T> from = surface.position(surface.face(0)[0]);
+  double volume = 0;
+  for (Index f = 0; f < surface.face_count(); ++f) {
+    const Vec3<T> way = surface.position(surface.face(f)[0]) - from;
+    volume += dot(cast<double>(face_normal(surface, f)), cast<double>(way));
+  }
+  return volume;
 }
 
 }  // namespace detail
@@ -202,14 +220,22 @@ class GelLight {
   /// Whether an LED has to have an emission.
   static constexpr bool needs_emission = true;
 
-  /// Of a membrane with normals outwards, unless `gel` says otherwise. Throws InvalidInput as
-  /// Surface does, and for a size or an index that is not positive and finite.
+  /// Of a membrane with normals outwards, unless `gel` says otherwise; where it has a border, that
+  /// is taken on trust. Throws InvalidInput as Surface does, for one that is not an oriented
+  /// manifold, for a closed one whose normals point the other way, and for a size or an index that
+  /// is not positive and finite.
   explicit GelLight(const TriangleMesh auto& membrane, const GelSheet<T>& gel = {})
       : surface_(membrane), gel_(gel) {
     for (const T value : {gel.thickness, gel.full_within, gel.index}) {
       detail::require(value > 0 && std::isfinite(value), "a gel of thickness ", gel.thickness,
                       " and index ", gel.index, ", lit fully within ", gel.full_within);
     }
+    require_oriented(surface_);
+    // Gel fills a closed membrane: the other way, its light would be dark or come from behind.
+    const double volume = detail::enclosed_volume(surface_);
+    detail::require(gel.has_normals_inwards ? volume <= 0 : volume >= 0,
+                    "a closed membrane has its normals ", volume < 0 ? "inwards" : "outwards",
+                    ", and GelSheet::has_normals_inwards says otherwise");
     normals_.reserve(static_cast<std::size_t>(surface_.vertex_count()));
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       normals_.push_back(detail::direction_of(out_of_gel(vertex_point<T>(v))));
