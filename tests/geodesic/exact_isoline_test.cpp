@@ -378,6 +378,72 @@ TEST_CASE("round a segment that begins next to a vertex of a jittered ball lines
   }
 }
 
+TEST_CASE("round two points next to one vertex lines are closed") {
+  Random random(5);
+  for (int world = 0; world < 1500; ++world) {
+    CAPTURE(world);
+    auto mesh = world % 2 == 0 ? icosphere<double>(1) : box<double>(1, 2, 3);
+    for (auto& p : mesh.positions) {
+      for (double& x : p) x += uniform(random, -1e-3, 1e-3);
+    }
+    const ExactSolver solver(mesh, keeping());
+    const Index v = test::uniform_index(random, solver.surface().vertex_count());
+    std::vector<Source<double>> sources;
+    for (const Index h : solver.surface().corners(v)) {
+      const double off = std::pow(10, uniform(random, -13, -10));
+      if (sources.size() < 2) sources.push_back({edge_point(v, solver.surface().tip(h), off), 0});
+    }
+    const auto field = solver.solve(std::span<const Source<double>>(sources));
+    for (int k = 0; k < 4; ++k) {
+      const double level = uniform(random, 0.05, 2);
+      CAPTURE(level);
+      for (const auto& line : exact_isolines(field, level)) CHECK(line.is_closed);
+    }
+  }
+}
+
+TEST_CASE("the area of a small disc that an edge or a vertex cuts") {
+  Random random(3);
+  const ExactSolver solver(grid<double>(3, 3), keeping());
+  for (const double r : {1e-3, 1e-5, 1e-7, 1e-8}) {
+    // Arcs may lack 1e-11 of the mesh's size at their ends.
+    const double rounding = std::max(1e-10, 1e-15 / r);
+    for (int i = 0; i < 200; ++i) {
+      const double a = r * std::pow(10, uniform(random, -2, 0.2));
+      const double b = i % 2 == 0 ? 0.3 : r * std::pow(10, uniform(random, -2, 0.2));
+      std::array<double, 3> shares{a, b, 1 - a - b};
+      std::rotate(shares.begin(), shares.begin() + i % 3, shares.end());
+      const auto field = solver.solve(face_point<double>(8 + i % 2, shares));
+      CHECK(area_within(field, r) / (pi * r * r) == doctest::Approx(1).epsilon(10 * rounding));
+    }
+  }
+}
+
+TEST_CASE(
+    "at a vertex's level, where circles just cross sides, the area is that of levels beside") {
+  Random random(6);
+  for (int world = 0; world < 300; ++world) {
+    CAPTURE(world);
+    auto mesh = box<double>(1, 2, 3);
+    for (auto& p : mesh.positions) {
+      for (double& x : p) x += uniform(random, -1e-3, 1e-3);
+    }
+    const ExactSolver solver(mesh, keeping());
+    const Index v = test::uniform_index(random, 8);
+    std::vector<Source<double>> sources;
+    for (const Index h : solver.surface().corners(v)) {
+      const double off = std::pow(10, uniform(random, -12.5, -10.5));
+      if (sources.size() < 2) sources.push_back({edge_point(v, solver.surface().tip(h), off), 0});
+    }
+    const auto field = solver.solve(std::span<const Source<double>>(sources));
+    const double level = field.distance(test::uniform_index(random, 8));
+    if (level < 1e-3) continue;
+    const double beside =
+        (area_within(field, level * (1 - 1e-8)) + area_within(field, level * (1 + 1e-8))) / 2;
+    CHECK(area_within(field, level) == doctest::Approx(beside).epsilon(1e-9));
+  }
+}
+
 TEST_CASE("the offset of a side of the border is one line from border to border") {
   for (const Index n : {1, 2, 3}) {
     const auto mesh = grid<double>(n, n, 1, 1);

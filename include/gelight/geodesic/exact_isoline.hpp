@@ -44,10 +44,11 @@ struct ExactIsoline {
 /// Nearer points lie to the left, as seen from the side from which the faces' vertices are counter-
 /// clockwise. A line ends at a border, at an edge of three faces or more, where orientation changes
 /// and at faces without area. Arcs shorter than 1e-11 of the mesh's size (1e-8 from segments) are
-/// left out. Throws InvalidInput for a field that has not kept all windows
-/// (ExactOptions::keep_windows; a solve from segments always does), a level that is not finite, and
-/// one beyond the distance that was solved for; Cancelled where the hook says so. Linear in the
-/// windows of faces that the line does not cross, quadratic in those of each that it may.
+/// left out, and open lines shorter than 1e-8. Throws InvalidInput for a field that has not kept
+/// all windows (ExactOptions::keep_windows; a solve from segments always does), a level that is not
+/// finite, and one beyond the distance that was solved for; Cancelled where the hook says so.
+/// Linear in the windows of faces that the line does not cross, quadratic in those of each that it
+/// may.
 template <std::floating_point T>
 [[nodiscard]] std::vector<ExactIsoline<T>> exact_isolines(const ExactField<T>& field,
                                                           std::type_identity_t<T> level,

@@ -61,9 +61,12 @@ class ArcTracer {
     for_each_face([&](Index f) {
       const auto first = pieces_.size();
       find_arcs();
-      for (auto i = first; i < pieces_.size(); ++i) sum += area_beside(pieces_[i]);
+      // From a place on the border or near by: what is left out of that counts by its distance from
+      // there, and of a small disc far from the face's corner it would be more than all.
+      const Vec2<Real> from = pieces_.size() > first ? pieces_[first].begin : discs_[0].centre;
+      for (auto i = first; i < pieces_.size(); ++i) sum += area_beside(pieces_[i], from);
       pieces_.resize(first);
-      for (Index h = 3 * f; h < 3 * f + 3; ++h) sum += area_beside_edge(h);
+      for (Index h = 3 * f; h < 3 * f + 3; ++h) sum += area_beside_edge(h, from);
     });
     return static_cast<T>(sum);
   }
@@ -76,6 +79,8 @@ class ArcTracer {
   // As shares of the mesh's size: arcs shorter than this are rounding of where borders cross.
   // Windows of segments have images far away, which are rounded by more.
   static constexpr Real shortest = 1e-11, shortest_from_segments = 1e-8;
+  // Lines that are open and shorter are left out.
+  static constexpr Real shortest_line = 1e-8;
   // Borders that go this near to each other touch: whether they cross is rounding of the windows.
   static constexpr Real touching = 1e-13;
   // An arc is joined to one that begins within so many of the shortest of its end.
@@ -147,6 +152,24 @@ class ArcTracer {
       if (front.face == flat_.face) add_front(front, level);
     }
     for (Index h = 3 * flat_.face; h < 3 * flat_.face + 3; ++h) add_windows(h, level);
+    unite_same();
+  }
+
+  // Circles that are the same but for rounding become so to the last bit, as the one that counts.
+  // Else arcs of one would end on a side that another covers: where they just cross that, apart by
+  // a root of rounding.
+  void unite_same() {
+    std::stable_sort(discs_.begin(), discs_.end(),
+                     [](const Disc& a, const Disc& b) { return a.radius > b.radius; });
+    for (std::size_t i = 1; i < discs_.size(); ++i) {
+      Disc& disc = discs_[i];
+      for (std::size_t k = 0; k < i && !disc.is_straight; ++k) {
+        if (!is_same(discs_[k], disc)) continue;
+        disc.centre = discs_[k].centre;
+        disc.radius = discs_[k].radius;
+        break;
+      }
+    }
   }
 
   void add_source(const Source<Real>& source, Real level) {
@@ -371,15 +394,16 @@ class ArcTracer {
 
   // --- the area within ---------------------------------------------------------------------------
 
-  // Half of what x dy - y dx sums up to along the area's border: along its arcs, and
-  static Real area_beside(const Piece& piece) {
-    const Real chord = cross_of(piece.begin, piece.end), a = piece.width;
+  // Half of what x dy - y dx sums up to along the area's border, seen from some point: along its
+  // arcs, and
+  static Real area_beside(const Piece& piece, const Vec2<Real>& from) {
+    const Real chord = cross_of(piece.begin - from, piece.end - from), a = piece.width;
     if (piece.disc.is_straight) return chord / 2;
     return (chord + piece.disc.radius * piece.disc.radius * (a - std::sin(a))) / 2;
   }
 
   // along the parts of the face's sides that are nearer than the level.
-  [[nodiscard]] Real area_beside_edge(Index h) {
+  [[nodiscard]] Real area_beside_edge(Index h, const Vec2<Real>& seen_from) {
     const auto k = static_cast<std::size_t>(h % 3);
     spans_.clear();
     for (const Disc& disc : discs_) {
@@ -414,7 +438,7 @@ class ArcTracer {
       length += std::max(Real(0), end - std::max(begin, covered));
       covered = std::max(covered, end);
     }
-    return cross_of(flat_.corners[k], flat_.ways[k]) * length / 2;
+    return cross_of(flat_.corners[k] - seen_from, flat_.ways[k]) * length / 2;
   }
 
   // --- from arcs to lines ------------------------------------------------------------------------
@@ -428,7 +452,9 @@ class ArcTracer {
       for (const Index k : chain.pieces) {
         line.arcs.push_back(arc_of(pieces_[static_cast<std::size_t>(k)]));
       }
-      out.push_back(std::move(line));
+      // Where a level is that of a vertex, what cuts off a corner is rounding, and in one face
+      // only.
+      if (line.is_closed || line.length() >= shortest_line * size_) out.push_back(std::move(line));
     }
     return out;
   }
