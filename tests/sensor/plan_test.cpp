@@ -304,12 +304,10 @@ TEST_CASE("trials tell what whole frames show, beside a contact and where the me
         const auto contact = draw.next(static_cast<Index>(3 * sigma), fine.smoothing_radius);
         const auto image = ours.render(contact.whole), right = truth.render(contact.whole);
         bool touches = false;
-        const Window inside{1, 1, sensor.camera.width - 1, sensor.camera.height - 1};
-        const Window counted = Window{contact.window.left + contact.counted.left,
-                                      contact.window.top + contact.counted.top,
-                                      contact.window.left + contact.counted.right,
-                                      contact.window.top + contact.counted.bottom}
-                                   .common(inside);
+        const Window counted{contact.window.left + contact.counted.left,
+                             contact.window.top + contact.counted.top,
+                             contact.window.left + contact.counted.right,
+                             contact.window.top + contact.counted.bottom};
         for (Index y = counted.top; y < counted.bottom; ++y) {
           for (Index x = counted.left; x < counted.right; ++x) {
             touches = touches || contact.whole(x, y) < rest.depth(x, y);

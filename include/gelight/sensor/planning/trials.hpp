@@ -105,12 +105,10 @@ struct TrialImages {
 /// How many of the pixels that each contact changes are off by how many grey levels.
 class TrialErrors {
  public:
-  /// Of one more contact: images and those of the membrane at rest, ours and the reference's. The
-  /// outermost pixels do not count: they have no normals.
+  /// Of one more contact: images and those of the membrane at rest, ours and the reference's.
   void add(const TrialContact& contact, const TrialImages& ours, const TrialImages& truth) {
     auto& counts = counts_.emplace_back();
-    const Index width = ours.pressed.width(), height = ours.pressed.height();
-    const Window counted = contact.counted_in_lit().common({1, 1, width - 1, height - 1});
+    const Window counted = contact.counted_in_lit();
     for (Index y = counted.top; y < counted.bottom; ++y) {
       for (Index x = counted.left; x < counted.right; ++x) {
         const Rgb8 &image = ours.pressed(x, y), &reference = truth.pressed(x, y);
