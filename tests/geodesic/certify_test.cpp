@@ -17,6 +17,7 @@
 #include "gelight/geodesic/virtual_source.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 
 using namespace gelight;
@@ -266,7 +267,7 @@ TEST_CASE("one bad sliver loosens the bounds but little") {
 TEST_CASE("the largest error that distances can have") {
   const DistanceBounds<double> bounds{{0, 0.9, 2, infinite}, {0, 1, 2, infinite}};
   const std::vector<double> good{0, 0.95, 2, infinite};
-  CHECK(bounds.error_of(good).max == doctest::Approx(0.95 / 0.9 - 1));
+  CHECK(bounds.error_of(good).max == gelight::test::approx(0.95 / 0.9 - 1));
   CHECK(bounds.error_of(std::vector<double>{0.1, 0.95, 2, infinite}).max == infinite);
   CHECK(bounds.error_of(std::vector<double>{0, 0.95, 2, 7}).max == infinite);
   CHECK(bounds.error_of(std::vector<double>{0, infinite, 2, infinite}).max == infinite);

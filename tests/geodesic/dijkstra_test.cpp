@@ -15,6 +15,7 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 
 using namespace gelight;
@@ -121,11 +122,11 @@ TEST_CASE("sources on edges and in faces reach their faces' vertices by straight
     return solver.distance(sources);
   };
   const auto middle = from(edge_point<double>(2, 0, 0.5));
-  for (std::size_t v = 0; v < 4; ++v) CHECK(middle[v] == doctest::Approx(std::sqrt(0.5)));
+  for (std::size_t v = 0; v < 4; ++v) CHECK(middle[v] == gelight::test::approx(std::sqrt(0.5)));
   const auto face = from(face_point<double>(0, {0.25, 0.5, 0.25}));  // at (0.75, 0.25)
-  CHECK(face[0] == doctest::Approx(std::hypot(0.75, 0.25)));
-  CHECK(face[2] == doctest::Approx(std::hypot(0.25, 0.75)));
-  CHECK(face[3] == doctest::Approx(1 + std::hypot(0.25, 0.75)));
+  CHECK(face[0] == gelight::test::approx(std::hypot(0.75, 0.25)));
+  CHECK(face[2] == gelight::test::approx(std::hypot(0.25, 0.75)));
+  CHECK(face[3] == gelight::test::approx(1 + std::hypot(0.25, 0.75)));
   CHECK(from(edge_point<double>(0, 1, 1.0)) == solver.distance(1));
   CHECK(from(face_point<double>(1, {0, 1, 0})) == solver.distance(2));
 }
@@ -154,7 +155,7 @@ TEST_CASE("several sources: the smallest of the single answers, start distances 
                                             {vertex_point<double>(100), 7}};
   const auto both = solver.distance(sources);
   for (std::size_t v = 0; v < both.size(); ++v) {
-    CHECK(both[v] == doctest::Approx(std::min(a[v] + 0.5, b[v] - 0.25)));
+    CHECK(both[v] == gelight::test::approx(std::min(a[v] + 0.5, b[v] - 0.25)));
   }
   const std::vector<Index> twice{3, 3};
   CHECK(solver.distance(twice) == a);

@@ -13,6 +13,7 @@
 #include "gelight/geodesic/smooth.hpp"
 #include "gelight/geodesic/virtual_source.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 #include "support/heap_count.hpp"
 #include "support/scan_meshes.hpp"
 
@@ -158,7 +159,7 @@ std::size_t bytes_a_vertex_from_side_by_side() {
   solver.distance_into(distance, std::span<const Source<double>>(sources));
   const std::size_t taken = test::bytes_taken - before;
   for (std::size_t v = 7; v < distance.size(); ++v) {
-    CHECK(distance[v] == doctest::Approx(mesh.positions[v][1]).epsilon(0.005));
+    CHECK(distance[v] == gelight::test::approx(mesh.positions[v][1]).epsilon(0.005));
   }
   return taken / mesh.positions.size();
 }

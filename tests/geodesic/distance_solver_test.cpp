@@ -21,6 +21,7 @@
 #include "gelight/geodesic/virtual_source.hpp"
 #include "gelight/geodesic/voronoi.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/scan_meshes.hpp"
 
@@ -151,11 +152,12 @@ TEST_CASE("exact fields of such sources: points, paths, arrivals, and limits of 
       const auto here = face_point<double>(f, {0.2, 0.3, 0.5});
       const auto there = face_point<double>(f - points, {0.2, 0.3, 0.5});
       const double expected = f < points ? near.distance(here) : start + far.distance(there);
-      CHECK(field.distance(here) == doctest::Approx(expected).epsilon(1e-13));
-      CHECK(kept.distance(here) == doctest::Approx(expected).epsilon(1e-13));
-      CHECK(field.arrivals(here).front().distance == doctest::Approx(expected).epsilon(1e-13));
+      CHECK(field.distance(here) == gelight::test::approx(expected).epsilon(1e-13));
+      CHECK(kept.distance(here) == gelight::test::approx(expected).epsilon(1e-13));
+      CHECK(field.arrivals(here).front().distance ==
+            gelight::test::approx(expected).epsilon(1e-13));
       const double path = f < points ? near.distance(here) : far.distance(there);
-      CHECK(length(surface, field.path(here)) == doctest::Approx(path).epsilon(1e-13));
+      CHECK(length(surface, field.path(here)) == gelight::test::approx(path).epsilon(1e-13));
     }
     // Beyond what limits say nothing is known; the limits themselves are, and all before.
     const Index target = 100;
@@ -284,7 +286,7 @@ TEST_CASE("a solver of a caller's own replaces distances that are infinite befor
       const double way = std::hypot(v % 9 - source % 9, v / 9 - source / 9);
       const double d = distance[static_cast<std::size_t>(v)];
       if (way < 3.5) {
-        CHECK(d == doctest::Approx(way));
+        CHECK(d == gelight::test::approx(way));
       } else {
         CHECK(d == std::numeric_limits<double>::infinity());
       }

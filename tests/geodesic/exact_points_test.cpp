@@ -20,6 +20,7 @@
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "stress/kept_meshes.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/scan_meshes.hpp"
 
@@ -274,13 +275,13 @@ TEST_CASE("queries next to vertices: distances as at the vertex, directions as f
         if (!(d < gelight::unreachable<double>)) continue;
         const double gap = surface.difference(v, p).norm();
         CHECK(std::fabs(d - field.distance(next.vertex)) <= gap + 1e-13 * std::max(d, longest));
-        CHECK(back.distance(source) == doctest::Approx(d).epsilon(1e-11));
+        CHECK(back.distance(source) == gelight::test::approx(d).epsilon(1e-11));
         if (d < 1e-3 * longest) continue;
         const Vec3<double> direction = field.direction(p);
-        CHECK(direction.norm() == doctest::Approx(1));
-        CHECK(field.arrivals(p).front().direction.norm() == doctest::Approx(1));
+        CHECK(direction.norm() == gelight::test::approx(1));
+        CHECK(field.arrivals(p).front().direction.norm() == gelight::test::approx(1));
         const Vec3<double> departure = back.departure(source).direction;
-        CHECK(departure.norm() == doctest::Approx(1));
+        CHECK(departure.norm() == gelight::test::approx(1));
         // A plane round a vertex looks alike at every scale; but where a path from the other side
         // is nearly as short, all of those count.
         const double tie = 1e-9 + 3e-5 * longest / d;
@@ -396,8 +397,8 @@ TEST_CASE("faces without area and edges of no length: between straight lines and
       CHECK(std::fabs(searched.distance(q) - d) < rounding);
       CHECK(std::fabs(solver.solve(q, {.keep_windows = true}).distance(p) - d) < rounding);
       if (d < 1e-9) continue;
-      CHECK(kept.direction(q).norm() == doctest::Approx(1));
-      CHECK(searched.direction(q).norm() == doctest::Approx(1));
+      CHECK(kept.direction(q).norm() == gelight::test::approx(1));
+      CHECK(searched.direction(q).norm() == gelight::test::approx(1));
     }
   }
 }
@@ -491,7 +492,7 @@ TEST_CASE("a limit of memory: refused in time, usable afterwards, and no hindran
   const auto field = ExactSolver(ball).solve(Index{0}, {.max_memory = enough});
   const auto middle = face_point<double>(700, {0.2, 0.3, 0.5});
   const double d = ExactSolver(ball).solve(Index{0}, {.keep_windows = true}).distance(middle);
-  CHECK(field.distance(middle) == doctest::Approx(d).epsilon(1e-13));
+  CHECK(field.distance(middle) == gelight::test::approx(d).epsilon(1e-13));
 }
 
 TEST_CASE("the hook is told how much is done, and ends queries and bounds, too") {
@@ -560,7 +561,7 @@ TEST_CASE("two vertices at one place but for rounding, a face between them: as i
       const auto longer = graph.distance({{vertex_point<double>(source), 0}});
       for (Index u = 0; u <= v; ++u) {
         CHECK(d[at(u)] <= longer[u] + 1e-12);
-        CHECK(d[at(u)] == doctest::Approx(solver.distance(u)[at(source)]).epsilon(1e-11));
+        CHECK(d[at(u)] == gelight::test::approx(solver.distance(u)[at(source)]).epsilon(1e-11));
       }
     }
   }

@@ -18,6 +18,7 @@
 #include "gelight/geodesic/path.hpp"
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scan_meshes.hpp"
@@ -376,13 +377,13 @@ TEST_CASE("a tube: two sources behind each other have two straight rings or one 
   // At one height, opposite: two lines along the tube.
   const Edges along = edges_of(solver, vertices({60, 63}));
   REQUIRE(along.size() == 2);
-  CHECK(length_of(surface, along) == doctest::Approx(40).epsilon(1e-12));
+  CHECK(length_of(surface, along) == gelight::test::approx(40).epsilon(1e-12));
   // On one line, six apart: a ring, straight where neither goes round.
   const Sources apart = vertices({6 * 7, 6 * 13});
   const Edges ring = edges_of(solver, apart);
   REQUIRE(ring.size() == 1);
   CHECK(ring[0].is_closed);
-  CHECK(length_of(surface, ring) == doctest::Approx(6).epsilon(1e-12));
+  CHECK(length_of(surface, ring) == gelight::test::approx(6).epsilon(1e-12));
   // A later one: the branch of a hyperbola, which meets itself on the far side.
   Sources later = apart;
   later[1].distance = 2;
@@ -409,7 +410,8 @@ TEST_CASE("a ball: the cells of its poles are halves, by a line on the mesh's ow
       {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}, {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}}};
   const ExactSolver plain(octahedron, keeping());
   const Edges equator = edges_of(plain, vertices({4, 5}));
-  CHECK(length_of(plain.surface(), equator) == doctest::Approx(4 * std::sqrt(2.0)).epsilon(1e-12));
+  CHECK(length_of(plain.surface(), equator) ==
+        gelight::test::approx(4 * std::sqrt(2.0)).epsilon(1e-12));
   // Of two neighbouring corners the plane between them.
   const Edges between = edges_of(plain, vertices({0, 1}));
   for (const auto& edge : between) {
@@ -523,7 +525,8 @@ TEST_CASE("a flat sheet with needles and caps: the line is as true and as whole 
     if ((x - y).norm() < 0.05) continue;
     const Edges edges = edges_of(solver, sources);
     CHECK(edges.size() == 1);
-    CHECK(length_of(surface, edges) == doctest::Approx(bisector_length(x, y, 1)).epsilon(1e-9));
+    CHECK(length_of(surface, edges) ==
+          gelight::test::approx(bisector_length(x, y, 1)).epsilon(1e-9));
     for (const auto& edge : edges) {
       for (const auto& point : edge.points) {
         const Vec3<double> p = surface.position(point);
@@ -564,7 +567,7 @@ TEST_CASE("lines along edges and through vertices are there once") {
     const Sources sources = vertices({a, b});
     const Edges edges = edges_of(solver, sources);
     CHECK(edges.size() == 1);
-    CHECK(length_of(surface, edges) == doctest::Approx(expected).epsilon(1e-10));
+    CHECK(length_of(surface, edges) == gelight::test::approx(expected).epsilon(1e-10));
     check_edges(solver, sources, edges, 1e-11);
   };
   once(vertex(2, 4), vertex(6, 4), 8);
@@ -599,7 +602,7 @@ TEST_CASE("float, and what cannot be answered") {
   for (const auto& edge : exact_voronoi_edges(field)) {
     for (const auto& point : edge.points) {
       CHECK(solver.solve(Index{0}).distance(point) ==
-            doctest::Approx(solver.solve(Index{40}).distance(point)).epsilon(1e-5));
+            gelight::test::approx(solver.solve(Index{40}).distance(point)).epsilon(1e-5));
     }
   }
   const auto refused = [&](const auto& f, const VoronoiEdgeOptions<float>& how) {

@@ -7,6 +7,7 @@
 #include <random>
 #include <utility>
 
+#include "support/approx.hpp"
 #include "support/marching_cases.hpp"
 
 using namespace gelight;
@@ -195,9 +196,9 @@ TEST_CASE("a cap without area at the border: ways go round it by its edges") {
     CAPTURE(trial);
     const auto found = FastMarchingSolver(mesh).distance(2);
     // (Where all is on one line ways are along it.)
-    CHECK(found[0] == doctest::Approx(length(2, 0)).epsilon(1e-6));
-    CHECK(found[3] == doctest::Approx(length(2, 3)).epsilon(1e-6));
-    CHECK(found[1] == doctest::Approx(length(2, 3) + length(3, 1)).epsilon(1e-6));
+    CHECK(found[0] == gelight::test::approx(length(2, 0)).epsilon(1e-6));
+    CHECK(found[3] == gelight::test::approx(length(2, 3)).epsilon(1e-6));
+    CHECK(found[1] == gelight::test::approx(length(2, 3) + length(3, 1)).epsilon(1e-6));
   }
 }
 

@@ -15,6 +15,7 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
+#include "support/approx.hpp"
 #include "support/relative_error.hpp"
 #include "support/scan_meshes.hpp"
 
@@ -88,8 +89,8 @@ TEST_CASE("spheres: what the options buy, at each level") {
 TEST_CASE("one triangle and two are exact") {
   const Mesh<double> one{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
   const Mesh<double> two{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 3}, {1, 2, 3}}};
-  CHECK(HeatSolver(one).distance(1)[2] == doctest::Approx(std::sqrt(2.0)).epsilon(1e-14));
-  CHECK(HeatSolver(two).distance(0)[2] == doctest::Approx(std::sqrt(2.0)).epsilon(1e-14));
+  CHECK(HeatSolver(one).distance(1)[2] == gelight::test::approx(std::sqrt(2.0)).epsilon(1e-14));
+  CHECK(HeatSolver(two).distance(0)[2] == gelight::test::approx(std::sqrt(2.0)).epsilon(1e-14));
 }
 
 TEST_CASE("needles: the intrinsic Delaunay triangulation brings the error down") {
@@ -117,10 +118,10 @@ TEST_CASE("a strip far longer than heat reaches in doubles") {
     const auto mesh = grid<double>(n, 1, n, 1);
     const auto d = HeatSolver(mesh).distance(0);
     const auto last = static_cast<std::size_t>(n);
-    CHECK(d[last] == doctest::Approx(n).epsilon(1e-3));
+    CHECK(d[last] == gelight::test::approx(n).epsilon(1e-3));
     for (std::size_t x = 10; x < last; ++x) {
       CHECK(d[x + 1] > d[x]);  // no face of zero gradient
-      CHECK(d[x] == doctest::Approx(static_cast<double>(x)).epsilon(0.02));
+      CHECK(d[x] == gelight::test::approx(static_cast<double>(x)).epsilon(0.02));
     }
   }
 }
@@ -142,7 +143,7 @@ TEST_CASE("parts without a source and stray vertices are infinite, each part sta
   const auto sheet = solver.distance(162);
   const auto both = solver.distance(std::vector<Index>{3, 162});
   for (std::size_t v = 0; v + 1 < d.size(); ++v) {
-    CHECK(both[v] == doctest::Approx(v < 162 ? d[v] : sheet[v]).epsilon(1e-9));
+    CHECK(both[v] == gelight::test::approx(v < 162 ? d[v] : sheet[v]).epsilon(1e-9));
   }
 }
 
@@ -152,7 +153,7 @@ TEST_CASE("the scale of the mesh is the scale of the answer") {
   for (const double s : {1e-20, 1e-6, 1e6}) {
     const auto d = HeatSolver(scaled(mesh, s)).distance(0);
     for (std::size_t v = 0; v < d.size(); ++v) {
-      CHECK(d[v] / s == doctest::Approx(expected[v]).epsilon(1e-12));
+      CHECK(d[v] / s == gelight::test::approx(expected[v]).epsilon(1e-12));
     }
   }
 }
@@ -174,9 +175,9 @@ TEST_CASE("turned, moved, renumbered and flipped: the same distances") {
   std::reverse(renumbered.positions.begin(), renumbered.positions.end());
   const auto reversed = HeatSolver(renumbered).distance(count - 1);
   for (std::size_t v = 0; v < expected.size(); ++v) {
-    CHECK(moved[v] == doctest::Approx(expected[v]).epsilon(1e-10));
-    CHECK(other[v] == doctest::Approx(expected[v]).epsilon(1e-10));
-    CHECK(reversed[expected.size() - 1 - v] == doctest::Approx(expected[v]).epsilon(1e-10));
+    CHECK(moved[v] == gelight::test::approx(expected[v]).epsilon(1e-10));
+    CHECK(other[v] == gelight::test::approx(expected[v]).epsilon(1e-10));
+    CHECK(reversed[expected.size() - 1 - v] == gelight::test::approx(expected[v]).epsilon(1e-10));
   }
 }
 
@@ -223,7 +224,7 @@ TEST_CASE("several sources, repeated sources, start distances") {
                                             {vertex_point<double>(700), -0.25}};
   const auto d = solver.distance(started);
   for (std::size_t v = 0; v < d.size(); ++v) {
-    CHECK(d[v] == doctest::Approx(std::min(a[v] + 0.5, b[v] - 0.25)).epsilon(1e-12));
+    CHECK(d[v] == gelight::test::approx(std::min(a[v] + 0.5, b[v] - 0.25)).epsilon(1e-12));
   }
 }
 

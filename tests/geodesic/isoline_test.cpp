@@ -10,6 +10,7 @@
 
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/scan_meshes.hpp"
 
@@ -31,19 +32,20 @@ TEST_CASE("a linear function on a sheet: straight lines and what they cut off, t
     REQUIRE(lines.size() == 1);
     CHECK_FALSE(lines[0].is_closed);
     const auto places = positions(surface, lines[0].points);
-    for (const auto& p : places) CHECK(d.dot(p - middle) == doctest::Approx(level).epsilon(1e-11));
+    for (const auto& p : places)
+      CHECK(d.dot(p - middle) == gelight::test::approx(level).epsilon(1e-11));
     const Vec3<double> way = places.back() - places.front();
-    CHECK(length(surface, lines[0].points) == doctest::Approx(way.norm()).epsilon(1e-12));
+    CHECK(length(surface, lines[0].points) == gelight::test::approx(way.norm()).epsilon(1e-12));
     // Low values to the left.
     CHECK(cross(way, d)[2] < 0);
     // Both sides of the line are the sheet; by symmetry the other side is that below the negative.
     std::vector<double> negative(values);
     for (double& x : negative) x = -x;
     CHECK(area_below(surface, values, level) + area_below(surface, negative, -level) ==
-          doctest::Approx(144).epsilon(1e-12));
+          gelight::test::approx(144).epsilon(1e-12));
     if (std::abs(angle) < 0.4) {  // a trapezium
       CHECK(area_below(surface, values, level) ==
-            doctest::Approx(12 * (6 + level / std::cos(angle))).epsilon(1e-11));
+            gelight::test::approx(12 * (6 + level / std::cos(angle))).epsilon(1e-11));
     }
   }
 }
@@ -102,7 +104,7 @@ TEST_CASE("every crossed edge is on a line once a side, on rough and open meshes
           if (p.kind != SurfacePoint<double>::Kind::edge) continue;
           const double a = distance[static_cast<std::size_t>(p.element[0])];
           const double b = distance[static_cast<std::size_t>(p.element[1])];
-          CHECK(p.weights[0] * a + p.weights[1] * b == doctest::Approx(level).epsilon(1e-12));
+          CHECK(p.weights[0] * a + p.weights[1] * b == gelight::test::approx(level).epsilon(1e-12));
         }
         if (line.is_closed) continue;
         // An open line ends at borders.
@@ -133,14 +135,14 @@ TEST_CASE_TEMPLATE("the least and the largest values there are cut as others do"
     const auto lines = isolines(surface, values, unit / 2);
     REQUIRE(lines.size() == 3);
     for (const auto& line : lines) {
-      CHECK(length(surface, line.points) == doctest::Approx(1));
+      CHECK(length(surface, line.points) == gelight::test::approx(1));
       for (const auto& p : line.points) {
         const T x = surface.position(p)[0];
         CHECK(std::min({std::fabs(x - T(0.75)), std::fabs(x - T(1.25)), std::fabs(x - T(2.75))}) <
               T(1e-6));
       }
     }
-    CHECK(area_below(surface, values, unit / 2) == doctest::Approx(2.25));
+    CHECK(area_below(surface, values, unit / 2) == gelight::test::approx(2.25));
   }
 }
 

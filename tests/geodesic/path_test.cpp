@@ -12,6 +12,7 @@
 #include "gelight/geodesic/shortest_path.hpp"
 #include "gelight/geodesic/trace.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 
 using gelight::edge_point;
 using gelight::face_point;
@@ -30,7 +31,7 @@ TEST_CASE_TEMPLATE("positions and length of a path", T, float, double) {
   CHECK(points[3].isApprox(surface.position(path[3])));
   T sum = 0;
   for (std::size_t i = 1; i < 4; ++i) sum += (points[i] - points[i - 1]).norm();
-  CHECK(gelight::length(surface, path) == doctest::Approx(double(sum)));
+  CHECK(gelight::length(surface, path) == gelight::test::approx(double(sum)));
 }
 
 TEST_CASE("a path of one point or none has no length; a foreign point is refused") {
@@ -47,9 +48,9 @@ TEST_CASE("a path of floats on a surface of doubles, as of solvers on a mesh of 
   const auto field = solver.solve(face_point<float>(0, {0.1F, 0.2F, 0.7F}));
   const Path<float> path = field.path(15);
   const double length = gelight::length(solver.surface(), path);
-  CHECK(length == doctest::Approx(double{field.distance(15)}).epsilon(1e-6));
+  CHECK(length == gelight::test::approx(double{field.distance(15)}).epsilon(1e-6));
   const auto points = gelight::positions(solver.surface(), path);
-  CHECK((points.back() - points.front()).norm() == doctest::Approx(length).epsilon(1e-6));
+  CHECK((points.back() - points.front()).norm() == gelight::test::approx(length).epsilon(1e-6));
   const auto faces = gelight::faces_along(solver.surface(), path);
   REQUIRE(faces.size() + 1 == path.size());
   CHECK(faces.front() == 0);
@@ -65,25 +66,26 @@ TEST_CASE("isolines, straight paths and sources along a path, of floats on a sur
   const Path<float> path = gelight::trace_geodesic(solver.surface(), vertex_point<float>(0),
                                                    {1, 2, 0}, std::sqrt(20.0F));
   REQUIRE(path.size() > 2);
-  CHECK(gelight::length(solver.surface(), path) == doctest::Approx(std::sqrt(20.0)).epsilon(1e-6));
-  CHECK(field.distance(path.back()) == doctest::Approx(std::sqrt(20.0)).epsilon(1e-6));
+  CHECK(gelight::length(solver.surface(), path) ==
+        gelight::test::approx(std::sqrt(20.0)).epsilon(1e-6));
+  CHECK(field.distance(path.back()) == gelight::test::approx(std::sqrt(20.0)).epsilon(1e-6));
   const auto lines = gelight::isolines(solver.surface(), field.distances(), 2.5);
   REQUIRE(lines.size() == 1);
   CHECK(gelight::length(solver.surface(), lines[0].points) ==
-        doctest::Approx(2.5 * std::numbers::pi / 2).epsilon(0.03));
+        gelight::test::approx(2.5 * std::numbers::pi / 2).epsilon(0.03));
   CHECK(gelight::area_below(solver.surface(), field.distances(), 2.5) ==
-        doctest::Approx(2.5 * 2.5 * std::numbers::pi / 4).epsilon(0.06));
+        gelight::test::approx(2.5 * 2.5 * std::numbers::pi / 4).epsilon(0.06));
   const auto sources = gelight::sources_along(solver.surface(), gelight::segments(path), 0.1F);
   const auto from_path = solver.solve(sources);
   for (const auto& point : path) CHECK(from_path.distance(point) < 0.01);
   // The corner (4, 0) is nearest to (0.8, 1.6).
-  CHECK(from_path.distance(4) == doctest::Approx(4 * 2 / std::sqrt(5.0)).epsilon(1e-3));
+  CHECK(from_path.distance(4) == gelight::test::approx(4 * 2 / std::sqrt(5.0)).epsilon(1e-3));
 }
 
 TEST_CASE("the shortest path between two vertices of a mesh") {
   const auto mesh = gelight::grid<float>(3, 3, 3, 3);
   const auto path = gelight::shortest_path(mesh, 0, 7);
   CHECK(path == gelight::shortest_path(mesh, vertex_point<float>(0), vertex_point<float>(7)));
-  CHECK(gelight::length(Surface(mesh), path) == doctest::Approx(std::sqrt(10.0)));
+  CHECK(gelight::length(Surface(mesh), path) == gelight::test::approx(std::sqrt(10.0)));
   CHECK_THROWS_AS((void)gelight::shortest_path(mesh, 0, 16), InvalidInput);
 }

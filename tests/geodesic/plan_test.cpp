@@ -22,6 +22,7 @@
 #include "gelight/geodesic/planning/path_error.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/plan_requests.hpp"
 #include "support/refusal.hpp"
@@ -578,7 +579,7 @@ TEST_CASE("a path back is as long as a straight line where the mesh is flat") {
         if (d < 3) continue;
         const auto [walked, taut] = way.from(v);
         CHECK(taut <= walked * (1 + 1e-12));
-        if (distortion == 0) CHECK(walked == doctest::Approx(d).epsilon(1e-9));
+        if (distortion == 0) CHECK(walked == gelight::test::approx(d).epsilon(1e-9));
         if (is_vertex) CHECK(taut >= d * (1 - 1e-12));
         CHECK(std::abs(taut / d - 1) <= distortion + 1e-9);
       }
@@ -803,7 +804,7 @@ TEST_CASE("a method of the caller's own is chosen where it is cheapest, and chec
       CHECK(answer.method == "mine");
       CHECK(answer.satisfies);
       CHECK(answer.achieved >= assurance);
-      CHECK(error_of(answer.distance, exact).mean == doctest::Approx(0.001).epsilon(1e-6));
+      CHECK(error_of(answer.distance, exact).mean == gelight::test::approx(0.001).epsilon(1e-6));
       CHECK(answer.error >= 0.999e-3);
     }
   }

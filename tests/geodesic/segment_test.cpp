@@ -15,6 +15,7 @@
 #include "gelight/geodesic/trace.hpp"
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/scan_meshes.hpp"
 
@@ -124,10 +125,10 @@ TEST_CASE("round a prism and over a box's edges, unfolded") {
   const auto from_edge = solver.distance(std::span<const Segment<double>>(edge));
   for (Index v = 0; v < std::ssize(tube.positions); ++v) {
     const Index i = v / around, j = std::min(v % around, around - v % around);
-    CHECK(from_ring[static_cast<std::size_t>(v)] == doctest::Approx(0.4 * i).epsilon(1e-8));
+    CHECK(from_ring[static_cast<std::size_t>(v)] == gelight::test::approx(0.4 * i).epsilon(1e-8));
     const double beyond = 0.4 * std::max({3 - i, i - 6, 0});
     CHECK(from_edge[static_cast<std::size_t>(v)] ==
-          doctest::Approx(std::hypot(side * j, beyond)).epsilon(1e-8));
+          gelight::test::approx(std::hypot(side * j, beyond)).epsilon(1e-8));
   }
   const auto cube = box<double>(2, 2, 2);
   // An edge of the top, from which the floor's farthest edge is two sides away.
@@ -138,7 +139,7 @@ TEST_CASE("round a prism and over a box's edges, unfolded") {
   for (Index v = 0; v < 8; ++v) {
     const Vec3<double> p = surface.position(v);
     const double wanted = std::min((p - a).norm(), (p - b).norm());  // over one side each
-    CHECK(distance[static_cast<std::size_t>(v)] == doctest::Approx(wanted).epsilon(1e-8));
+    CHECK(distance[static_cast<std::size_t>(v)] == gelight::test::approx(wanted).epsilon(1e-8));
   }
 }
 
@@ -198,7 +199,8 @@ TEST_CASE("pieces of no length are points; bad input") {
   const ExactSolver solver(mesh);
   const std::vector<Segment<float>> point{{vertex_point<float>(7), vertex_point<float>(7)}};
   const auto a = solver.distance(std::span<const Segment<float>>(point)), b = solver.distance(7);
-  for (std::size_t v = 0; v < a.size(); ++v) CHECK(a[v] == doctest::Approx(b[v]).epsilon(1e-6));
+  for (std::size_t v = 0; v < a.size(); ++v)
+    CHECK(a[v] == gelight::test::approx(b[v]).epsilon(1e-6));
   const auto refuse = [&](const Segment<float>& s) {
     CHECK_THROWS_AS((void)solver.solve(std::span<const Segment<float>>(&s, 1)), InvalidInput);
   };
@@ -322,8 +324,8 @@ TEST_CASE(
       const auto arrivals = field.arrivals(point, 0.3);
       CAPTURE(i);
       REQUIRE(arrivals.size() == 1);
-      CHECK(arrivals[0].distance == doctest::Approx(truth).epsilon(1e-6));
-      CHECK((surface.position(arrivals[0].from) - p).norm() == doctest::Approx(truth));
+      CHECK(arrivals[0].distance == gelight::test::approx(truth).epsilon(1e-6));
+      CHECK((surface.position(arrivals[0].from) - p).norm() == gelight::test::approx(truth));
     };
     for (Index u = 0; u < surface.vertex_count(); ++u) tell(vertex_point<double>(u));
     for (Index g = 0; g < surface.face_count(); ++g) tell(face_point<double>(g, {0.2, 0.5, 0.3}));

@@ -15,6 +15,7 @@
 #include "gelight/mesh/check.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "stress/kept_meshes.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scan_meshes.hpp"
@@ -149,7 +150,8 @@ TEST_CASE("float: the path's length is the distance, rounded") {
   for (int i = 0; i < 20; ++i) {
     const Index from = uniform_index(random, 642), to = uniform_index(random, 642);
     const auto path = paths.shortest_path(from, to);
-    CHECK(length(surface, path) == doctest::Approx(solver.solve(from).distance(to)).epsilon(1e-6));
+    CHECK(length(surface, path) ==
+          gelight::test::approx(solver.solve(from).distance(to)).epsilon(1e-6));
   }
 }
 
@@ -206,7 +208,7 @@ TEST_CASE("a prism: a path that winds round it stays a helix of as many turns") 
       }
       const auto taut = straighten_path(mesh, path);
       const double round = scale * (turns * sides + sideways), up = scale * k;
-      CHECK(length(surface, taut) == doctest::Approx(std::hypot(round, up)).epsilon(1e-12));
+      CHECK(length(surface, taut) == gelight::test::approx(std::hypot(round, up)).epsilon(1e-12));
     }
   }
 }
@@ -225,8 +227,8 @@ TEST_CASE("a sheet with a square hole: taut round the side on which the path was
     path.insert(path.end(), rest.begin() + 1, rest.end());
     return length(surface, paths.straightened(path));
   };
-  CHECK(by(1) == doctest::Approx(std::hypot(2, 1) + 3 + std::hypot(2, 2)).epsilon(1e-14));
-  CHECK(by(8) == doctest::Approx(std::hypot(2, 2) + 3 + std::hypot(2, 1)).epsilon(1e-14));
+  CHECK(by(1) == gelight::test::approx(std::hypot(2, 1) + 3 + std::hypot(2, 2)).epsilon(1e-14));
+  CHECK(by(8) == gelight::test::approx(std::hypot(2, 2) + 3 + std::hypot(2, 1)).epsilon(1e-14));
 }
 
 TEST_CASE("on a sphere no straight path meets a vertex on its way, and none is much too long") {

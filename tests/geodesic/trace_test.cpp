@@ -16,6 +16,7 @@
 #include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/transport/log_map.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scan_meshes.hpp"
@@ -124,7 +125,7 @@ TEST_CASE("on a flat sheet it is the straight line from places next to vertices,
         last.kind == SurfacePoint<double>::Kind::face ||
         (last.kind == SurfacePoint<double>::Kind::edge &&
          !surface.is_border(surface.find_halfedge(last.element[0], last.element[1])));
-    if (is_inside) CHECK(gone == doctest::Approx(wanted).epsilon(1e-12));
+    if (is_inside) CHECK(gone == gelight::test::approx(wanted).epsilon(1e-12));
   }
 }
 
@@ -173,7 +174,7 @@ TEST_CASE("what leaves in the direction of a shortest path arrives at its end") 
         const auto path = trace_geodesic(surface, from, leaves.direction, distance);
         const double off = (surface.position(path.back()) - surface.position(to)).norm();
         CHECK(off < 1e-9 * distance);
-        CHECK(length(surface, path) == doctest::Approx(distance).epsilon(1e-12));
+        CHECK(length(surface, path) == gelight::test::approx(distance).epsilon(1e-12));
       }
     }
   }
@@ -235,7 +236,7 @@ TEST_CASE("equal angles at a cone's tip and at a saddle") {
     const Vec3<double> p = surface.position(from);
     const auto path = trace_geodesic(surface, from, Vec3<double>(-p), p.norm() + 0.2);
     const Vec3<double> end = surface.position(path.back());
-    CHECK(end.norm() == doctest::Approx(0.2).epsilon(1e-9));
+    CHECK(end.norm() == gelight::test::approx(0.2).epsilon(1e-9));
     // The angle from p to the end, counted through faces 0, 1, 2 and so on.
     const auto a0 = surface.position(2);
     double sum = std::atan2(cross<double>(p, a0).norm(), p.dot(a0));
@@ -246,7 +247,7 @@ TEST_CASE("equal angles at a cone's tip and at a saddle") {
       const auto b = surface.position(1 + (k + 1) % n);
       const double rest = std::atan2(cross<double>(b, end).norm(), b.dot(end));
       if (std::abs(within + rest - angle_at(k)) < 1e-9) {
-        CHECK(sum + within == doctest::Approx(total / 2).epsilon(1e-8));
+        CHECK(sum + within == gelight::test::approx(total / 2).epsilon(1e-8));
         break;
       }
       sum += angle_at(k);
@@ -263,7 +264,7 @@ TEST_CASE("great circles of a fine sphere; a cylinder's helix; float") {
   const auto path = trace_geodesic(surface, vertex_point<float>(100), d, 3.0F);
   const Vec3<float> q = surface.position(path.back());
   CHECK((q - (std::cos(3.0F) * p + std::sin(3.0F) * d)).norm() < 0.02F);
-  CHECK(length(surface, path) == doctest::Approx(3).epsilon(1e-5));
+  CHECK(length(surface, path) == gelight::test::approx(3).epsilon(1e-5));
 
   // An unrolled prism: x is the way round.
   constexpr Index around = 24;
@@ -429,7 +430,7 @@ TEST_CASE("in float a path of a hundred thousand pieces is as long as was asked"
   const auto from = face_point<float>(3, {0.2f, 0.3f, 0.5f});
   const auto path = trace_geodesic(ball, from, Vec3<float>(1, 0.3f, 0.2f), 20000.0f);
   CHECK(path.size() > 80000);
-  CHECK(length(ball, path) == doctest::Approx(20000).epsilon(1e-5));
+  CHECK(length(ball, path) == gelight::test::approx(20000).epsilon(1e-5));
 }
 
 TEST_CASE("a direction in a face's plane leads into it, however far from the origin") {

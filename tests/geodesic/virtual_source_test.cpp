@@ -9,6 +9,7 @@
 
 #include "gelight/geodesic/dijkstra.hpp"
 #include "gelight/geodesic/fast_marching.hpp"
+#include "support/approx.hpp"
 #include "support/marching_cases.hpp"
 
 using namespace gelight;
@@ -67,7 +68,7 @@ TEST_CASE("needles of 1 : 1,000,000 on a flat sheet: straight lines") {
   const Vec3<double> source(mesh.positions[from].data());
   for (std::size_t v = 0; v < distance.size(); ++v) {
     const double straight = (Vec3<double>(mesh.positions[v].data()) - source).norm();
-    CHECK(distance[v] == doctest::Approx(straight).epsilon(1e-7));
+    CHECK(distance[v] == gelight::test::approx(straight).epsilon(1e-7));
   }
 }
 
@@ -173,7 +174,7 @@ TEST_CASE("of two ways equally long the straighter is kept: a prism of six sides
   for (Index v = 0; v < sides * rings; ++v) {
     const Index j = v % sides, k = v / sides;
     const double unrolled = std::hypot(std::min(j, sides - j), k);
-    CHECK(d[static_cast<std::size_t>(v)] == doctest::Approx(unrolled).epsilon(1e-13));
+    CHECK(d[static_cast<std::size_t>(v)] == gelight::test::approx(unrolled).epsilon(1e-13));
   }
 }
 
@@ -193,7 +194,7 @@ TEST_CASE("a source in the middle of an edge of a face without area sees through
     const auto& at = mesh.positions[v];
     const auto& source = mesh.positions.back();
     const double straight = std::hypot(at[0] - source[0], at[1] - source[1]);
-    CHECK(d[v] == doctest::Approx(straight).epsilon(1e-13));
+    CHECK(d[v] == gelight::test::approx(straight).epsilon(1e-13));
   }
 }
 

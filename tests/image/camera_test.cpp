@@ -8,6 +8,7 @@
 #include <string>
 
 #include "reference.hpp"
+#include "support/approx.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -23,11 +24,11 @@ std::string refusal(const Camera<double>& camera) {
 
 TEST_CASE("a field of view of 90 degrees: the edges are seen at 45 degrees") {
   const auto camera = Camera<double>::from_vertical_fov(std::numbers::pi / 2, 640, 480);
-  CHECK(camera.fx == doctest::Approx(240).epsilon(1e-14));
+  CHECK(camera.fx == gelight::test::approx(240).epsilon(1e-14));
   CHECK(camera.cx == 319.5);
   CHECK(camera.cy == 239.5);
   // The image's lower edge is half a pixel below the last centre.
-  CHECK(camera.ray(319.5, 479.5).y() == doctest::Approx(1).epsilon(1e-14));
+  CHECK(camera.ray(319.5, 479.5).y() == gelight::test::approx(1).epsilon(1e-14));
 }
 
 TEST_CASE("x to the right, y down, z forward; projecting undoes unprojecting") {
@@ -36,8 +37,8 @@ TEST_CASE("x to the right, y down, z forward; projecting undoes unprojecting") {
   CHECK(camera.unproject(130, 20, 2) == Vec3<double>(2, 0, 2));
   CHECK(camera.unproject(30, 70, 2) == Vec3<double>(0, 2, 2));
   const auto seen = camera.project(camera.unproject(7, 45, 0.3));
-  CHECK(seen.x() == doctest::Approx(7).epsilon(1e-14));
-  CHECK(seen.y() == doctest::Approx(45).epsilon(1e-14));
+  CHECK(seen.x() == gelight::test::approx(7).epsilon(1e-14));
+  CHECK(seen.y() == gelight::test::approx(45).epsilon(1e-14));
 }
 
 TEST_CASE("the depth of an unprojected point is z, and what is not a number stays so") {

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "support/approx.hpp"
+
 using namespace gelight;
 
 namespace {
@@ -188,8 +190,8 @@ TEST_CASE("boxes have the Gaussian's variance exactly") {
         sum += spread(x, 0);
         variance += spread(x, 0) * (x - 50) * (x - 50);
       }
-      CHECK(sum == doctest::Approx(1).epsilon(1e-12));
-      CHECK(variance == doctest::Approx(sigma * sigma).epsilon(1e-10));
+      CHECK(sum == gelight::test::approx(1).epsilon(1e-12));
+      CHECK(variance == gelight::test::approx(sigma * sigma).epsilon(1e-10));
     }
   }
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "reference.hpp"
+#include "support/approx.hpp"
 
 using namespace gelight;
 
@@ -65,7 +66,7 @@ TEST_CASE("a pulse becomes the Gaussian, cut off and scaled to sum 1") {
       const bool in_reach = std::abs(dx) <= 6 && std::abs(dy) <= 6;
       const double want =
           in_reach ? std::exp(-(dx * dx + dy * dy) / (2 * 1.7 * 1.7)) / (total * total) : 0;
-      CHECK(image(x, y) == doctest::Approx(want).epsilon(1e-13));
+      CHECK(image(x, y) == gelight::test::approx(want).epsilon(1e-13));
     }
   }
 }
@@ -89,7 +90,7 @@ TEST_CASE("cosines that fit the border are only scaled, by the kernel's transfor
       const auto border = edge_repeated ? Border::reflect : Border::reflect101;
       const auto image = gaussian(wave, sigma, radius, border);
       for (Index x = 0; x < n; ++x) {
-        CHECK(image(x, 2) == doctest::Approx(scale * wave(x, 2)).epsilon(1e-12).scale(1));
+        CHECK(image(x, 2) == gelight::test::approx(scale * wave(x, 2)).epsilon(1e-12).scale(1));
       }
     }
   }
@@ -99,7 +100,8 @@ TEST_CASE("a constant stays constant, where the border rule has no zeros") {
   for (const Border border : borders) {
     const auto image = gaussian(Image<double>(9, 6, 2.5), 4.0, 16, border);
     if (border == Border::zero) continue;
-    for (const double pixel : image.pixels()) CHECK(pixel == doctest::Approx(2.5).epsilon(1e-14));
+    for (const double pixel : image.pixels())
+      CHECK(pixel == gelight::test::approx(2.5).epsilon(1e-14));
   }
 }
 
@@ -119,7 +121,7 @@ TEST_CASE("a normalised border: the mean of the pixels that are there, by their 
           weights += weight;
         }
       }
-      CHECK(smooth(x, y) == doctest::Approx(total / weights).epsilon(1e-12));
+      CHECK(smooth(x, y) == gelight::test::approx(total / weights).epsilon(1e-12));
     }
   }
   CHECK_THROWS_AS((void)sobel(image, Border::normalised), InvalidInput);
@@ -128,10 +130,10 @@ TEST_CASE("a normalised border: the mean of the pixels that are there, by their 
 TEST_CASE("the sum is kept where the edge is repeated, and with zeros far from the edge") {
   const auto image = noise(23, 17);
   CHECK(sum(gaussian(image, 2.0, 8, Border::reflect)) ==
-        doctest::Approx(sum(image)).epsilon(1e-12));
+        gelight::test::approx(sum(image)).epsilon(1e-12));
   Image<double> dot(31, 31);
   dot(15, 15) = 3;
-  CHECK(sum(gaussian(dot, 2.0, 8, Border::zero)) == doctest::Approx(3).epsilon(1e-14));
+  CHECK(sum(gaussian(dot, 2.0, 8, Border::zero)) == gelight::test::approx(3).epsilon(1e-14));
 }
 
 TEST_CASE("sigma from nothing to far more than the image") {
@@ -156,12 +158,12 @@ TEST_CASE("sigma from nothing to far more than the image") {
 
 TEST_CASE("images of one pixel, one row, one column and none") {
   for (const Border border : {Border::reflect101, Border::reflect, Border::replicate}) {
-    CHECK(gaussian(Image<double>(1, 1, 4.0), 2, 8, border)(0, 0) == doctest::Approx(4));
+    CHECK(gaussian(Image<double>(1, 1, 4.0), 2, 8, border)(0, 0) == gelight::test::approx(4));
     const auto row = noise(9, 1), column = noise(1, 9);
     const auto smooth_row = gaussian(row, 1.5, 6, border);
     const auto smooth_column = gaussian(column, 1.5, 6, border);
     for (Index i = 0; i < 9; ++i) {
-      CHECK(smooth_row(i, 0) == doctest::Approx(smooth_column(0, i)).epsilon(1e-14));
+      CHECK(smooth_row(i, 0) == gelight::test::approx(smooth_column(0, i)).epsilon(1e-14));
     }
     CHECK(gaussian(Image<double>(), 2, 8, border).width() == 0);
     CHECK(gaussian(Image<double>(0, 3), 2, 8, border).height() == 3);
@@ -195,7 +197,7 @@ TEST_CASE("vectors are smoothed coefficient by coefficient") {
   for (Index y = 0; y < 8; ++y) {
     for (Index x = 0; x < 13; ++x) {
       CHECK(smooth_vectors(x, y).x() == smooth(x, y));
-      CHECK(smooth_vectors(x, y).z() == doctest::Approx(-2 * smooth(x, y)).epsilon(1e-13));
+      CHECK(smooth_vectors(x, y).z() == gelight::test::approx(-2 * smooth(x, y)).epsilon(1e-13));
     }
   }
 }
@@ -211,7 +213,7 @@ TEST_CASE("resizing keeps a plane between the outermost pixel centres") {
       for (Index x = 0; x < width; ++x) {
         const double u = std::clamp((x + 0.5) * 16 / width - 0.5, 0.0, 15.0);
         const double v = std::clamp((y + 0.5) * 12 / height - 0.5, 0.0, 11.0);
-        CHECK(image(x, y) == doctest::Approx(3 + 0.5 * u - 0.25 * v).epsilon(1e-14));
+        CHECK(image(x, y) == gelight::test::approx(3 + 0.5 * u - 0.25 * v).epsilon(1e-14));
       }
     }
   }

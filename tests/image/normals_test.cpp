@@ -10,6 +10,7 @@
 
 #include "gelight/image/plane_fit.hpp"
 #include "reference.hpp"
+#include "support/approx.hpp"
 
 using namespace gelight;
 
@@ -111,7 +112,7 @@ TEST_CASE("normals have unit length and face the camera, at grazing angles and a
     const auto normals = sobel_normals(depth, camera.cast<float>());
     for (Index y = 1; y < 23; ++y) {
       for (Index x = 1; x < 31; ++x) {
-        CHECK(normals(x, y).norm() == doctest::Approx(1).epsilon(1e-6));
+        CHECK(normals(x, y).norm() == gelight::test::approx(1).epsilon(1e-6));
         const Vec3<double> ray = camera.ray(x, y);
         CHECK(normals(x, y).cast<double>().dot(ray) < 0);
       }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 
 using gelight::Camera;
 using gelight::Index;
@@ -66,7 +67,7 @@ TEST_CASE_TEMPLATE("a tilted sheet is seen at its analytic depth", T, float, dou
       const double x = (u - 31.5) / 40, y = (v - 23.5) / 40;
       const double z = 2 / (1 - x / 2);
       if (std::abs(x * z) > 9.99 || std::abs(y * z) > 9.99) continue;
-      CHECK(raster.depth(u, v) == doctest::Approx(z).epsilon(8 * eps));
+      CHECK(raster.depth(u, v) == gelight::test::approx(z).epsilon(8 * eps));
     }
   }
   check_points_agree(sheet, raster, camera, 100 * eps);
@@ -83,7 +84,7 @@ TEST_CASE(
       const Vec3<double> d = camera.ray(u, v);
       const double z = std::min({1 / std::abs(d[0]), 1.5 / std::abs(d[1]), 2.0});
       CHECK(raster.face(u, v) >= 0);
-      CHECK(raster.depth(u, v) == doctest::Approx(z).epsilon(1e-14));
+      CHECK(raster.depth(u, v) == gelight::test::approx(z).epsilon(1e-14));
     }
   }
   check_points_agree(box, raster, camera, 1e-14);
@@ -103,7 +104,7 @@ TEST_CASE("of two surfaces the nearer is seen, and what is behind the camera is 
       }
       if (root > 0.2) {
         const double z = (3 - std::sqrt(root)) / a;
-        CHECK(raster.depth(u, v) == doctest::Approx(z).epsilon(2e-3));
+        CHECK(raster.depth(u, v) == gelight::test::approx(z).epsilon(2e-3));
         CHECK(raster.depth(u, v) >= z);  // the faces are chords of the sphere
       }
     }
@@ -122,7 +123,7 @@ TEST_CASE("a triangle that passes beside the camera is seen only in front of it"
       const Vec3<double> d = camera.ray(u, v);
       const bool below = d[1] > 0;
       CHECK((raster.face(u, v) >= 0) == below);
-      if (below) CHECK(raster.depth(u, v) == doctest::Approx(1 / d[1]).epsilon(1e-13));
+      if (below) CHECK(raster.depth(u, v) == gelight::test::approx(1 / d[1]).epsilon(1e-13));
     }
   }
 }

@@ -6,6 +6,8 @@
 #include <limits>
 #include <random>
 
+#include "support/approx.hpp"
+
 using namespace gelight;
 
 namespace {
@@ -33,7 +35,7 @@ TEST_CASE("equal images") {
   CHECK(level_difference(image, image).worst == 0);
   CHECK(level_difference(image, image).beyond(0) == 0);
   CHECK(psnr(image, image) == std::numeric_limits<double>::infinity());
-  CHECK(ssim(image, image) == doctest::Approx(1).epsilon(1e-12));
+  CHECK(ssim(image, image) == gelight::test::approx(1).epsilon(1e-12));
 }
 
 TEST_CASE("levels and decibels of a known difference") {
@@ -41,30 +43,31 @@ TEST_CASE("levels and decibels of a known difference") {
   auto other = brighter(image, 5);
   const auto even = level_difference(image, other);
   CHECK(even.worst == 5);
-  CHECK(even.mean == doctest::Approx(5));
+  CHECK(even.mean == gelight::test::approx(5));
   CHECK(even.pixels[5] == 1200);
   CHECK(even.beyond(4) == 1200);
   CHECK(even.beyond(5) == 0);
-  CHECK(psnr(image, other) == doctest::Approx(20 * std::log10(255.0 / 5)).epsilon(1e-12));
+  CHECK(psnr(image, other) == gelight::test::approx(20 * std::log10(255.0 / 5)).epsilon(1e-12));
   other = image;
   other(3, 3)[1] = static_cast<std::uint8_t>(other(3, 3)[1] + 30);
   CHECK(level_difference(image, other).beyond(0) == 1);
   CHECK(psnr(image, other) ==
-        doctest::Approx(10 * std::log10(255.0 * 255 * 3600 / 900)).epsilon(1e-12));
+        gelight::test::approx(10 * std::log10(255.0 * 255 * 3600 / 900)).epsilon(1e-12));
 }
 
 TEST_CASE("structural similarity of flat images is that of their brightness") {
   const Image<Rgb8> dark(20, 20, {50, 50, 50}), light(20, 20, {100, 100, 100});
   const double c1 = 2.55 * 2.55;
   const double want = (2 * 50.0 * 100 + c1) / (50.0 * 50 + 100.0 * 100 + c1);
-  CHECK(ssim(dark, light) == doctest::Approx(want).epsilon(1e-9));
+  CHECK(ssim(dark, light) == gelight::test::approx(want).epsilon(1e-9));
   CHECK(ssim(texture(), brighter(texture(), 2)) > 0.99);
   auto negative = texture();
   for (Rgb8& p : negative.pixels()) {
     for (auto& c : p) c = static_cast<std::uint8_t>(220 - c);
   }
   CHECK(ssim(texture(), negative) < 0);
-  CHECK(ssim(texture(), negative) == doctest::Approx(ssim(negative, texture())).epsilon(1e-12));
+  CHECK(ssim(texture(), negative) ==
+        gelight::test::approx(ssim(negative, texture())).epsilon(1e-12));
 }
 
 TEST_CASE("different sizes and empty images are refused") {

@@ -14,6 +14,7 @@
 #include "gelight/light/plane.hpp"
 #include "gelight/light/transport.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 
 using gelight::CancelHook;
 using gelight::dimmed;
@@ -44,11 +45,11 @@ TEST_CASE("light spreads in inverse proportion to the distance and is absorbed e
         std::vector<double>{1, 1, 1, 0.5, 0.125});
   const auto absorbed = strengths({0, 1, 2, inf}, {.absorption = 0.7});
   CHECK(absorbed[0] == 1);
-  CHECK(absorbed[2] == doctest::Approx(absorbed[1] * absorbed[1]).epsilon(1e-15));
-  CHECK(absorbed[1] == doctest::Approx(0.496585303791).epsilon(1e-12));
+  CHECK(absorbed[2] == gelight::test::approx(absorbed[1] * absorbed[1]).epsilon(1e-15));
+  CHECK(absorbed[1] == gelight::test::approx(0.496585303791).epsilon(1e-12));
   CHECK(absorbed[3] == 0);
   const auto both = strengths({4}, {.full_within = 1, .absorption = 0.7});
-  CHECK(both[0] == doctest::Approx(std::exp(-2.8) / 4).epsilon(1e-15));
+  CHECK(both[0] == gelight::test::approx(std::exp(-2.8) / 4).epsilon(1e-15));
   CHECK_THROWS_AS(strengths({-1}, {}), InvalidInput);
   CHECK_THROWS_AS(strengths({not_a_number}, {}), InvalidInput);
   CHECK_THROWS_AS(strengths({1}, {.full_within = 0}), InvalidInput);
@@ -61,7 +62,7 @@ TEST_CASE("a dimmed field has the lengths of its strengths") {
   const std::vector<double> shares{0.5, 0.25, 1};
   const auto weak = dimmed<double>(field, shares);
   CHECK(weak[0] == Vec3<double>(0.5, 0, 0));
-  CHECK(weak[1].norm() == doctest::Approx(0.25));
+  CHECK(weak[1].norm() == gelight::test::approx(0.25));
   CHECK(weak[2].isZero());
   CHECK_THROWS_AS((void)dimmed<double>(field, std::span(shares).first(2)), InvalidInput);
 }

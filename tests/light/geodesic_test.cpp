@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 
 using gelight::edge_point;
 using gelight::face_point;
@@ -89,7 +90,7 @@ TEST_CASE("on an open prism the light follows the unrolled straight line, the sh
     // The arriving direction rises as the line in the net does: a band's height is 0.2 in z.
     CAPTURE(v);
     CHECK(field[static_cast<std::size_t>(v)].z() ==
-          doctest::Approx(along / length * 0.2 / slant).epsilon(1e-9));
+          gelight::test::approx(along / length * 0.2 / slant).epsilon(1e-9));
   }
 }
 
@@ -147,7 +148,7 @@ TEST_CASE("the light comes as the exact field says, next to corners and edges an
       }
       for (std::size_t i = 0; i < few; ++i) {
         const auto& point = points[points.size() - few + i];
-        CHECK(of_few[i].norm() == doctest::Approx(1));
+        CHECK(of_few[i].norm() == gelight::test::approx(1));
         CHECK(of_few[i] == kept.direction(point));
       }
     }

@@ -14,6 +14,7 @@
 #include "gelight/light/plane.hpp"
 #include "gelight/light/transport.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 
 using namespace gelight;
 
@@ -57,7 +58,7 @@ TEST_CASE("points along a path are on it, evenly, its ends among them") {
     CHECK((p - nearest_on_segment(p, a, b)).norm() < 1e-14);
     sum += step;
   }
-  CHECK(sum == doctest::Approx(whole).epsilon(1e-13));
+  CHECK(sum == gelight::test::approx(whole).epsilon(1e-13));
   CHECK_THROWS_AS((void)points_along(surface, path, 0.0), InvalidInput);
   CHECK_THROWS_AS((void)points_along(surface, path, 1e-300), InvalidInput);
   CHECK_THROWS_AS((void)points_along(surface, {}, 1.0), InvalidInput);
@@ -141,7 +142,7 @@ TEST_CASE("several points with directions of their own are blended by transport"
       transport_field<double>(solver, std::span<const VectorSource<double>>(led), points);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double x = surface.position(points[i])[0];
-    CHECK(field[i].norm() == doctest::Approx(1));
+    CHECK(field[i].norm() == gelight::test::approx(1));
     if (x < 0.3) CHECK(angle(field[i], {1, 0, 0}) < 0.1);
     if (x > 0.7) CHECK(angle(field[i], {0, 1, 0}) < 0.1);
   }

@@ -15,6 +15,7 @@
 #include "gelight/light/plane/plane_cut.hpp"
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 
 using gelight::Index;
@@ -127,7 +128,7 @@ TEST_CASE("on any surface it is a unit vector in the face and in the cutting pla
     const Vec3<double> plane = gelight::cross<double>(normal, to_point).normalized();
     const Vec3<double> face =
         gelight::detail::face_normal(surface, static_cast<Index>(i)).normalized();
-    CHECK(field[i].norm() == doctest::Approx(1).epsilon(1e-14));
+    CHECK(field[i].norm() == gelight::test::approx(1).epsilon(1e-14));
     CHECK(std::abs(field[i].dot(plane)) < 1e-12);
     CHECK(std::abs(field[i].dot(face)) < 1e-12);
   }
@@ -181,7 +182,7 @@ TEST_CASE("on a flat sheet every field line is straight, whatever vertices the p
     if (v == led) continue;
     const Vec3<double> straight = surface.position(v) - surface.position(led);
     CAPTURE(v);
-    CHECK(field[static_cast<std::size_t>(v)].norm() == doctest::Approx(1));
+    CHECK(field[static_cast<std::size_t>(v)].norm() == gelight::test::approx(1));
     CHECK(angle(field[static_cast<std::size_t>(v)], straight) < 1e-12);
   }
 }

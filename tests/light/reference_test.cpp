@@ -25,6 +25,7 @@
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/transport/vector_heat.hpp"
 #include "gelight/views/openmesh.hpp"
+#include "support/approx.hpp"
 
 using gelight::Image;
 using gelight::Index;
@@ -122,7 +123,7 @@ std::vector<double> angles_to(const std::string& method, std::size_t led,
   const auto expected = stored(method, led);
   std::vector<double> angles;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    CHECK(field[i].norm() == doctest::Approx(1).epsilon(1e-12));
+    CHECK(field[i].norm() == gelight::test::approx(1).epsilon(1e-12));
     angles.push_back(angle(field[i], expected(pixels[i].x, pixels[i].y)));
   }
   return angles;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 
 using gelight::face_point;
 using gelight::Index;
@@ -51,7 +52,7 @@ TEST_CASE("on a membrane's wall light sent towards the tip goes straight towards
   const auto field = gelight::transport_field<double>(solver, 5, {0, 0, 1}, points);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3<double> normal = gelight::detail::face_normal(surface, static_cast<Index>(i));
-    CHECK(field[i].norm() == doctest::Approx(1));
+    CHECK(field[i].norm() == gelight::test::approx(1));
     CHECK(std::abs(field[i].dot(normal.normalized())) < 1e-12);
     if (surface.position(points[i]).z() < 0.02) CHECK(angle(field[i], {0, 0, 1}) < 0.02);
   }

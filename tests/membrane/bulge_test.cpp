@@ -16,6 +16,7 @@
 #include "gelight/membrane/elastic.hpp"
 #include "gelight/membrane/layer.hpp"
 #include "gelight/membrane/layer_membrane.hpp"
+#include "support/approx.hpp"
 #include "support/dense.hpp"
 #include "support/refusal.hpp"
 
@@ -240,8 +241,8 @@ TEST_CASE("a thin gel that keeps its volume rises around a ball, a half-space si
   // ((2 - s^2) asin(1 / s) + sqrt(s^2 - 1)) / pi of the press.
   const double s = 34.0 / 20;
   const double hertz = ((2 - s * s) * std::asin(1 / s) + std::sqrt(s * s - 1)) / std::numbers::pi;
-  CHECK(at(0.3, inf) == doctest::Approx(hertz).epsilon(0.08));
-  CHECK(at(0.5, inf) == doctest::Approx(at(0, inf)).epsilon(1e-9));
+  CHECK(at(0.3, inf) == gelight::test::approx(hertz).epsilon(0.08));
+  CHECK(at(0.5, inf) == gelight::test::approx(at(0, inf)).epsilon(1e-9));
 }
 
 TEST_CASE(

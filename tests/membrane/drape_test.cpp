@@ -12,6 +12,7 @@
 #include "gelight/image/raster.hpp"
 #include "gelight/membrane/gaussian.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -63,7 +64,7 @@ TEST_CASE_TEMPLATE("gel hangs from every pixel by the way to it", T, float, doub
             }
           }
           const double own = std::max(0.0, double{rest(x, y)} - double{draped(x, y)});
-          CHECK(own == doctest::Approx(most).epsilon(1e-4).scale(unit));
+          CHECK(own == gelight::test::approx(most).epsilon(1e-4).scale(unit));
         }
       }
       // In place it is the same.
@@ -133,7 +134,7 @@ TEST_CASE_TEMPLATE("gel hangs around what is not known, however often the way tu
           continue;
         }
         const double own = std::max(0.0, double{rest(x, y)} - double{draped(x, y)});
-        CHECK(own == doctest::Approx(truth(x, y)).epsilon(1e-5).scale(1));
+        CHECK(own == gelight::test::approx(truth(x, y)).epsilon(1e-5).scale(1));
       }
     }
   }
@@ -221,7 +222,7 @@ TEST_CASE("what is not known stays so, and bad input is refused before anything 
   const auto draped = drape(depth, rest, 0.1f);
   CHECK(draped(5, 4) == 0);
   CHECK(std::isnan(draped(4, 5)));
-  CHECK(draped(3, 4) == doctest::Approx(0.6f));
+  CHECK(draped(3, 4) == gelight::test::approx(0.6f));
   Image<float> out(9, 9, 7.0f);
   for (const float fall : {0.0f, -1.0f, std::numeric_limits<float>::infinity(),
                            std::numeric_limits<float>::quiet_NaN()}) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "gelight/membrane/layer.hpp"
+#include "support/approx.hpp"
 
 using namespace gelight;
 
@@ -98,7 +99,7 @@ TEST_CASE("an object that is dragged far slips, with all of friction and no more
           // (To the tolerance of 1e-3 pixels at the rim come and go after their last round.)
           const double all = -friction * contact.force.z();
           CHECK(0.8 * contact.force.x() - 0.6 * contact.force.y() ==
-                doctest::Approx(all).epsilon(0.005));
+                gelight::test::approx(all).epsilon(0.005));
         }
         // About an axis so far away that it is the same as a shift along y.
         Camera<double> aside = watching(size, pixel);
@@ -107,7 +108,8 @@ TEST_CASE("an object that is dragged far slips, with all of friction and no more
             ElasticLayer(aside, wide, {1e5, nu, 2e-3, friction}, {.sideways = false})
                 .press(depth, {.twist = 0.01});
         check_bound(turned, friction);
-        CHECK(turned.force.y() == doctest::Approx(-friction * turned.force.z()).epsilon(0.005));
+        CHECK(turned.force.y() ==
+              gelight::test::approx(-friction * turned.force.z()).epsilon(0.005));
       }
     }
   }
@@ -124,7 +126,7 @@ TEST_CASE(
     pressed.force = force;
     const auto contact = layer.press(depth, pressed);
     CHECK(contact.converged);
-    CHECK(-contact.force.z() == doctest::Approx(force).epsilon(2e-3));
+    CHECK(-contact.force.z() == gelight::test::approx(force).epsilon(2e-3));
     Image<double> nearer = depth;
     for (double& z : nearer.pixels()) z -= contact.travel;
     const auto same = layer.press(nearer, moved);

@@ -10,6 +10,7 @@
 #include "gelight/membrane/bulge.hpp"
 #include "gelight/membrane/contact.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
+#include "support/approx.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -106,7 +107,7 @@ TEST_CASE("by a force, and with a hole in what is seen") {
   depth(20, 20) = -1;
   Image<double> surface(100, 80);
   pressed.press_into(surface, {depth.view(), gel_at_rest.view(), {0, 0, 100, 80}}, work);
-  CHECK(-work.contact->force.z() == doctest::Approx(0.02).epsilon(2e-3));
+  CHECK(-work.contact->force.z() == gelight::test::approx(0.02).epsilon(2e-3));
   for (const double z : surface.pixels()) CHECK(std::isfinite(z));
 }
 
@@ -133,7 +134,7 @@ TEST_CASE("a contact that is far from converged is not shown") {
 TEST_CASE("a renderer's Gaussian for a gel that it is told") {
   const Gel gel{1e5, 0.3, 3e-3};
   const auto options = TactileOptions::for_gel(gel, 2e-3, pitch);
-  CHECK(options.smoothing_sigma == doctest::Approx(gaussian_sigma(gel, 2e-3) / pitch));
+  CHECK(options.smoothing_sigma == gelight::test::approx(gaussian_sigma(gel, 2e-3) / pitch));
   CHECK(options.smoothing_radius >= 4 * options.smoothing_sigma);
   CHECK(options.smoothing_radius < 4 * options.smoothing_sigma + 1);
   CHECK_THROWS_AS((void)TactileOptions::for_gel(gel, 2e-3, 0), InvalidInput);

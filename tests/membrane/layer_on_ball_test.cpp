@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gelight/membrane/layer.hpp"
+#include "support/approx.hpp"
 #include "support/dense.hpp"
 
 using namespace gelight;
@@ -194,7 +195,7 @@ TEST_CASE("on a huge ball the series is the flat layer's") {
       const double flat = (1 - nu) / k * ((3 - 4 * nu) * sinh * cosh - c) /
                           ((3 - 4 * nu) * cosh * cosh + (1 - 2 * nu) * (1 - 2 * nu) + c * c);
       const int n = static_cast<int>(std::lround(k * R));
-      CHECK(response({R, h, nu}, n) == doctest::Approx(flat).epsilon(0.005));
+      CHECK(response({R, h, nu}, n) == gelight::test::approx(flat).epsilon(0.005));
     }
   }
 }
@@ -266,7 +267,7 @@ TEST_CASE("a contact on a bent rest tells how far that is bent, and whether too 
     }
     const ElasticLayer layer(eye, rest, {1e5, 0.3, 2 * mm}, {.sideways = false});
     const auto contact = layer.press(depth);
-    CHECK(contact.bend == doctest::Approx(touched / R).epsilon(0.05));
+    CHECK(contact.bend == gelight::test::approx(touched / R).epsilon(0.05));
     CHECK(contact.is_bent_too_far == (touched > 5 * mm));
   }
 }

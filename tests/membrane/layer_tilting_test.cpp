@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "gelight/membrane/layer.hpp"
+#include "support/approx.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -50,15 +51,15 @@ TEST_CASE("a round punch on a half-space under a force beside its middle") {
   const Vec2<double> centre(0.15 * a, -0.1 * a);
   const auto contact = layer.press(punch, {.force = force, .centre = centre});
   REQUIRE(contact.converged);
-  CHECK(-contact.force.z() == doctest::Approx(force).epsilon(1e-3));
+  CHECK(-contact.force.z() == gelight::test::approx(force).epsilon(1e-3));
   const double sunk = force / (2 * a * plane);
-  CHECK(contact.travel - 2e-4 == doctest::Approx(sunk).epsilon(0.03));
+  CHECK(contact.travel - 2e-4 == gelight::test::approx(sunk).epsilon(0.03));
   const Vec2<double> tilt = 3 * force / (4 * plane * a * a * a) * centre;
-  CHECK(contact.tilt.x() - 0.02 == doctest::Approx(tilt.x()).epsilon(0.05));
-  CHECK(contact.tilt.y() + 0.01 == doctest::Approx(tilt.y()).epsilon(0.05));
+  CHECK(contact.tilt.x() - 0.02 == gelight::test::approx(tilt.x()).epsilon(0.05));
+  CHECK(contact.tilt.y() + 0.01 == gelight::test::approx(tilt.y()).epsilon(0.05));
   // The force is along -z: its moment about the axis is centre x force.
-  CHECK(contact.moment.x() == doctest::Approx(-centre.y() * force).epsilon(5e-3));
-  CHECK(contact.moment.y() == doctest::Approx(centre.x() * force).epsilon(5e-3));
+  CHECK(contact.moment.x() == gelight::test::approx(-centre.y() * force).epsilon(5e-3));
+  CHECK(contact.moment.y() == gelight::test::approx(centre.x() * force).epsilon(5e-3));
 }
 
 TEST_CASE("a plate seen far from level comes to lie on the gel, however light the force") {
@@ -73,8 +74,8 @@ TEST_CASE("a plate seen far from level comes to lie on the gel, however light th
     CAPTURE(force);
     const auto contact = layer.press(punch, {.force = force, .centre = centre});
     CHECK(contact.converged);
-    CHECK(-contact.force.z() == doctest::Approx(force).epsilon(2e-3));
-    CHECK(contact.travel == doctest::Approx(force / (2 * a * plane)).epsilon(0.03));
+    CHECK(-contact.force.z() == gelight::test::approx(force).epsilon(2e-3));
+    CHECK(contact.travel == gelight::test::approx(force / (2 * a * plane)).epsilon(0.03));
     const Vec2<double> tilt = 3 * force / (4 * plane * a * a * a) * centre;
     const Vec2<double> off = contact.tilt - Vec2<double>(0.1, -0.06) - tilt;
     CHECK(off.norm() <= 0.05 * tilt.norm());
@@ -105,7 +106,7 @@ TEST_CASE(
       CAPTURE(y);
       const auto contact = press(x, y);
       CHECK(contact.converged);
-      CHECK(-contact.force.z() == doctest::Approx(1e-3).epsilon(2e-3));
+      CHECK(-contact.force.z() == gelight::test::approx(1e-3).epsilon(2e-3));
       CHECK(std::abs(contact.moment.y() - x * pitch * 1e-3) < 2e-3 * 15 * pitch * 1e-3);
       CHECK(std::abs(contact.moment.x() + y * pitch * 1e-3) < 2e-3 * 15 * pitch * 1e-3);
     }
@@ -128,14 +129,14 @@ TEST_CASE("through its middle a body does not tilt; a ball rolls to where the fo
   const auto ball = object(eye, [](double x, double y) { return (x * x + y * y) / 0.02; });
   const auto straight = layer.press(ball, {.force = 0.05});
   const auto middle = layer.press(ball, {.force = 0.05, .centre = Vec2<double>(0, 0)});
-  CHECK(middle.travel == doctest::Approx(straight.travel).epsilon(2e-3));
+  CHECK(middle.travel == gelight::test::approx(straight.travel).epsilon(2e-3));
   CHECK(middle.tilt.norm() < 2e-3 * straight.travel / 1e-3);
   // Tilting moves a paraboloid x^2 / (2 R) sideways by R times the tilt.
   const Vec2<double> centre(3e-4, -2e-4);
   const auto beside = layer.press(ball, {.force = 0.05, .centre = centre});
   REQUIRE(beside.converged);
-  CHECK(beside.tilt.x() == doctest::Approx(centre.x() / 0.01).epsilon(0.03));
-  CHECK(beside.tilt.y() == doctest::Approx(centre.y() / 0.01).epsilon(0.03));
+  CHECK(beside.tilt.x() == gelight::test::approx(centre.x() / 0.01).epsilon(0.03));
+  CHECK(beside.tilt.y() == gelight::test::approx(centre.y() / 0.01).epsilon(0.03));
 }
 
 TEST_CASE("bad input is named") {

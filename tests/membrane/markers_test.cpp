@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gelight/membrane/layer.hpp"
+#include "support/approx.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -224,12 +225,12 @@ TEST_CASE("three Gaussians: each does what it says") {
   markers.twist_decay = 0.01;
   // From x to y.
   const Vec2<double> turned = markers({20, 5});
-  CHECK(turned.x() == doctest::Approx(10 * std::exp(-1) * (std::cos(0.2) - 1)));
-  CHECK(turned.y() == doctest::Approx(10 * std::exp(-1) * std::sin(0.2)));
+  CHECK(turned.x() == gelight::test::approx(10 * std::exp(-1) * (std::cos(0.2) - 1)));
+  CHECK(turned.y() == gelight::test::approx(10 * std::exp(-1) * std::sin(0.2)));
   markers.twist = 0;
   markers.touched = {{{10, 5}, 0.1}, {{12, 5}, 0.2}};
   markers.push_decay = 0.02;
-  CHECK(markers({11, 5}).x() == doctest::Approx(std::exp(-0.02) * (0.1 - 0.2)));
+  CHECK(markers({11, 5}).x() == gelight::test::approx(std::exp(-0.02) * (0.1 - 0.2)));
 }
 
 TEST_CASE("a photographed gel that a ball drags: the layer against Gaussians") {

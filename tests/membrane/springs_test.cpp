@@ -14,6 +14,7 @@
 #include "gelight/membrane/contact.hpp"
 #include "gelight/membrane/spring_membrane.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
+#include "support/approx.hpp"
 #include "support/dense.hpp"
 #include "support/refusal.hpp"
 
@@ -78,12 +79,12 @@ TEST_CASE("a flat punch sinks in by force over stiffness and area") {
   const auto contact = bed.press(punch, 0.8);
   const double area = 29 * 19 * 4e-8, sunk = 0.8 / (5e7 * area);
   CHECK(contact.equilibrium == Equilibrium::reached);
-  CHECK(contact.displacement == doctest::Approx(1e-3 + sunk).epsilon(1e-14));
+  CHECK(contact.displacement == gelight::test::approx(1e-3 + sunk).epsilon(1e-14));
   CHECK(touching(contact) == 29 * 19);
-  CHECK(contact.indentation(30, 20) == doctest::Approx(sunk).epsilon(1e-12));
+  CHECK(contact.indentation(30, 20) == gelight::test::approx(sunk).epsilon(1e-12));
   CHECK(contact.indentation(0, 0) == 0);
   CHECK(std::abs(contact.residual_force) < 1e-14);
-  CHECK(bed.depth(contact)(30, 20) == doctest::Approx(rest - sunk).epsilon(1e-14));
+  CHECK(bed.depth(contact)(30, 20) == gelight::test::approx(rest - sunk).epsilon(1e-14));
 }
 
 TEST_CASE("the depth of another bed's contact is refused by its size") {
@@ -112,8 +113,9 @@ TEST_CASE("a paraboloid on a Winkler foundation: force pi k R d^2, radius sqrt(2
     CHECK(error < 0.05 * pixel / 4e-4);
     last_error = error;
     const double area = static_cast<double>(touching(contact)) * pixel * pixel;
-    CHECK(area / (2 * std::numbers::pi * radius * exact) == doctest::Approx(1).epsilon(20 * pixel));
-    CHECK(borne(bed, contact) == doctest::Approx(force).epsilon(1e-12));
+    CHECK(area / (2 * std::numbers::pi * radius * exact) ==
+          gelight::test::approx(1).epsilon(20 * pixel));
+    CHECK(borne(bed, contact) == gelight::test::approx(force).epsilon(1e-12));
   }
   CHECK(last_error < 1e-4);
 }
@@ -126,12 +128,12 @@ TEST_CASE("a wedge on a Winkler foundation: force k L d^2 / slope") {
   const auto contact = bed.press(wedge, force);
   const double length = 21 * pixel;
   const double exact = std::sqrt(force * slope / (2e7 * length));
-  CHECK(contact.displacement == doctest::Approx(exact).epsilon(1e-3));
+  CHECK(contact.displacement == gelight::test::approx(exact).epsilon(1e-3));
   // Exactly, for the springs there are: n on either side of the middle one.
   const int n = static_cast<int>(contact.displacement / (slope * pixel));
   const double load = force / (2e7 * pixel * pixel * 21);
   CHECK(contact.displacement ==
-        doctest::Approx((load + slope * pixel * n * (n + 1)) / (2 * n + 1)).epsilon(1e-14));
+        gelight::test::approx((load + slope * pixel * n * (n + 1)) / (2 * n + 1)).epsilon(1e-14));
 }
 
 TEST_CASE("any heap of gaps: what sorting them says, to rounding") {
@@ -198,9 +200,11 @@ TEST_CASE("a block loaded off its middle, within its kern: it tilts by moment ov
   const double k = 2e7 * pixel * pixel;
   const double n = 81 * 51, xx = n * (81 * 81 - 1) / 12 * pixel * pixel,
                yy = n * (51 * 51 - 1) / 12 * pixel * pixel;
-  CHECK(contact.displacement == doctest::Approx(3e-4 + force / (k * n)).epsilon(1e-10));
-  CHECK(contact.tilt.x() == doctest::Approx(0.02 + force * centre.x() / (k * xx)).epsilon(1e-9));
-  CHECK(contact.tilt.y() == doctest::Approx(-0.03 + force * centre.y() / (k * yy)).epsilon(1e-9));
+  CHECK(contact.displacement == gelight::test::approx(3e-4 + force / (k * n)).epsilon(1e-10));
+  CHECK(contact.tilt.x() ==
+        gelight::test::approx(0.02 + force * centre.x() / (k * xx)).epsilon(1e-9));
+  CHECK(contact.tilt.y() ==
+        gelight::test::approx(-0.03 + force * centre.y() / (k * yy)).epsilon(1e-9));
   CHECK(std::abs(contact.residual_force) < 1e-9 * force);
   CHECK(contact.residual_moment.norm() < 1e-9 * force * 6e-3);
   double mx = 0, my = 0;
@@ -210,8 +214,8 @@ TEST_CASE("a block loaded off its middle, within its kern: it tilts by moment ov
       my += k * contact.indentation(u, v) * (v - eye.cy) * pixel;
     }
   }
-  CHECK(mx == doctest::Approx(force * centre.x()).epsilon(1e-9));
-  CHECK(my == doctest::Approx(force * centre.y()).epsilon(1e-9));
+  CHECK(mx == gelight::test::approx(force * centre.x()).epsilon(1e-9));
+  CHECK(my == gelight::test::approx(force * centre.y()).epsilon(1e-9));
 }
 
 TEST_CASE("a block loaded outside its kern lifts: it bears over three times the edge's distance") {
@@ -224,12 +228,13 @@ TEST_CASE("a block loaded outside its kern lifts: it bears over three times the 
     const auto contact = bed.press_tilting(block, force, {off * half, 0});
     REQUIRE(contact.equilibrium == Equilibrium::reached);
     CHECK(static_cast<double>(touching(contact)) * pixel / 9 ==
-          doctest::Approx(3 * to_edge).epsilon(0.02));
+          gelight::test::approx(3 * to_edge).epsilon(0.02));
     // A triangle of pressure, highest at the edge, half a pixel beyond the last spring.
     const double edge = 2 * force / (width * 3 * to_edge) / 2e7;
     const double slope = edge / (3 * to_edge);
-    CHECK(contact.tilt.x() == doctest::Approx(slope).epsilon(0.02));
-    CHECK(contact.indentation(250, 4) == doctest::Approx(edge - slope * pixel / 2).epsilon(0.01));
+    CHECK(contact.tilt.x() == gelight::test::approx(slope).epsilon(0.02));
+    CHECK(contact.indentation(250, 4) ==
+          gelight::test::approx(edge - slope * pixel / 2).epsilon(0.01));
   }
 }
 
@@ -239,7 +244,7 @@ TEST_CASE("a force straight through a body's middle does not tilt it; one beside
   const auto ball = object(
       eye, [](double x, double y) { return x * x + y * y < 2e-5 ? (x * x + y * y) / 0.02 : inf; });
   const auto straight = bed.press(ball, 0.2), tilting = bed.press_tilting(ball, 0.2, {0, 0});
-  CHECK(tilting.displacement == doctest::Approx(straight.displacement).epsilon(1e-12));
+  CHECK(tilting.displacement == gelight::test::approx(straight.displacement).epsilon(1e-12));
   CHECK(tilting.tilt.norm() < 1e-12);
   // A ring has no spring under the middle of its hull, and stands.
   const auto ring = object(eye, [](double x, double y) {
@@ -262,9 +267,9 @@ TEST_CASE("a force straight through a body's middle does not tilt it; one beside
   CHECK(inside.equilibrium == Equilibrium::reached);
   // Each foot bears its barycentric share.
   const double one = 1e-3 / (1e9 * stiff.spring_area());
-  CHECK(inside.indentation(10, 10) == doctest::Approx(0.5 * one).epsilon(1e-8));
-  CHECK(inside.indentation(50, 10) == doctest::Approx(0.25 * one).epsilon(1e-8));
-  CHECK(inside.indentation(30, 50) == doctest::Approx(0.25 * one).epsilon(1e-8));
+  CHECK(inside.indentation(10, 10) == gelight::test::approx(0.5 * one).epsilon(1e-8));
+  CHECK(inside.indentation(50, 10) == gelight::test::approx(0.25 * one).epsilon(1e-8));
+  CHECK(inside.indentation(30, 50) == gelight::test::approx(0.25 * one).epsilon(1e-8));
   CHECK(at(15, 30).equilibrium == Equilibrium::tips_over);
   CHECK(at(30, 51).equilibrium == Equilibrium::tips_over);
 }
@@ -278,7 +283,7 @@ TEST_CASE("a row of springs bears a force on it, and tips under one beside it") 
   const auto on = bed.press_tilting(edge, 0.01, {2e-4, 0});
   CHECK(on.equilibrium == Equilibrium::reached);
   const double xx = 21.0 * (21 * 21 - 1) / 12 * 4e-8;
-  CHECK(on.tilt.x() == doctest::Approx(0.01 * 2e-4 / (2e7 * 4e-8 * xx)).epsilon(1e-8));
+  CHECK(on.tilt.x() == gelight::test::approx(0.01 * 2e-4 / (2e7 * 4e-8 * xx)).epsilon(1e-8));
   CHECK(bed.press_tilting(edge, 0.01, {2e-4, 2e-4}).equilibrium == Equilibrium::tips_over);
 }
 
@@ -386,7 +391,7 @@ TEST_CASE("a row of springs at any angle bears what acts on it, with tension or 
         CAPTURE(force);
         CAPTURE(sweeps);
         REQUIRE(contact.equilibrium == Equilibrium::reached);
-        CHECK(borne(bed, contact) == doctest::Approx(force).epsilon(1e-8));
+        CHECK(borne(bed, contact) == gelight::test::approx(force).epsilon(1e-8));
         const Vec2<double> across(-step[1], step[0]);
         CHECK(std::abs(contact.tilt.dot(across)) < 1e-9 * contact.tilt.norm() + 1e-14);
         CHECK(std::abs(contact.residual_moment.norm()) < 1e-8 * force * width * pixel);
@@ -424,13 +429,16 @@ TEST_CASE("any force that is too strong is told, with the object as deep in as t
           CAPTURE(tilts);
           CHECK(contact.equilibrium == Equilibrium::too_strong);
           const auto& w = contact.indentation.pixels();
-          CHECK(*std::max_element(w.begin(), w.end()) == doctest::Approx(thickness).epsilon(1e-9));
+          CHECK(*std::max_element(w.begin(), w.end()) ==
+                gelight::test::approx(thickness).epsilon(1e-9));
           // What is told of the force is that of the indentation that is told.
-          CHECK(borne(bed, contact) == doctest::Approx(contact.force).epsilon(1e-7));
-          CHECK(contact.force + contact.residual_force == doctest::Approx(force).epsilon(1e-12));
+          CHECK(borne(bed, contact) == gelight::test::approx(contact.force).epsilon(1e-7));
+          CHECK(contact.force + contact.residual_force ==
+                gelight::test::approx(force).epsilon(1e-12));
           CHECK(contact.force > 0);
           if (!tilts) {
-            CHECK(contact.displacement == doctest::Approx(nearest + thickness).epsilon(1e-12));
+            CHECK(contact.displacement ==
+                  gelight::test::approx(nearest + thickness).epsilon(1e-12));
           }
         }
       }
@@ -454,13 +462,13 @@ TEST_CASE("a taut membrane round a long punch falls off as the discrete equation
   const double b = (1 + 2 * c) / (2 * c), root = b - std::sqrt(b * b - 1);
   const double all = 2 * half + 1 + 2 * root / (1 - root);
   const double deep = force / (gel.stiffness() * pixel * pixel * 5 * all);
-  CHECK(contact.displacement == doctest::Approx(deep).epsilon(1e-8));
+  CHECK(contact.displacement == gelight::test::approx(deep).epsilon(1e-8));
   for (const Index i : {1, 3, 20}) {
     CHECK(contact.indentation(150 + half + i, 2) ==
-          doctest::Approx(deep * std::pow(root, i)).epsilon(1e-7));
+          gelight::test::approx(deep * std::pow(root, i)).epsilon(1e-7));
   }
   CHECK(touching(contact) == (2 * half + 1) * 5);
-  CHECK(borne(bed, contact) == doctest::Approx(force).epsilon(1e-9));
+  CHECK(borne(bed, contact) == gelight::test::approx(force).epsilon(1e-9));
 }
 
 TEST_CASE("a taut membrane: nothing pulls at the object, nothing goes through it") {
@@ -493,7 +501,7 @@ TEST_CASE("a taut membrane: nothing pulls at the object, nothing goes through it
         }
         if (contact.touching(u, v) == 1) {
           CHECK(pressure > -1e-13);
-          CHECK(w(u, v) == doctest::Approx(past).epsilon(1e-9));
+          CHECK(w(u, v) == gelight::test::approx(past).epsilon(1e-9));
           sum += pressure, mx += pressure * x, my += pressure * y;
         } else {
           CHECK(std::abs(pressure) < 1e-13);
@@ -501,11 +509,11 @@ TEST_CASE("a taut membrane: nothing pulls at the object, nothing goes through it
       }
     }
     const double k = gel.stiffness() * bed.spring_area();
-    CHECK(k * sum == doctest::Approx(force).epsilon(1e-8));
-    CHECK(borne(bed, contact) == doctest::Approx(force).epsilon(1e-8));
+    CHECK(k * sum == gelight::test::approx(force).epsilon(1e-8));
+    CHECK(borne(bed, contact) == gelight::test::approx(force).epsilon(1e-8));
     if (!tilts) continue;
-    CHECK(k * mx == doctest::Approx(force * centre.x()).epsilon(1e-6));
-    CHECK(k * my == doctest::Approx(force * centre.y()).epsilon(1e-6));
+    CHECK(k * mx == gelight::test::approx(force * centre.x()).epsilon(1e-6));
+    CHECK(k * my == gelight::test::approx(force * centre.y()).epsilon(1e-6));
   }
 }
 
@@ -554,7 +562,7 @@ TEST_CASE("a very taut membrane: the contact's equations hold, and few cycles fi
         }
       }
     }
-    CHECK(gel.stiffness() * bed.spring_area() * sum == doctest::Approx(1).epsilon(1e-9));
+    CHECK(gel.stiffness() * bed.spring_area() * sum == gelight::test::approx(1).epsilon(1e-9));
   }
 }
 
@@ -564,7 +572,7 @@ TEST_CASE("hardly any tension: the lone springs; more tension: less deep") {
   const auto deep = [&](double tension) {
     return SpringBed(eye, rest, {.tension = tension}).press(ball, 0.3).displacement;
   };
-  CHECK(deep(1e-9) == doctest::Approx(deep(0)).epsilon(1e-8));
+  CHECK(deep(1e-9) == gelight::test::approx(deep(0)).epsilon(1e-8));
   CHECK(deep(1) < deep(0));
   CHECK(deep(10) < deep(1));
 }
@@ -579,9 +587,9 @@ TEST_CASE("what the gel cannot bear, and what does not press, is told") {
   CHECK(bed.press(punch, 0.999 * most).equilibrium == Equilibrium::reached);
   const auto through = bed.press(punch, 1.5 * most);
   CHECK(through.equilibrium == Equilibrium::too_strong);
-  CHECK(through.displacement == doctest::Approx(0.002).epsilon(1e-12));
-  CHECK(through.force == doctest::Approx(most).epsilon(1e-12));
-  CHECK(through.residual_force == doctest::Approx(0.5 * most).epsilon(1e-10));
+  CHECK(through.displacement == gelight::test::approx(0.002).epsilon(1e-12));
+  CHECK(through.force == gelight::test::approx(most).epsilon(1e-12));
+  CHECK(through.residual_force == gelight::test::approx(0.5 * most).epsilon(1e-10));
   const auto tilted = bed.press_tilting(punch, 0.9 * most, {5e-4, 0});
   CHECK(tilted.equilibrium == Equilibrium::too_strong);
   CHECK(*std::max_element(tilted.indentation.pixels().begin(), tilted.indentation.pixels().end()) <=
@@ -604,7 +612,7 @@ TEST_CASE("what the gel cannot bear, and what does not press, is told") {
   const auto hover = object(eye, [](double x, double) { return 3e-4 + x * x; });
   const auto resting = bed.press(hover, 0);
   CHECK(resting.equilibrium == Equilibrium::reached);
-  CHECK(resting.displacement == doctest::Approx(3e-4).epsilon(1e-12));
+  CHECK(resting.displacement == gelight::test::approx(3e-4).epsilon(1e-12));
   CHECK(touching(resting) == 0);
 }
 
@@ -642,7 +650,7 @@ TEST_CASE("float depths: the same displacement; a contact's images are used agai
   for (const double force : {0.05, 0.4}) {
     bed.press_into(contact, ball, force);
     CHECK(contact.displacement ==
-          doctest::Approx(exact.press(ball, force).displacement).epsilon(1e-5));
+          gelight::test::approx(exact.press(ball, force).displacement).epsilon(1e-5));
     CHECK(std::abs(contact.residual_force) < 1e-12 * force);
     const float* const pixels = contact.indentation.data();
     bed.press_tilting_into(contact, ball, force, {1e-4, 1e-4});
@@ -806,7 +814,7 @@ TEST_CASE("a force that rounding loses is not reached") {
       const auto contact = bed.press(depth, force);
       CAPTURE(tension);
       CAPTURE(force);
-      CHECK(contact.residual_force == doctest::Approx(force - contact.force));
+      CHECK(contact.residual_force == gelight::test::approx(force - contact.force));
       if (contact.equilibrium != Equilibrium::reached) continue;
       CHECK(std::abs(contact.force - force) <= 0.01 * force);
     }

@@ -8,6 +8,7 @@
 
 #include "gelight/mesh/operators.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 
 using namespace gelight;
 
@@ -31,7 +32,7 @@ void check_delaunay(const IntrinsicTriangulation<double>& mesh) {
     if (t < 0) continue;
     CHECK(mesh.twins[t] == h);
     CHECK(mesh.origins[t] == tip(h));
-    CHECK(mesh.lengths[t] == doctest::Approx(mesh.lengths[h]).epsilon(1e-12));
+    CHECK(mesh.lengths[t] == gelight::test::approx(mesh.lengths[h]).epsilon(1e-12));
     if (t / 3 == h / 3) continue;
     CHECK(weight(h) + weight(t) > -1e-9 * (1 + std::abs(weight(h)) + std::abs(weight(t))));
   }
@@ -52,7 +53,7 @@ TEST_CASE("flips make a mesh Delaunay and keep its area") {
     const auto before = intrinsic_triangulation(surface);
     const auto after = intrinsic_delaunay(surface);
     check_delaunay(after);
-    CHECK(area_of(after) == doctest::Approx(area_of(before)).epsilon(1e-9));
+    CHECK(area_of(after) == gelight::test::approx(area_of(before)).epsilon(1e-9));
     CHECK(after.face_count() == before.face_count());
   }
 }
@@ -64,7 +65,8 @@ TEST_CASE("flat sheet: new edges are as long as the plane says") {
     const auto& a = mesh.positions[static_cast<std::size_t>(flat.origins[h])];
     const Index tip = flat.origins[h % 3 == 2 ? h - 2 : h + 1];
     const auto& b = mesh.positions[static_cast<std::size_t>(tip)];
-    CHECK(flat.lengths[h] == doctest::Approx(std::hypot(a[0] - b[0], a[1] - b[1])).epsilon(1e-9));
+    CHECK(flat.lengths[h] ==
+          gelight::test::approx(std::hypot(a[0] - b[0], a[1] - b[1])).epsilon(1e-9));
   }
 }
 
@@ -86,9 +88,9 @@ TEST_CASE("edges of three faces, or of faces oriented against each other, stay")
   const Mesh<double> fin{{{0, 0, 0}, {9, 0, 0}, {4, 1, 0}, {4, -1, 0}, {4, 0, 1}},
                          {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}};
   const auto kept = intrinsic_delaunay(Surface(fin));
-  CHECK(kept.lengths[0] == doctest::Approx(9));
+  CHECK(kept.lengths[0] == gelight::test::approx(9));
   const Mesh<double> opposed{{{0, 0, 0}, {9, 0, 0}, {4, 1, 0}, {4, -1, 0}}, {{0, 1, 2}, {0, 1, 3}}};
-  CHECK(intrinsic_delaunay(Surface(opposed)).lengths[0] == doctest::Approx(9));
+  CHECK(intrinsic_delaunay(Surface(opposed)).lengths[0] == gelight::test::approx(9));
   const Mesh<double> agreed{{{0, 0, 0}, {9, 0, 0}, {4, 1, 0}, {4, -1, 0}}, {{0, 1, 2}, {1, 0, 3}}};
-  CHECK(intrinsic_delaunay(Surface(agreed)).lengths[0] == doctest::Approx(2));
+  CHECK(intrinsic_delaunay(Surface(agreed)).lengths[0] == gelight::test::approx(2));
 }

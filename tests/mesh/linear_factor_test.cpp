@@ -14,6 +14,7 @@
 #include "gelight/geodesic/heat.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/sparse_matrix.hpp"
+#include "support/approx.hpp"
 
 using namespace gelight;
 
@@ -70,7 +71,7 @@ TEST_CASE("a factorisation of the caller's own serves the heat method") {
     const HeatSolver own(mesh), theirs(mesh, {.backend = dense_backend});
     const auto expected = own.distance(Index{5}), found = theirs.distance(Index{5});
     for (std::size_t v = 0; v < expected.size(); ++v) {
-      CHECK(found[v] == doctest::Approx(expected[v]).epsilon(1e-9));
+      CHECK(found[v] == gelight::test::approx(expected[v]).epsilon(1e-9));
     }
     // Several sources, of whose right-hand sides the factor takes one after the other.
     const std::vector<Index> sources{9, 5, 4, 3, 2, 1};

@@ -20,6 +20,7 @@
 #include "gelight/mesh/surface.hpp"
 #include "gelight/mesh/tangent.hpp"
 #include "gelight/views/mesh_view.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/seamed_sheet.hpp"
 
@@ -54,7 +55,7 @@ TEST_CASE("welding closes a seam, and paths cross it") {
   CHECK(check(welded.mesh).components == 1);
   CHECK(welded.vertex_of == Indices{0, 1, 2, 3, 4, 5, 7, 9, 11});
   // From (0, 0) to (2, 1): vertex 9 before.
-  CHECK(ExactSolver(welded.mesh).distance(Index{0})[7] == doctest::Approx(std::sqrt(5.0)));
+  CHECK(ExactSolver(welded.mesh).distance(Index{0})[7] == gelight::test::approx(std::sqrt(5.0)));
 }
 
 namespace {

@@ -11,6 +11,7 @@
 
 #include "gelight/mesh/nearest.hpp"
 #include "gelight/mesh/surface.hpp"
+#include "support/approx.hpp"
 #include "support/refusal.hpp"
 
 using gelight::Index;
@@ -60,7 +61,7 @@ TEST_CASE("closed shapes enclose their volume with normals outwards") {
     CHECK(is_oriented(surface));
     CHECK(count_borders(surface) == 0);
     CHECK(euler(surface) == chi);
-    CHECK(volume(mesh) == doctest::Approx(expected).epsilon(tolerance));
+    CHECK(volume(mesh) == gelight::test::approx(expected).epsilon(tolerance));
   };
   check(gelight::box(2.0, 3.0, 4.0), 24, 1e-14, 2);
   check(gelight::icosphere(5, 2.0), 4.0 / 3 * pi * 8, 2e-3, 2);
@@ -72,7 +73,7 @@ TEST_CASE("an icosphere has 10 4^n + 2 vertices, all on the sphere") {
     const auto mesh = gelight::icosphere(level, 3.0);
     CHECK(mesh.positions.size() == 10 * (std::size_t{1} << (2 * level)) + 2);
     for (const auto& p : mesh.positions) {
-      CHECK(std::hypot(p[0], p[1], p[2]) == doctest::Approx(3).epsilon(1e-15));
+      CHECK(std::hypot(p[0], p[1], p[2]) == gelight::test::approx(3).epsilon(1e-15));
     }
   }
 }
@@ -89,7 +90,7 @@ TEST_CASE("a grid covers its rectangle, facing +z") {
     const gelight::Vec3<double> ac = surface.position(c) - surface.position(a);
     area += 0.5 * gelight::cross(ab, ac).z();
   }
-  CHECK(area == doctest::Approx(3));
+  CHECK(area == gelight::test::approx(3));
 }
 
 TEST_CASE("a membrane is a cylinder with a hemisphere, open at its base") {
@@ -101,7 +102,7 @@ TEST_CASE("a membrane is a cylinder with a hemisphere, open at its base") {
   CHECK(count_borders(surface) == std::lround(2 * std::numbers::pi * radius / edge));
   for (const auto& [x, y, z] : mesh.positions) {
     const double beyond = std::max(0.0, z - (length - radius));
-    CHECK(std::hypot(x, y, beyond) == doctest::Approx(radius).epsilon(1e-12));
+    CHECK(std::hypot(x, y, beyond) == gelight::test::approx(radius).epsilon(1e-12));
   }
   const auto [low, high] =
       std::minmax_element(mesh.positions.begin(), mesh.positions.end(),
@@ -116,7 +117,7 @@ TEST_CASE("a membrane is a cylinder with a hemisphere, open at its base") {
   const double pi = std::numbers::pi;
   const double expected =
       pi * radius * radius * (length - radius) + 2.0 / 3 * pi * radius * radius * radius;
-  CHECK(volume(mesh) == doctest::Approx(expected).epsilon(5e-3));
+  CHECK(volume(mesh) == gelight::test::approx(expected).epsilon(5e-3));
 }
 
 TEST_CASE("placed turns, then moves; joined keeps the parts apart") {
@@ -188,7 +189,7 @@ TEST_CASE("shapes beyond the numbers of their type are refused, and those within
     const auto sheet = gelight::grid(100, 100, width, 1.0f);
     for (Index i = 0; i <= 100; ++i) {
       const double x = double{sheet.position(i)[0]};
-      CHECK(x == doctest::Approx(double{width} * i / 100).epsilon(1e-6));
+      CHECK(x == gelight::test::approx(double{width} * i / 100).epsilon(1e-6));
     }
     CHECK(sheet.position(100)[0] == width);
   }

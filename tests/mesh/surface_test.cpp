@@ -17,6 +17,7 @@
 #include "gelight/geodesic/fast_marching.hpp"
 #include "gelight/mesh/neighbourhood.hpp"
 #include "gelight/views/mesh_view.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/refusal.hpp"
 
@@ -50,7 +51,7 @@ TEST_CASE("a closed manifold: every twin runs the other way along the same edge"
     CHECK(surface.length(surface.twin(h)) == surface.length(h));
     CHECK(surface.apex(h) == surface.tip(Surface<double>::next(h)));
   }
-  CHECK(surface.length(surface.find_halfedge(1, 3)) == doctest::Approx(std::sqrt(2.0)));
+  CHECK(surface.length(surface.find_halfedge(1, 3)) == gelight::test::approx(std::sqrt(2.0)));
   CHECK(surface.find_halfedge(1, 1) == -1);
 }
 
@@ -186,8 +187,9 @@ TEST_CASE("of no size at all is a mesh too") {
 TEST_CASE("surface points are found where their weights say, or refused") {
   const Surface surface(tetrahedron());
   using gelight::edge_point, gelight::face_point, gelight::vertex_point;
-  CHECK(surface.position(edge_point<double>(0, 1, 0.25))[0] == doctest::Approx(0.25));
-  CHECK(surface.position(face_point<double>(0, {0.5, 0.25, 0.25}))[1] == doctest::Approx(0.25));
+  CHECK(surface.position(edge_point<double>(0, 1, 0.25))[0] == gelight::test::approx(0.25));
+  CHECK(surface.position(face_point<double>(0, {0.5, 0.25, 0.25}))[1] ==
+        gelight::test::approx(0.25));
   CHECK_THROWS_AS((void)surface.position(vertex_point<double>(4)), InvalidInput);
   CHECK_THROWS_AS((void)surface.position(edge_point<double>(0, 0, 0.5)), InvalidInput);
   CHECK_THROWS_AS((void)surface.position(edge_point<double>(0, 1, 1.5)), InvalidInput);

@@ -9,6 +9,7 @@
 
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
+#include "support/approx.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -39,8 +40,8 @@ TEST_CASE("frames are orthonormal, right-handed and tangent") {
   for (Index v = 0; v < 642; ++v) {
     const auto& basis = frames.basis(v);
     const auto& p = mesh.positions[static_cast<std::size_t>(v)];
-    CHECK(basis.x.norm() == doctest::Approx(1));
-    CHECK(basis.y.norm() == doctest::Approx(1));
+    CHECK(basis.x.norm() == gelight::test::approx(1));
+    CHECK(basis.y.norm() == gelight::test::approx(1));
     CHECK(std::abs(basis.x.dot(basis.y)) < 1e-15);
     CHECK(basis.normal().dot(Vec3<double>(p[0], p[1], p[2])) > 0.999);
   }

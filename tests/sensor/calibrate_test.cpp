@@ -14,6 +14,7 @@
 #include "gelight/io/presses.hpp"
 #include "gelight/sensor/calibration/ball_surface.hpp"
 #include "gelight/sensor/calibration/circles.hpp"
+#include "support/approx.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -141,9 +142,9 @@ TEST_CASE("each photograph's level of colour is told") {
   std::vector<BallPress> known = presses(1, 3);
   known[4] = photograph(known[4].contact, {20, -10, 5}, 1, 77);
   const Calibration fit = calibrate(gradient(), known, few_nodes());
-  CHECK(fit.presses[4].level[0] == doctest::Approx(20).epsilon(0.05));
-  CHECK(fit.presses[4].level[1] == doctest::Approx(-10).epsilon(0.05));
-  CHECK(fit.presses[4].level[2] == doctest::Approx(5).epsilon(0.1));
+  CHECK(fit.presses[4].level[0] == gelight::test::approx(20).epsilon(0.05));
+  CHECK(fit.presses[4].level[1] == gelight::test::approx(-10).epsilon(0.05));
+  CHECK(fit.presses[4].level[2] == gelight::test::approx(5).epsilon(0.1));
   CHECK(fit.presses[4].fits);
 }
 
@@ -277,8 +278,8 @@ TEST_CASE("photographs that show none of a region do not make its residual less"
   const RegionResidual alone = far({small}), beside = far({small, large}), none = far({large});
   CHECK(alone.region == "far");
   CHECK(alone.residual > 2);  // the noise
-  CHECK(beside.residual == doctest::Approx(alone.residual).epsilon(0.05));
-  CHECK(beside.signal == doctest::Approx(alone.signal).epsilon(0.05));
+  CHECK(beside.residual == gelight::test::approx(alone.residual).epsilon(0.05));
+  CHECK(beside.signal == gelight::test::approx(alone.signal).epsilon(0.05));
   CHECK(none.residual == 0);
 }
 
@@ -312,7 +313,8 @@ TEST_CASE("a circle as large as its ball and the longest bulge take as long as t
         const double slope =
             rim * std::cyl_bessel_k(1.0, r / length) / std::cyl_bessel_k(1.0, contact / length);
         const double wanted = slope < 1e-3 ? 0 : slope / std::sqrt(1 + slope * slope);
-        CHECK(surface.normal(0.6 * r, 0.8 * r).norm() == doctest::Approx(wanted).epsilon(2e-3));
+        CHECK(surface.normal(0.6 * r, 0.8 * r).norm() ==
+              gelight::test::approx(wanted).epsilon(2e-3));
       }
     }
   }

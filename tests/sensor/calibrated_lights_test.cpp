@@ -13,6 +13,7 @@
 #include "gelight/image/normals.hpp"
 #include "gelight/sensor/calibrated.hpp"
 #include "gelight/sensor/tactile_renderer.hpp"
+#include "support/approx.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -146,7 +147,7 @@ TEST_CASE("a membrane turned with its light field shows the same") {
       const Change one = shaded(flat, 30, 50, n, touched);
       const Change other = shaded(turned, 30, 50, turn * n, touched);
       for (std::size_t c = 0; c < 3; ++c) {
-        CHECK(one[c] == doctest::Approx(other[c]).epsilon(1e-12));
+        CHECK(one[c] == gelight::test::approx(other[c]).epsilon(1e-12));
         most = std::max(most, std::abs(one[c] - gradient()(30, 50)[c] / 255.0));
       }
     }

@@ -14,6 +14,7 @@
 
 #include "gelight/membrane/layer.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 #include "support/random_sensors.hpp"
 #include "support/refusal.hpp"
 
@@ -322,7 +323,7 @@ TEST_CASE("trials tell what whole frames show, beside a contact and where the me
         }
         beside += touches ? 0 : 1;
       }
-      CHECK(trials.errors(choice).within(1) == doctest::Approx(good / all).epsilon(1e-9));
+      CHECK(trials.errors(choice).within(1) == gelight::test::approx(good / all).epsilon(1e-9));
     }
   }
   CHECK(beside > 0);

@@ -14,6 +14,7 @@
 
 #include "gelight/image/raster.hpp"
 #include "gelight/mesh/shapes.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/refusal.hpp"
 
@@ -37,14 +38,14 @@ TEST_CASE_TEMPLATE("the GelTip's parts fit together", T, float, double) {
   }
 
   // The camera sees the tip in the middle of its image, and the membrane or its open end elsewhere.
-  CHECK(sensor.camera.fy == doctest::Approx(60));
+  CHECK(sensor.camera.fy == gelight::test::approx(60));
   const auto rest = rasterize(sensor.membrane, sensor.camera);
-  CHECK(rest.depth(80, 60) == doctest::Approx(0.0455).epsilon(1e-3));
+  CHECK(rest.depth(80, 60) == gelight::test::approx(0.0455).epsilon(1e-3));
   for (Index u = 0; u < 160; ++u) {
     const T slope = std::hypot((T(u) - sensor.camera.cx) / 60, (60 - sensor.camera.cy) / 60);
     const T wall = radius / slope;  // where the ray meets the cylinder
     if (wall > T(0.034)) continue;
-    CHECK(rest.depth(u, 60) == doctest::Approx(wall).epsilon(5e-3));
+    CHECK(rest.depth(u, 60) == gelight::test::approx(wall).epsilon(5e-3));
   }
 }
 
@@ -82,7 +83,7 @@ TEST_CASE("points of the border are where they are, whatever the mesh") {
     const auto leds = points_of_border(tip, angles);
     for (std::size_t k = 0; k < angles.size(); ++k) {
       const Vec3<double> p = surface.position(leds[k]);
-      CHECK(std::atan2(p.y(), p.x()) == doctest::Approx(angles[k]).epsilon(1e-9));
+      CHECK(std::atan2(p.y(), p.x()) == gelight::test::approx(angles[k]).epsilon(1e-9).scale(1));
       CHECK(std::abs(p.norm() - 0.01146) <= edge * edge / (8 * 0.01146) * 1.3);
       CHECK(p.z() == 0);
       // Parts of an LED, along the circle.
@@ -197,11 +198,11 @@ TEST_CASE("a wide LED has a seam of so many steps as it has parts") {
   const double of_point = std::abs(jump());
   // On a cylinder laid flat the light comes at atan(pi R / z) to the axis, from either side.
   const double truth = 2 * std::sin(std::atan(std::numbers::pi * 0.01146 / 0.012));
-  CHECK(of_point == doctest::Approx(truth).epsilon(0.02));
+  CHECK(of_point == gelight::test::approx(truth).epsilon(0.02));
   sensor.led_width = 0.003;
   for (const Index parts : {3, 5}) {
     sensor.led_parts = parts;
-    CHECK(std::abs(jump()) == doctest::Approx(truth / parts).epsilon(0.1));
+    CHECK(std::abs(jump()) == gelight::test::approx(truth / parts).epsilon(0.1));
   }
 }
 
@@ -314,7 +315,7 @@ TEST_CASE("light through the gel has no hard edge and no frame") {
     }
     return outer / inner;
   };
-  CHECK(at_border(rest(pad)) == doctest::Approx(1).epsilon(0.05));
+  CHECK(at_border(rest(pad)) == gelight::test::approx(1).epsilon(0.05));
   pad.options.border_normals = BorderNormals::none;
   CHECK(at_border(rest(pad)) < 0.8);
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gelight/image/plane_fit.hpp"
+#include "support/approx.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -145,8 +146,8 @@ TEST_CASE("a flat gel under lights from its edges, in closed form") {
     CHECK(light.diffuse == 1);
     CHECK(light.specular == 0.5);
     CHECK(light.shininess == 5);
-    CHECK(light.direction(3, 4).norm() == doctest::Approx(1).epsilon(1e-15));
-    CHECK(light.direction(3, 4).z() == doctest::Approx(std::sin(0.25)).epsilon(1e-15));
+    CHECK(light.direction(3, 4).norm() == gelight::test::approx(1).epsilon(1e-15));
+    CHECK(light.direction(3, 4).z() == gelight::test::approx(std::sin(0.25)).epsilon(1e-15));
   }
   const Camera<double> odd{60, 60, 20, 20, 41, 41};
   const SeeThroughRenderer renderer(

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gelight/image/normal_rows.hpp"
+#include "support/approx.hpp"
 
 using namespace gelight::detail;
 
@@ -54,7 +55,7 @@ TEST_CASE("real powers in float keep to their bound, for every exponent and base
     real_power_row(powers.data(), above.data(), exponent, 3);
     for (std::size_t i = 0; i < 3; ++i) {
       const double want = std::min(std::pow(double{above[i]}, double{exponent}), 0x1p127);
-      CHECK(powers[i] == doctest::Approx(want).epsilon(1e-4));
+      CHECK(powers[i] == gelight::test::approx(want).epsilon(1e-4));
     }
   }
 }

@@ -17,6 +17,7 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
+#include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
 #include "support/relative_error.hpp"
 #include "support/scan_meshes.hpp"
@@ -194,12 +195,12 @@ void check_topology() {
   const Mesh<double> fin{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {1, 0, 0}},
                          {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}, {1, 5, 2}}};
   const auto across = Solver(fin).distance(4);
-  CHECK(across[2] == doctest::Approx(2));
-  CHECK(across[3] == doctest::Approx(2));
-  CHECK(across[1] == doctest::Approx(across[5]));
+  CHECK(across[2] == gelight::test::approx(2));
+  CHECK(across[3] == gelight::test::approx(2));
+  CHECK(across[1] == gelight::test::approx(across[5]));
   const Mesh<double> bow{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}},
                          {{0, 1, 2}, {0, 3, 4}}};
-  CHECK(Solver(bow).distance(1)[3] == doctest::Approx(2));
+  CHECK(Solver(bow).distance(1)[3] == gelight::test::approx(2));
 
   auto flipped = uneven_sphere();
   const auto expected = Solver(flipped).distance(0);
@@ -208,7 +209,7 @@ void check_topology() {
   }
   const auto same = Solver(flipped).distance(0);
   for (std::size_t v = 0; v < same.size(); ++v) {
-    CHECK(same[v] == doctest::Approx(expected[v]).epsilon(1e-4));
+    CHECK(same[v] == gelight::test::approx(expected[v]).epsilon(1e-4));
   }
 }
 
@@ -236,7 +237,7 @@ void check_scales() {
   tiny.positions.insert(tiny.positions.end(), {{1, 0, 0}, {2, 1, 0}, {3, 0, 0}});
   tiny.faces.insert(tiny.faces.end(), {{10, first, 21}, {first, first + 1, 21}});
   tiny.faces.push_back({first, first + 2, first + 1});
-  CHECK(Solver(tiny).distance(0).back() == doctest::Approx(3));
+  CHECK(Solver(tiny).distance(0).back() == gelight::test::approx(3));
 }
 
 // Never longer than along edges; a query leaves no trace.
@@ -262,8 +263,8 @@ void check_fan() {
     fan.faces.push_back({0, 1 + k, 1 + (k + 1) % spokes});
   }
   const auto d = Solver(fan).distance(0);
-  for (std::size_t v = 1; v < d.size(); ++v) CHECK(d[v] == doctest::Approx(1));
-  CHECK(Solver(fan).distance(1)[1 + spokes / 2] == doctest::Approx(2));
+  for (std::size_t v = 1; v < d.size(); ++v) CHECK(d[v] == gelight::test::approx(1));
+  CHECK(Solver(fan).distance(1)[1 + spokes / 2] == gelight::test::approx(2));
 }
 
 /// Sheets, needles, balls and scan-like meshes.

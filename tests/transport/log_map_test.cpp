@@ -13,6 +13,7 @@
 
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/transport/vector_heat.hpp"
+#include "support/approx.hpp"
 
 using namespace gelight;
 using std::numbers::pi;
@@ -80,7 +81,7 @@ TEST_CASE("radius is the exact distance; on a sphere the direction is the great 
     double mean = 0;
     int count = 0;
     for (Index v = 0; v < surface.vertex_count(); ++v) {
-      CHECK(map(v).norm() == doctest::Approx(map.field().distance(v)).epsilon(1e-14));
+      CHECK(map(v).norm() == gelight::test::approx(map.field().distance(v)).epsilon(1e-14));
       const Vec p = surface.position(v);
       if (v == 7 || (p + s).norm() < 1e-9) continue;
       mean += angle_between(embedded(map.tangent_basis(), map(v)), p - p.dot(s) * s);
@@ -109,8 +110,8 @@ TEST_CASE("on a flat torus it is the least of the lattice's shifts, and ties are
       return (j0 + dj) % high * wide + (i0 + di) % wide;
     };
     const Vec2<double> right = map(neighbour(1, 0)), up = map(neighbour(0, 1));
-    CHECK(right.norm() == doctest::Approx(1).epsilon(1e-14));
-    CHECK(up.norm() == doctest::Approx(1).epsilon(1e-14));
+    CHECK(right.norm() == gelight::test::approx(1).epsilon(1e-14));
+    CHECK(up.norm() == gelight::test::approx(1).epsilon(1e-14));
     CHECK(std::abs(right.dot(up)) < 1e-14);
     double heat_off = 0, heat_turn = 0;
     int count = 0;
@@ -286,10 +287,11 @@ TEST_CASE("where faces have no area there is a tangent plane, the same for both 
         const auto basis = exact.tangent_basis(v);
         CHECK(heat.tangent_basis(v) == basis);
         CHECK(plain.tangent_basis(v) == basis);
-        CHECK(basis[0].norm() == doctest::Approx(1).epsilon(1e-13));
-        CHECK(basis[1].norm() == doctest::Approx(1).epsilon(1e-13));
+        CHECK(basis[0].norm() == gelight::test::approx(1).epsilon(1e-13));
+        CHECK(basis[1].norm() == gelight::test::approx(1).epsilon(1e-13));
         CHECK(std::abs(basis[0].dot(basis[1])) < 1e-13);
-        CHECK(carried[static_cast<std::size_t>(v)].norm() == doctest::Approx(1).epsilon(1e-9));
+        CHECK(carried[static_cast<std::size_t>(v)].norm() ==
+              gelight::test::approx(1).epsilon(1e-9));
         // Any plane through the edges, where a face tells none; that of the sheet elsewhere.
         const bool has_area =
             std::any_of(surface.corners(v).begin(), surface.corners(v).end(), [&](Index h) {

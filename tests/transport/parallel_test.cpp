@@ -14,6 +14,7 @@
 #include "gelight/geodesic/exact.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/transport/vector_heat.hpp"
+#include "support/approx.hpp"
 #include "support/refusal.hpp"
 
 using namespace gelight;
@@ -75,9 +76,9 @@ TEST_CASE("holonomy round an apex is its angle defect, whatever the way round") 
     const double expected = std::remainder(2 * pi - angle, 2 * pi);
     for (const double share : {0.1, 0.5, 1.0}) {
       auto path = round_path(9, share);
-      CHECK(transport.holonomy(path) == doctest::Approx(expected).epsilon(1e-12));
+      CHECK(transport.holonomy(path) == gelight::test::approx(expected).epsilon(1e-12));
       std::reverse(path.begin(), path.end());
-      CHECK(transport.holonomy(path) == doctest::Approx(-expected).epsilon(1e-12));
+      CHECK(transport.holonomy(path) == gelight::test::approx(-expected).epsilon(1e-12));
     }
     // Through points inside the faces too.
     Path<double> inner;
@@ -85,13 +86,13 @@ TEST_CASE("holonomy round an apex is its angle defect, whatever the way round") 
       inner.push_back(edge_point<double>(0, 1 + k % 9, 0.3 + 0.05 * (k % 9)));
       if (k < 9) inner.push_back(face_point<double>(k, {0.4, 0.1, 0.5}));
     }
-    CHECK(transport.holonomy(inner) == doctest::Approx(expected).epsilon(1e-12));
+    CHECK(transport.holonomy(inner) == gelight::test::approx(expected).epsilon(1e-12));
   }
   const Surface surface(saddle(12));
   const double defect = defect_of(surface, 0);
   CHECK(defect < -0.5);
   CHECK(ParallelTransport(surface).holonomy(round_path(12, 0.4)) ==
-        doctest::Approx(std::remainder(defect, 2 * pi)).epsilon(1e-12));
+        gelight::test::approx(std::remainder(defect, 2 * pi)).epsilon(1e-12));
 }
 
 TEST_CASE("a path through the apex shares the defect between its sides") {
@@ -108,9 +109,9 @@ TEST_CASE("a path through the apex shares the defect between its sides") {
   const auto [x, y] = transport.tangent_basis(vertex_point<double>(1));
   const Vec a = transport.along(left, x), b = transport.along(right, x);
   const Vec c = transport.along(through, x);
-  CHECK(angle_between(a, b) == doctest::Approx(2 * pi - 5.0).epsilon(1e-12));
-  CHECK(angle_between(a, c) == doctest::Approx((2 * pi - 5.0) / 2).epsilon(1e-12));
-  CHECK(angle_between(b, c) == doctest::Approx((2 * pi - 5.0) / 2).epsilon(1e-12));
+  CHECK(angle_between(a, b) == gelight::test::approx(2 * pi - 5.0).epsilon(1e-12));
+  CHECK(angle_between(a, c) == gelight::test::approx((2 * pi - 5.0) / 2).epsilon(1e-12));
+  CHECK(angle_between(b, c) == gelight::test::approx((2 * pi - 5.0) / 2).epsilon(1e-12));
 }
 
 TEST_CASE("round an octant of a sphere it is a right angle, on any symmetric mesh of it") {
@@ -147,7 +148,8 @@ TEST_CASE("round an octant of a sphere it is a right angle, on any symmetric mes
       for (const auto& [along, point] : side(axis)) path.push_back(point);
     }
     path.push_back(path.front());
-    CHECK(ParallelTransport(surface).holonomy(path) == doctest::Approx(pi / 2).epsilon(1e-11));
+    CHECK(ParallelTransport(surface).holonomy(path) ==
+          gelight::test::approx(pi / 2).epsilon(1e-11));
   }
 }
 
@@ -180,7 +182,7 @@ TEST_CASE("in a flat sheet and on an unrolled cylinder a vector stays what it is
         (prism.position(path.back()) - prism.position(path[path.size() - 2])).normalized();
     CHECK((end - arrives).norm() < 1e-12);  // a geodesic carries its own direction
     CHECK(round.along(path, 3 * along + n.cross(along)).norm() ==
-          doctest::Approx(std::sqrt(10.0)).epsilon(1e-13));
+          gelight::test::approx(std::sqrt(10.0)).epsilon(1e-13));
   }
 }
 
@@ -199,7 +201,7 @@ TEST_CASE("there and back is the identity; rigid motion, scale and faces' number
     const auto [x, y] = transport.tangent_basis(path.front());
     const Vec start = 0.3 * x - 2 * y;
     const Vec end = transport.along(path, start);
-    CHECK(end.norm() == doctest::Approx(start.norm()).epsilon(1e-13));
+    CHECK(end.norm() == gelight::test::approx(start.norm()).epsilon(1e-13));
     CHECK((turned.along(path, turn * start) - turn * end).norm() < 1e-10);
     CHECK((scaled.along(path, start) - end).norm() < 1e-10);
     std::reverse(path.begin(), path.end());

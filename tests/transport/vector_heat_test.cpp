@@ -14,6 +14,7 @@
 
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
+#include "support/approx.hpp"
 
 using namespace gelight;
 using std::numbers::pi;
@@ -70,7 +71,7 @@ TEST_CASE("length is kept, the result is tangent, the part along the normal is d
   const Vec tangent = 0.3 * basis[0] - 4 * basis[1];
   const auto carried = solver.transport(9, tangent);
   for (std::size_t v = 0; v < carried.size(); ++v) {
-    CHECK(carried[v].norm() == doctest::Approx(tangent.norm()).epsilon(1e-12));
+    CHECK(carried[v].norm() == gelight::test::approx(tangent.norm()).epsilon(1e-12));
     CHECK(std::abs(carried[v].dot(at(mesh, v))) < 0.02 * tangent.norm());
   }
   CHECK((carried[9] - tangent).norm() < 1e-12);
@@ -127,7 +128,7 @@ TEST_CASE("holonomy of an octant of the sphere is pi / 2") {
   for (std::size_t k = 0; k < 3; ++k) {
     v = solver.transport(corner[k], v)[static_cast<std::size_t>(corner[(k + 1) % 3])];
   }
-  CHECK(angle_between(start, v) == doctest::Approx(pi / 2).epsilon(0.01));
+  CHECK(angle_between(start, v) == gelight::test::approx(pi / 2).epsilon(0.01));
 }
 
 TEST_CASE("turning the source vector turns the result; turning the mesh turns all") {
@@ -209,7 +210,7 @@ TEST_CASE("log map of a flat sheet is the difference of positions") {
   CHECK(radius.max < 0.06);
   CHECK(direction.mean < 2);
   CHECK(direction.max < 8);
-  CHECK((map[static_cast<std::size_t>(s) + 1].norm()) == doctest::Approx(1.0 / 40));
+  CHECK((map[static_cast<std::size_t>(s) + 1].norm()) == gelight::test::approx(1.0 / 40));
 }
 
 TEST_CASE("extend: a constant stays, values stay in range and near their vertices") {
@@ -224,7 +225,7 @@ TEST_CASE("extend: a constant stays, values stay in range and near their vertice
     CHECK(x <= 4);
   }
   for (std::size_t k = 0; k < 3; ++k) {
-    CHECK(field[static_cast<std::size_t>(at[k])] == doctest::Approx(values[k]).epsilon(1e-3));
+    CHECK(field[static_cast<std::size_t>(at[k])] == gelight::test::approx(values[k]).epsilon(1e-3));
   }
 }
 
@@ -295,7 +296,7 @@ TEST_CASE("vectors and values of any size are carried alike") {
     const auto values = solver.extend(vertices, std::vector<double>{scale, 2 * scale});
     const auto vectors = solver.transport(0, scale * Vec(0.3, 0.5, 0.7));
     for (std::size_t v = 0; v < values.size(); ++v) {
-      CHECK(values[v] / scale == doctest::Approx(extended[v]).epsilon(1e-12));
+      CHECK(values[v] / scale == gelight::test::approx(extended[v]).epsilon(1e-12));
       // (Opposite the source, ways from all sides cancel.)
       if ((at(sphere, v) + at(sphere, 0)).norm() < 1e-12) continue;
       CHECK((vectors[v] / scale - carried[v]).norm() < 1e-12);
@@ -323,8 +324,8 @@ TEST_CASE("parts out of reach are zero, infinite or not a number, as documented"
   const auto extended = solver.extend(from, value);
   for (std::size_t v = 0; v < carried.size(); ++v) {
     const bool reached = v < 42;
-    CHECK(carried[v].norm() == doctest::Approx(reached ? 1 : 0));
-    CHECK(radial[v].norm() == doctest::Approx(reached && v != 0 ? 1 : 0));
+    CHECK(carried[v].norm() == gelight::test::approx(reached ? 1 : 0));
+    CHECK(radial[v].norm() == gelight::test::approx(reached && v != 0 ? 1 : 0));
     CHECK(std::isfinite(map[v].norm()) == reached);
     CHECK(std::isnan(extended[v]) != reached);
   }
@@ -534,7 +535,7 @@ TEST_CASE("directions from a border and beside one come nearer as a sheet is ref
       if (v == source) continue;
       const Vec3<double> way = surface.position(v) - surface.position(source);
       const auto& direction = found[static_cast<std::size_t>(v)];
-      CHECK(direction.norm() == doctest::Approx(1));
+      CHECK(direction.norm() == gelight::test::approx(1));
       sum += std::acos(std::clamp(direction.dot(way) / way.norm(), -1.0, 1.0));
     }
     return sum / (surface.vertex_count() - 1) * 180 / std::numbers::pi;
