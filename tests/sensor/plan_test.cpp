@@ -415,7 +415,11 @@ TEST_CASE("what cannot be is refused in words, with what would do") {
   CHECK(refusal({.share = 1.5}) == "a share of 1.5 of the pixels");
   CHECK(refusal({.contact_radius = 1e-6, .reference_edge = 0.0015}).find("16 pixels") !=
         std::string::npos);
-  for (const auto& [radius, press] : {std::pair{0.003, 1e-300}, {1e200, 8e-4}, {0.003, 1e300}}) {
+  for (const double press : {0.06, 1.0, 1e300}) {  // m, in a finger of .05
+    CHECK(refusal({.press_depth = press, .reference_edge = 0.0015}).find("behind the camera") !=
+          std::string::npos);
+  }
+  for (const auto& [radius, press] : {std::pair{0.003, 1e-300}, {1e200, 8e-4}}) {
     const std::string words =
         refusal({.contact_radius = radius, .press_depth = press, .reference_edge = 0.0015});
     CAPTURE(words);

@@ -376,9 +376,9 @@ class SensorPlanner {
 /// anew on each mesh that is tried.
 ///
 /// Throws InvalidInput for no sensor, as the sensor does at `reference_edge`, for a request with a
-/// number or model that cannot be, and where contacts of that size show in fewer than 16 pixels;
-/// Cancelled where the hook says so. What cannot be satisfied is no error: the plan says so, and
-/// what is needed.
+/// number or model that cannot be, where contacts of that size show in fewer than 16 pixels, and
+/// for contacts that would reach behind the camera; Cancelled where the hook says so. What cannot
+/// be satisfied is no error: the plan says so, and what is needed.
 [[nodiscard]] inline SensorPlan plan_sensor(const SensorAt& sensor_at,
                                             const SensorPlanRequest& request = {}) {
   detail::require(sensor_at != nullptr, "there is no sensor to plan");

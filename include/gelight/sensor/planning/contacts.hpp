@@ -63,15 +63,19 @@ class ContactDraw {
         radius_(radius),
         depth_(depth),
         random_(seed) {
+    double farthest = 0;
     for (Index y = 0; y < camera.height; ++y) {
       for (Index x = 0; x < camera.width; ++x) {
-        if (rest.face(x, y) >= 0) seen_.push_back({x, y});
+        if (rest.face(x, y) < 0) continue;
+        seen_.push_back({x, y});
+        farthest = std::max(farthest, rest.depth(x, y));
       }
     }
     require(!seen_.empty(), "the camera does not see the membrane");
-    const double largest = std::max({ball_size(), radius_, depth_});
-    require(largest <= largest_object, "contacts of radius ", radius_, " and depth ", depth_,
-            " are too flat or too large to be balls and boxes");
+    require(depth < farthest, "contacts of depth ", depth, " go behind the camera, from which the ",
+            "membrane is ", farthest, " away at most");
+    require(std::max(ball_size(), radius_) <= largest_object, "contacts of radius ", radius_,
+            " and depth ", depth_, " are too flat or too large to be balls and boxes");
   }
 
   /// The next one: of the pixels at most `around` from it no more than a square of some, drawn by
