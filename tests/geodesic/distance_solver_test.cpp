@@ -343,6 +343,10 @@ TEST_CASE_TEMPLATE("solve, rows and Voronoi take vertices in braces, and one sou
   const auto holds = [&](const auto& solver, const auto& distances_of) {
     CHECK(distances_of(solver.solve({0, 5})) == solver.distance(vertices));
     CHECK(distances_of(solver.solve(source)) == solver.distance(one));
+    const Source<T> other{vertex_point<T>(5), 0};
+    CHECK(distances_of(solver.solve({source, other})) == solver.distance({source, other}));
+    CHECK(distances_of(solver.solve({vertex_point<T>(5), 0})) == solver.distance(5));
+    CHECK_THROWS_AS((void)solver.solve({}), InvalidInput);
     CHECK(solver.distance(source) == solver.distance(one));
     std::vector<T> out(mesh.positions.size());
     solver.distance_into(out, source);
@@ -359,5 +363,6 @@ TEST_CASE_TEMPLATE("solve, rows and Voronoi take vertices in braces, and one sou
   holds(DistancePlanner(mesh), [](const auto& result) { return result.distance; });
   holds(SmoothDistanceSolver(mesh), [](const auto& result) { return result.distance; });
   CHECK(exact.solve({0, 5}, {.keep_windows = true}).distances() == exact.distance(vertices));
+  CHECK(exact.solve({source, source}, {.keep_windows = true}).distances() == exact.distance(one));
   CHECK(voronoi(exact, {0, 5}) == voronoi(exact, vertices));
 }

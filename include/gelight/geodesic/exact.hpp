@@ -235,6 +235,15 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   [[nodiscard]] ExactField<T> solve(const Source<T>& source, const ExactOptions<T>& options) const {
     return solve(std::span<const Source<T>>(&source, 1), options);
   }
+  template <std::same_as<Source<T>> Point = Source<T>>
+  [[nodiscard]] ExactField<T> solve(std::initializer_list<Point> sources) const {
+    return solve(sources, options());
+  }
+  template <std::same_as<Source<T>> Point = Source<T>>
+  [[nodiscard]] ExactField<T> solve(std::initializer_list<Point> sources,
+                                    const ExactOptions<T>& options) const {
+    return solve(std::span<const Source<T>>(sources.begin(), sources.size()), options);
+  }
   [[nodiscard]] ExactField<T> solve(std::initializer_list<Index> vertices) const {
     return solve(vertices, options());
   }

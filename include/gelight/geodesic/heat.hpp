@@ -129,6 +129,10 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   [[nodiscard]] HeatResult<T> solve(const Source<T>& source) const {
     return solve(std::span<const Source<T>>(&source, 1));
   }
+  template <std::same_as<Source<T>> Point = Source<T>>
+  [[nodiscard]] HeatResult<T> solve(std::initializer_list<Point> sources) const {
+    return solve(std::span<const Source<T>>(sources.begin(), sources.size()));
+  }
   [[nodiscard]] HeatResult<T> solve(std::span<const Index> vertices) const;
   [[nodiscard]] HeatResult<T> solve(std::span<const Source<T>> sources) const;
   ///@}
