@@ -759,6 +759,7 @@ class GelLight:
         thickness: float = 0.003,
         full_within: float = 0.01,
         index: float = 1.41,
+        has_normals_inwards: bool = False,
     ) -> None: ...
     def field(
         self,

@@ -89,16 +89,20 @@ void bind_models(py::module_& m) {
       m, "GelLight",
       "Light that goes straight through gel with air behind it, and across the hollow, shortened "
       "to its strength. An LED needs an emission.")
-      .def(py::init([](const Surface& membrane, float thickness, float full_within, float index) {
+      .def(py::init([](const Surface& membrane, float thickness, float full_within, float index,
+                       bool has_normals_inwards) {
              return without_gil([&] {
-               return gelight::GelLight<float>(
-                   membrane, gelight::GelSheet<float>{thickness, full_within, index});
+               return gelight::GelLight<float>(membrane,
+                                               {.thickness = thickness,
+                                                .full_within = full_within,
+                                                .index = index,
+                                                .has_normals_inwards = has_normals_inwards});
              });
            }),
            "membrane"_a, py::kw_only(), "thickness"_a = 0.003f, "full_within"_a = 0.01f,
-           "index"_a = 1.41f,
+           "index"_a = 1.41f, "has_normals_inwards"_a = false,
            "thickness of the gel and the distance within which light is full, in the unit of the "
-           "positions; refractive index.");
+           "positions; refractive index; whether its normals point into the gel.");
 }
 
 void bind_lights(py::module_& m) {

@@ -96,6 +96,12 @@ def test_fields_of_light_on_a_plane():
     assert rays.lighting[led] == int(gelight.Lighting.at_led)
     with pytest.raises(ValueError, match="emission"):
         gelight.GelLight(surface).field(led, points)
+    ball = gelight.icosphere(2)
+    gelight.GelLight(ball)
+    inside_out = gelight.Surface(ball.vertices, ball.faces[:, ::-1])
+    gelight.GelLight(inside_out, has_normals_inwards=True)
+    with pytest.raises(ValueError, match="normals inwards"):
+        gelight.GelLight(inside_out)
 
 
 def test_baking_puts_directions_where_pixels_are():
