@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -264,6 +265,40 @@ TEST_CASE("a box: round an edge circles stay circles, and a corner takes a quart
     CHECK(area_within(corner, r) == gelight::test::approx(0.75 * pi * r * r).epsilon(1e-10));
     check_arcs(corner, surface, r, 1e-10);
   }
+}
+
+TEST_CASE_TEMPLATE("a box: lines are closed where circles touch edges at vertices, or all but do",
+                   T, float, double) {
+  for (const auto& mesh : {box<T>(1, 1, 1), box<T>(1, 2, 3)}) {
+    const ExactSolver<T> solver(mesh, {.keep_windows = true});
+    const auto& surface = solver.surface();
+    std::vector<SurfacePoint<T>> sources;
+    for (Index f = 0; f < surface.face_count(); ++f) {
+      const auto v = surface.face(f);
+      for (std::size_t k = 0; k < 3; ++k) {
+        sources.push_back(vertex_point<T>(v[k]));
+        sources.push_back(edge_point<T>(v[k], v[(k + 1) % 3], T(0.5)));
+      }
+      sources.push_back(face_point<T>(f, {T(0.5), T(0.25), T(0.25)}));
+    }
+    for (const auto& source : sources) {
+      const auto field = solver.solve(source);
+      for (Index v = 0; v < surface.vertex_count(); ++v) {
+        for (const double off : {0.0, -1e-15, 1e-15, -1e-13, 1e-13}) {
+          const T level = field.distance(v) * T(1 + off);
+          CAPTURE(level);
+          for (const auto& line : exact_isolines(field, level)) CHECK(line.is_closed);
+        }
+      }
+    }
+  }
+  // A level of one digit more than that of three corners.
+  const ExactSolver<T> solver(box<T>(1, 1, 1), {.keep_windows = true});
+  const T level = 1 + 4 * std::numeric_limits<T>::epsilon();
+  const auto lines = exact_isolines(solver.solve(Index{0}), level);
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].is_closed);
+  CHECK(lines[0].length() == gelight::test::approx(1.5 * pi).epsilon(1e-6));
 }
 
 TEST_CASE("a tube: circles that meet themselves on the far side") {

@@ -83,8 +83,10 @@ class ArcTracer {
   static constexpr Real shortest_line = 1e-8;
   // Borders that go this near to each other touch: whether they cross is rounding of the windows.
   static constexpr Real touching = 1e-13;
-  // An arc is joined to one that begins within so many of the shortest of its end.
-  static constexpr Real reach_of_joints = 1e3;
+  // An arc is joined to one that begins within so many of the shortest of its end; or within a
+  // share of the mesh's size, the chord of what a circle cuts off by going beyond a side that it
+  // touches.
+  static constexpr Real reach_of_joints = 1e3, reach_over_touching = 1e-6;
   // Straight borders of one segment differ in direction by less.
   static constexpr Real same_direction = 1e-6;
 
@@ -210,7 +212,10 @@ class ArcTracer {
         if (!(radius > 0) || gap * gap + w.y[i] * w.y[i] >= radius * radius) continue;
         const Vec2<Real> centre = flat_.from_frame(h, {w.x[i], w.y[i]});
         Disc disc{centre, radius};
-        if (is_from_front(w.origin[i])) {
+        // What only touches the side stays before it, as cut_by_side has it there.
+        const bool is_straight = is_from_front(w.origin[i]);
+        if (!is_straight && std::hypot(gap, w.y[i]) > radius - tangent_) continue;
+        if (is_straight) {
           disc.is_straight = true;
           disc.up = stable_unit(flat_.from_frame(h, {(w.begin[i] + w.end[i]) / 2, 0}) - centre);
           disc.centre += radius * disc.up;
@@ -463,7 +468,7 @@ class ArcTracer {
   // corners at which that is; -1 where there is none.
   [[nodiscard]] Index after(Index number, const Array<char>& is_taken) {
     const Piece& piece = pieces_[static_cast<std::size_t>(number)];
-    const Real reach = reach_of_joints * same_;
+    const Real reach = std::max(reach_of_joints * same_, reach_over_touching * size_);
     flat_ = FlatFace<Real>(surface_, *solution_.faces, piece.face);
     Index best = -1;
     Real least = reach;
