@@ -277,6 +277,15 @@ TEST_CASE_TEMPLATE("the light model of a gel refuses a membrane that is inside o
                        "a closed membrane has its normals inwards, and "
                        "GelSheet::has_normals_inwards says otherwise",
                        InvalidInput);
+  // Of any size.
+  for (const T size : {T(1e-25), T(1e21)}) {
+    auto sized = icosphere<T>(1, size);
+    CHECK_NOTHROW(GelLight<T>(sized, {}));
+    CHECK_THROWS_AS(GelLight<T>(sized, {.has_normals_inwards = true}), InvalidInput);
+    for (auto& face : sized.faces) std::swap(face[1], face[2]);
+    CHECK_NOTHROW(GelLight<T>(sized, {.has_normals_inwards = true}));
+    CHECK_THROWS_AS(GelLight<T>(sized, {}), InvalidInput);
+  }
   // Of a sheet nobody knows; but this way and that it has no side.
   auto sheet = grid<T>(2, 1);
   CHECK_NOTHROW(GelLight<T>(sheet, {}));

@@ -60,12 +60,14 @@ template <std::floating_point T>
   for (Index h = 0; h < surface.halfedge_count(); ++h) {
     if (surface.is_border(h)) return 0;
   }
-  // From a point of it, so that being far from the origin costs no digits.
-  const Vec3<T> from = surface.position(surface.face(0)[0]);
+  // From a point of it, so that being far from the origin costs no digits; and in double, lest
+  // products of floats vanish or overflow.
+  const Vec3<double> from = cast<double>(surface.position(surface.face(0)[0]));
+  const auto seen = [&](Index v) { return Vec3<double>(cast<double>(surface.position(v)) - from); };
   double volume = 0;
   for (Index f = 0; f < surface.face_count(); ++f) {
-    const Vec3<T> way = surface.position(surface.face(f)[0]) - from;
-    volume += dot(cast<double>(face_normal(surface, f)), cast<double>(way));
+    const auto [a, b, c] = surface.face(f);
+    volume += dot(seen(a), cross(seen(b), seen(c)));
   }
   return volume;
 }
