@@ -4,6 +4,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <initializer_list>
 #include <memory>
 #include <span>
 #include <vector>
@@ -93,6 +94,19 @@ class Certifier {
   [[nodiscard]] DistanceBounds<T> bounds(std::span<const Source<T>> sources,
                                          std::span<const T> distances,
                                          const CancelHook& cancelled = {}) const;
+  [[nodiscard]] DistanceBounds<T> bounds(std::initializer_list<Index> vertices,
+                                         std::span<const T> distances,
+                                         const CancelHook& cancelled = {}) const {
+    return bounds(std::span<const Index>(vertices.begin(), vertices.size()), distances, cancelled);
+  }
+  // A template, so that braces with nothing in them stand for vertices.
+  template <std::same_as<Source<T>> Point = Source<T>>
+  [[nodiscard]] DistanceBounds<T> bounds(std::initializer_list<Point> sources,
+                                         std::span<const T> distances,
+                                         const CancelHook& cancelled = {}) const {
+    return bounds(std::span<const Source<T>>(sources.begin(), sources.size()), distances,
+                  cancelled);
+  }
   ///@}
 
  private:

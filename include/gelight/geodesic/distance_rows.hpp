@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <initializer_list>
 #include <mutex>
@@ -159,6 +160,14 @@ void distance_rows(const Solver& solver,
                    const Take& take, const RowOptions& options = {}) {
   detail::solve_rows(solver, sources, take, options);
 }
+template <class Solver, class Take,
+          std::same_as<Source<detail::DistanceScalar<Solver>>> Point =
+              Source<detail::DistanceScalar<Solver>>>
+requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>
+void distance_rows(const Solver& solver, std::initializer_list<Point> sources, const Take& take,
+                   const RowOptions& options = {}) {
+  distance_rows(solver, std::span<const Point>(sources.begin(), sources.size()), take, options);
+}
 ///@}
 
 /// The same rows as one matrix, row by row: element [i n + v] of the result is the distance of
@@ -183,6 +192,14 @@ requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>
                                    std::span<const Source<detail::DistanceScalar<Solver>>> sources,
                                    const RowOptions& options = {}) {
   return detail::matrix_of_rows(solver, sources, options);
+}
+template <class Solver, std::same_as<Source<detail::DistanceScalar<Solver>>> Point =
+                            Source<detail::DistanceScalar<Solver>>>
+requires DistanceSolver<Solver, detail::DistanceScalar<Solver>>
+[[nodiscard]] auto distance_matrix(const Solver& solver, std::initializer_list<Point> sources,
+                                   const RowOptions& options = {}) {
+  const std::span<const Point> points(sources.begin(), sources.size());
+  return detail::matrix_of_rows(solver, points, options);
 }
 ///@}
 

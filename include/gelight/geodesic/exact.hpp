@@ -235,15 +235,6 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   [[nodiscard]] ExactField<T> solve(const Source<T>& source, const ExactOptions<T>& options) const {
     return solve(std::span<const Source<T>>(&source, 1), options);
   }
-  template <std::same_as<Source<T>> Point = Source<T>>
-  [[nodiscard]] ExactField<T> solve(std::initializer_list<Point> sources) const {
-    return solve(sources, options());
-  }
-  template <std::same_as<Source<T>> Point = Source<T>>
-  [[nodiscard]] ExactField<T> solve(std::initializer_list<Point> sources,
-                                    const ExactOptions<T>& options) const {
-    return solve(std::span<const Source<T>>(sources.begin(), sources.size()), options);
-  }
   [[nodiscard]] ExactField<T> solve(std::initializer_list<Index> vertices) const {
     return solve(vertices, options());
   }
@@ -261,6 +252,16 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   }
   [[nodiscard]] ExactField<T> solve(std::span<const Source<T>> sources,
                                     const ExactOptions<T>& options) const;
+  // Templates, so that braces with nothing in them stand for vertices.
+  template <std::same_as<Source<T>> Point = Source<T>>
+  [[nodiscard]] ExactField<T> solve(std::initializer_list<Point> sources) const {
+    return solve(sources, options());
+  }
+  template <std::same_as<Source<T>> Point = Source<T>>
+  [[nodiscard]] ExactField<T> solve(std::initializer_list<Point> sources,
+                                    const ExactOptions<T>& options) const {
+    return solve(std::span<const Source<T>>(sources.begin(), sources.size()), options);
+  }
   ///@}
 
   /// Distances from the nearest points of segments: of curves, as chains of them. They are those of

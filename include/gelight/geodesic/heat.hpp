@@ -129,12 +129,13 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   [[nodiscard]] HeatResult<T> solve(const Source<T>& source) const {
     return solve(std::span<const Source<T>>(&source, 1));
   }
+  [[nodiscard]] HeatResult<T> solve(std::span<const Index> vertices) const;
+  [[nodiscard]] HeatResult<T> solve(std::span<const Source<T>> sources) const;
+  // A template, so that braces with nothing in them stand for vertices.
   template <std::same_as<Source<T>> Point = Source<T>>
   [[nodiscard]] HeatResult<T> solve(std::initializer_list<Point> sources) const {
     return solve(std::span<const Source<T>>(sources.begin(), sources.size()));
   }
-  [[nodiscard]] HeatResult<T> solve(std::span<const Index> vertices) const;
-  [[nodiscard]] HeatResult<T> solve(std::span<const Source<T>> sources) const;
   ///@}
 
   /// Distances of all vertices from each of a few sources alone, bit for bit those of `distance`:

@@ -200,12 +200,13 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   [[nodiscard]] PlannedDistances<T> solve(const Source<T>& source) const {
     return solve(std::span<const Source<T>>(&source, 1));
   }
+  [[nodiscard]] PlannedDistances<T> solve(std::span<const Index> vertices) const;
+  [[nodiscard]] PlannedDistances<T> solve(std::span<const Source<T>> sources) const;
+  // A template, so that braces with nothing in them stand for vertices.
   template <std::same_as<Source<T>> Point = Source<T>>
   [[nodiscard]] PlannedDistances<T> solve(std::initializer_list<Point> sources) const {
     return solve(std::span<const Source<T>>(sources.begin(), sources.size()));
   }
-  [[nodiscard]] PlannedDistances<T> solve(std::span<const Index> vertices) const;
-  [[nodiscard]] PlannedDistances<T> solve(std::span<const Source<T>> sources) const;
   ///@}
 
   /// The mesh's surface.

@@ -140,12 +140,13 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
   [[nodiscard]] SmoothDistances<T> solve(const Source<T>& source) const {
     return solve(std::span<const Source<T>>(&source, 1));
   }
+  [[nodiscard]] SmoothDistances<T> solve(std::span<const Index> vertices) const;
+  [[nodiscard]] SmoothDistances<T> solve(std::span<const Source<T>> sources) const;
+  // A template, so that braces with nothing in them stand for vertices.
   template <std::same_as<Source<T>> Point = Source<T>>
   [[nodiscard]] SmoothDistances<T> solve(std::initializer_list<Point> sources) const {
     return solve(std::span<const Source<T>>(sources.begin(), sources.size()));
   }
-  [[nodiscard]] SmoothDistances<T> solve(std::span<const Index> vertices) const;
-  [[nodiscard]] SmoothDistances<T> solve(std::span<const Source<T>> sources) const;
   ///@}
 
   /// The path on the smooth surface from the source to a point; empty where none leads. Throws
