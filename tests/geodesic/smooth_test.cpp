@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <span>
 #include <vector>
 
@@ -247,6 +248,22 @@ TEST_CASE("noise: never worse than the mesh by more than a tenth, and it says so
       }
       if (noise < 0.01) CHECK(rough == 0);
       if (noise >= 0.1) CHECK(rough > exact.size() * 8 / 10);
+    }
+  }
+}
+
+TEST_CASE("noise that looks like creases is told by a crease angle of 3") {
+  Random random(5);
+  for (const double noise : {0.02, 0.04}) {
+    auto mesh = icosphere<double>(4);
+    for (auto& p : mesh.positions) {
+      const double radius = 1 + noise * std::normal_distribution<double>()(random);
+      for (double& x : p) x *= radius;
+    }
+    const SmoothDistanceSolver solver(mesh, {.crease_angle = 3});
+    for (const Index source : {5, 700, 1300}) {
+      const auto trust = solver.solve(source).trust;
+      CHECK(std::count(trust.begin(), trust.end(), SmoothTrust::rough) > 2562 * 0.997);
     }
   }
 }
