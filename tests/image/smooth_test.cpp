@@ -78,7 +78,7 @@ TEST_CASE_TEMPLATE("where little is known it is the mean of that, however wide t
         for (std::size_t i = 0; i < mean.pixels().size(); ++i) {
           if (std::isnan(image.pixels()[i])) continue;
           CHECK(mean.pixels()[i] ==
-                gelight::test::approx(constant).epsilon(sizeof(T) == 4 ? 2e-5 : 1e-7));
+                gelight::test::approx(constant).epsilon(sizeof(T) == 4 ? 2e-5 : 3e-8));
         }
       }
     }

@@ -55,6 +55,10 @@ TEST_CASE("files that are not whole PNG images are refused with their name") {
   const std::string path = temporary("bad.png");
   std::ofstream(path) << "not a picture";
   CHECK(refusal(path).find(path + " is not a PNG image") != std::string::npos);
+  const std::string endless = "/dev/zero";
+  if (std::filesystem::exists(endless)) {
+    CHECK(refusal(endless).find(endless + " is not a PNG image") != std::string::npos);
+  }
 
   write_png(path, gradient());
   std::ifstream whole(path, std::ios::binary);

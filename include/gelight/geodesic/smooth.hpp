@@ -27,11 +27,9 @@ class SmoothEngine;
 template <std::floating_point T>
 struct SmoothOptions {
   /// Edges at which the mesh turns by more than this are creases, across which nothing is smoothed.
-  /// In radians. Noise that turns edges by more is taken for creases, too, and what it is off is
-  /// then not told: on icospheres of 2,562 vertices whose radii are off by 2 and 4 % (a quarter and
-  /// half of an edge), 2 and 16 % of the distances are called smooth, and are 7 and 12 % off great
-  /// circles, where those on the mesh are 5.5 and 11 %. A scan that has no sharp edges takes 3:
-  /// then less than 3 in a thousand are.
+  /// In radians. Noise that turns edges by more is taken for creases, too, and some distances are
+  /// then called smooth that are off by as much as those on the mesh, or more. For a scan that has
+  /// no sharp edges take 3, by which they are called rough.
   T crease_angle = T(0.7);
   /// Further creases, as pairs of vertices.
   std::vector<std::array<Index, 2>> creases{};

@@ -70,6 +70,11 @@ class Owned {
   T* given_;
 };
 
+[[nodiscard, maybe_unused]] static bool begins_as_png(const std::vector<stbi_uc>& bytes) {
+  return bytes.size() >= 8 && std::memcmp(bytes.data(), "\x89PNG", 4) == 0;
+}
+
+/// All of a file, or, where it is no PNG and may have no end, its first.
 [[nodiscard, maybe_unused]] static std::vector<stbi_uc> read_bytes(const std::string& path) {
   const Owned<std::FILE, std::fclose> file(std::fopen(path.c_str(), "rb"));
   require(file.get() != nullptr, path, " cannot be opened");
@@ -77,8 +82,9 @@ class Owned {
   stbi_uc block[1 << 14];
   while (const std::size_t read = std::fread(block, 1, sizeof block, file.get())) {
     bytes.insert(bytes.end(), block, block + read);
+    require(bytes.size() <= INT_MAX, path, " has more than ", INT_MAX, " bytes");
+    if (!begins_as_png(bytes)) break;
   }
-  require(bytes.size() <= INT_MAX, path, " has ", bytes.size(), " bytes, too many to be read");
   return bytes;
 }
 
@@ -101,9 +107,9 @@ struct PngChunk {
 
 /// Why a file is no image.
 [[nodiscard, maybe_unused]] static const char* reason_of(const std::vector<stbi_uc>& png) {
-  const bool is_png = png.size() >= 8 && std::memcmp(png.data(), "\x89PNG", 4) == 0;
   // There stb reads zeros, and says that a chunk of their name is not known.
-  if (is_png && find_chunk(png, "IEND").begin == 0) return "it ends before its chunk IEND";
+  if (begins_as_png(png) && find_chunk(png, "IEND").begin == 0)
+    return "it ends before its chunk IEND";
   return stbi_failure_reason();
 }
 
