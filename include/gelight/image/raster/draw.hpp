@@ -33,7 +33,7 @@ class LargeFaceDrawing {
  public:
   LargeFaceDrawing(const RasterTarget<T>& target, Index width, Index face, ImageTriangle& triangle,
                    const Three& inverse_z)
-      : screen_(target, face, inverse_z),
+      : screen_(target, face),
         cover_(none + triangle.doubtful(), none + triangle.least(), none + triangle.most(),
                {none + inverse_z[0], none + inverse_z[1], none + inverse_z[2]}),
         target_(target),
@@ -101,7 +101,8 @@ class LargeFaceDrawing {
       const Areas<lanes> areas{start[0] - steps * p.dy, start[1] - steps * q.dy,
                                start[2] - steps * r.dy};
       const auto covered = cover_.at(areas);
-      screen_.add(target_.depth(x, v), covered.is ? covered.depth : none + infinity, areas);
+      screen_.add(target_.depth(x, v), covered.is ? covered.depth : none + infinity,
+                  covered.shares);
     }
   }
 

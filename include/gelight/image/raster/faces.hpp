@@ -128,9 +128,6 @@ class CornerRows {
   void load_inverse_z(std::array<Lanes<double, lanes>, 3>& into, std::size_t i) const {
     for (std::size_t k = 0; k < 3; ++k) load(into[k], &inverse_z_[k][i]);
   }
-  [[nodiscard]] Three inverse_z(std::size_t i) const {
-    return {inverse_z_[0][i], inverse_z_[1][i], inverse_z_[2][i]};
-  }
 
  private:
   using Rows = std::array<std::array<double, size>, 3>;

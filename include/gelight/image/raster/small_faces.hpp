@@ -80,11 +80,11 @@ class SmallFaceDrawing {
       std::size_t next = 0;
       for (; doubtful != 0; doubtful &= doubtful - 1) {
         const auto k = static_cast<std::size_t>(std::countr_zero(doubtful));
-        show(i, &faces[i], next, k, columns * rows);
+        show(&faces[i], next, k, columns * rows);
         exactly(faces[i + k]);
         next = k + 1;
       }
-      show(i, &faces[i], next, some, columns * rows);
+      show(&faces[i], next, some, columns * rows);
     }
   }
 
@@ -114,7 +114,7 @@ class SmallFaceDrawing {
                   last_top = none + double(height_ - rows);
     const Doubles left = last_left < of.left ? last_left : of.left,
                   top = last_top < of.top ? last_top : of.top, before = of.left - left;
-    place(left, top);
+    place(left, top, rows);
     const Side p = side(of, 1, 2), q = side(of, 2, 0), r = side(of, 0, 1);
     Whole pixels{};
     std::uint64_t bit = 1;
@@ -130,7 +130,7 @@ class SmallFaceDrawing {
         const auto covered = cover.at(areas);
         pixels |= covered.is & static_cast<std::int64_t>(bit);
         store(__builtin_convertvector(covered.depth, Lanes<T, lanes>), &depth_[n * lanes]);
-        if (target_.wants_faces()) areas_.template keep<lanes>(n * lanes, areas);
+        if (target_.wants_faces()) shares_.template keep<lanes>(n * lanes, covered.shares);
         offsets_[n] = row * target_.row_bytes() + column * static_cast<std::ptrdiff_t>(sizeof(T));
         bit *= 2;
         ++n;
@@ -146,16 +146,22 @@ class SmallFaceDrawing {
     return {of.y[from], inside_dx, inside_dy, inside_dy * (of.left - of.x[from])};
   }
 
-  void place(const Doubles& left, const Doubles& top) {
+  /// Where boxes begin. Their pixels come from memory while it is told which are covered.
+  void place(const Doubles& left, const Doubles& top, Index rows) {
     using Numbers = Lanes<Index, lanes>;
     const auto x = __builtin_convertvector(left, Numbers),
                y = __builtin_convertvector(top, Numbers);
-    for (std::size_t k = 0; k < lanes; ++k) first_[k] = target_.depth(x[k], y[k]);
+    for (std::size_t k = 0; k < lanes; ++k) {
+      first_[k] = target_.depth(x[k], y[k]);
+      for (Index row = 0; row < rows; ++row) {
+        target_.prefetch_pixel(target_.depth(x[k], y[k] + row));
+      }
+    }
   }
 
   /// Shows the pixels of some of the faces in the lanes that are covered, and nearer than what is
   /// there. Those of several faces in one loop, for how many a face has is hard to foretell.
-  void show(std::size_t i, const SeenFace* faces, std::size_t from, std::size_t to, Index pixels) {
+  void show(const SeenFace* faces, std::size_t from, std::size_t to, Index pixels) {
     const int shift = pixels <= 16 ? 4 : pixels <= 32 ? 5 : 6;
     const std::size_t faces_each = 64U >> shift;
     for (std::size_t first = from; first < to; first += faces_each) {
@@ -168,8 +174,7 @@ class SmallFaceDrawing {
         T* const pixel =
             reinterpret_cast<T*>(reinterpret_cast<std::byte*>(first_[k]) + offsets_[n]);
         if (!target_.draw_depth(pixel, 0, depth_[n * lanes + k], faces[k].number)) continue;
-        target_.show(target_.place(pixel), faces[k].number,
-                     areas_.template shares<T>(n * lanes + k, corners_.inverse_z(i + k)));
+        target_.show(target_.place(pixel), faces[k].number, shares_.of(n * lanes + k));
       }
     }
   }
@@ -181,7 +186,7 @@ class SmallFaceDrawing {
   std::array<std::uint64_t, lanes> covered_;  // a bit for each pixel of the box
   std::array<std::ptrdiff_t, FaceMeasures::small_kinds> offsets_;
   alignas(64) std::array<T, most> depth_;  // of a pixel in all lanes, after the other
-  AreaRows<most> areas_;
+  ShareRows<T, most> shares_;
 };
 
 }  // namespace gelight::detail

@@ -63,6 +63,10 @@ class RasterTarget {
   }
   ///@}
 
+  void prefetch_pixel(const T* depth) const {
+    prefetch(depth, 1);
+    if (wants_faces()) prefetch_faces(place(depth));
+  }
   void prefetch_faces(std::ptrdiff_t at) const {
     prefetch(barycentric_ + at, 1);
     prefetch(face_ + at, 1);

@@ -175,15 +175,15 @@ class ImageTriangle {
       if (!(smallest > doubtful_) && !settle(u, v, areas)) continue;
       // Linear in the image are 1 / z, and the barycentric coordinates divided by z.
       Three parts{areas[0] * a_.inverse_z, areas[1] * b_.inverse_z, areas[2] * c_.inverse_z};
-      const double sum = parts[0] + parts[1] + parts[2];
-      const double depth = (areas[0] + areas[1] + areas[2]) / sum;
+      const double inverse = 1 / (parts[0] + parts[1] + parts[2]);
+      const double depth = (areas[0] + areas[1] + areas[2]) * inverse;
       const double exact = lesser(greater(depth, least_), most_);
       if (may_leave_range) require_drawn<T>(exact, face);
       if (!target.draw_depth(row, u, static_cast<T>(exact), face)) continue;
       if (shares) parts = in_whole(*shares, parts);
       target.show(target.place(row + u), face,
-                  {static_cast<T>(parts[0] / sum), static_cast<T>(parts[1] / sum),
-                   static_cast<T>(parts[2] / sum)});
+                  {static_cast<T>(parts[0] * inverse), static_cast<T>(parts[1] * inverse),
+                   static_cast<T>(parts[2] * inverse)});
     }
   }
 
