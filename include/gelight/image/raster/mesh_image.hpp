@@ -8,6 +8,7 @@
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/error.hpp"
+#include "gelight/core/prefetch.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/image/pose.hpp"
 #include "gelight/image/raster/draw.hpp"
@@ -159,6 +160,8 @@ class MeshImage {
         const Index n = first + static_cast<Index>(i), f = some != nullptr ? some->face(n) : n;
         const Face face = Traits::face(mesh_, f);
         batch.faces[i] = {{face[0], face[1], face[2]}, f};
+        if (points_ == nullptr) continue;
+        for (const Index v : face) prefetch(points_ + v, 1);
       }
       if (points_ == nullptr) batch.are_usual = project_corners(own.data(), positions, batch);
       work(batch, points_ == nullptr || count - first <= Index{FaceBatch::size});
