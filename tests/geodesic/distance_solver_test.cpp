@@ -396,3 +396,53 @@ TEST_CASE_TEMPLATE("solve, rows and Voronoi take vertices in braces, and one sou
   CHECK(exact.solve({0, 5}, {.keep_windows = true}).distances() == exact.distance(vertices));
   CHECK(voronoi(exact, {0, 5}) == voronoi(exact, vertices));
 }
+
+TEST_CASE_TEMPLATE("points without a start distance are sources that start at 0", T, float,
+                   double) {
+  const auto mesh = icosphere<T>(2);
+  const auto a = edge_point<T>(mesh.faces[9][0], mesh.faces[9][1], T(0.25));
+  const auto b = face_point<T>(40, {T(0.5), T(0.25), T(0.25)});
+  const std::vector<SurfacePoint<T>> points{a, b}, none, wrong{a, vertex_point<T>(162)};
+  const std::vector<Source<T>> sources{{a}, {b}};
+  const auto held = [&](const auto& solver) {
+    const std::vector<T> expected = solver.distance(sources);
+    CHECK(solver.distance(points) == expected);
+    CHECK(solver.distance({a, b}) == expected);
+    CHECK(solver.distance({b}) == solver.distance(b));
+    CHECK(solver.distance(b) == solver.distance(Source<T>{b, 0}));
+    std::vector<T> out(expected.size());
+    solver.distance_into(out, points);
+    CHECK(out == expected);
+    solver.distance_into(out, b);
+    CHECK(out == solver.distance(b));
+    solver.distance_into(out, {a, b});
+    CHECK(out == expected);
+    CHECK_THROWS_AS((void)solver.distance(none), InvalidInput);
+    CHECK_THROWS_AS(solver.distance_into(out, wrong), InvalidInput);
+    CHECK(out == expected);
+  };
+  const auto solved = [&](const auto& solver, const auto& distances_of) {
+    held(solver);
+    CHECK(distances_of(solver.solve(points)) == solver.distance(sources));
+    CHECK(distances_of(solver.solve({a, b})) == solver.distance(sources));
+    CHECK(distances_of(solver.solve(a)) == solver.distance(Source<T>{a, 0}));
+    CHECK_THROWS_AS((void)solver.solve(none), InvalidInput);
+    CHECK_THROWS_AS((void)solver.solve(wrong), InvalidInput);
+  };
+  held(DijkstraSolver(mesh));
+  held(FastMarchingSolver(mesh));
+  held(VirtualSourceSolver(mesh));
+  const ExactSolver exact(mesh);
+  solved(exact, [](const auto& field) { return field.distances(); });
+  solved(HeatSolver(mesh), [](const auto& result) { return result.distance; });
+  solved(DistancePlanner(mesh), [](const auto& result) { return result.distance; });
+  solved(SmoothDistanceSolver(mesh), [](const auto& result) { return result.distance; });
+  CHECK(exact.solve(points, {.keep_windows = true}).distances() == exact.distance(sources));
+  CHECK(exact.solve({a, b}, {.keep_windows = true}).distances() == exact.distance(sources));
+
+  const Certifier certifier(mesh);
+  const std::vector<T> d = exact.distance(sources), one = exact.distance(a);
+  CHECK(certifier.bounds(points, d).lower == certifier.bounds(sources, d).lower);
+  CHECK(certifier.bounds({a, b}, d).upper == certifier.bounds(sources, d).upper);
+  CHECK(certifier.bounds(a, one).lower == certifier.bounds(Source<T>{a, 0}, one).lower);
+}

@@ -79,10 +79,11 @@ class Certifier {
   template <TriangleMesh M>
   explicit Certifier(const M& mesh) : engine_(new_engine(Surface<double>(mesh))) {}
 
-  /// Bounds on the distance from a vertex, from the nearest of several, or of several points with
-  /// start distances, given distances from there: one for each vertex. Any number may be wrong.
-  /// Throws InvalidInput for sources as a solver does, another number of distances than vertices,
-  /// NaN, and an upper bound that T cannot hold; Cancelled where the hook says so.
+  /// Bounds on the distance from a vertex or another point, from the nearest of several, or of
+  /// several points with start distances, given distances from there: one for each vertex. Any
+  /// number may be wrong. Throws InvalidInput for sources as a solver does, another number of
+  /// distances than vertices, NaN, and an upper bound that T cannot hold; Cancelled where the hook
+  /// says so.
   ///@{
   [[nodiscard]] DistanceBounds<T> bounds(Index vertex, std::span<const T> distances,
                                          const CancelHook& cancelled = {}) const {
@@ -94,18 +95,28 @@ class Certifier {
   [[nodiscard]] DistanceBounds<T> bounds(std::span<const Source<T>> sources,
                                          std::span<const T> distances,
                                          const CancelHook& cancelled = {}) const;
+  [[nodiscard]] DistanceBounds<T> bounds(std::span<const SurfacePoint<T>> points,
+                                         std::span<const T> distances,
+                                         const CancelHook& cancelled = {}) const;
+  [[nodiscard]] DistanceBounds<T> bounds(const Source<T>& source, std::span<const T> distances,
+                                         const CancelHook& cancelled = {}) const {
+    return bounds(std::span<const Source<T>>(&source, 1), distances, cancelled);
+  }
+  [[nodiscard]] DistanceBounds<T> bounds(const SurfacePoint<T>& point, std::span<const T> distances,
+                                         const CancelHook& cancelled = {}) const {
+    return bounds(std::span<const SurfacePoint<T>>(&point, 1), distances, cancelled);
+  }
   [[nodiscard]] DistanceBounds<T> bounds(std::initializer_list<Index> vertices,
                                          std::span<const T> distances,
                                          const CancelHook& cancelled = {}) const {
     return bounds(std::span<const Index>(vertices.begin(), vertices.size()), distances, cancelled);
   }
   // A template, so that braces with nothing in them stand for vertices.
-  template <std::same_as<Source<T>> Point = Source<T>>
-  [[nodiscard]] DistanceBounds<T> bounds(std::initializer_list<Point> sources,
+  template <detail::PointOf<T> Point = Source<T>>
+  [[nodiscard]] DistanceBounds<T> bounds(std::initializer_list<Point> points,
                                          std::span<const T> distances,
                                          const CancelHook& cancelled = {}) const {
-    return bounds(std::span<const Source<T>>(sources.begin(), sources.size()), distances,
-                  cancelled);
+    return bounds(std::span<const Point>(points.begin(), points.size()), distances, cancelled);
   }
   ///@}
 

@@ -59,6 +59,12 @@ template <class Mesh, std::floating_point T, class Real = typename Mesh::Scalar>
           source.distance, ", which is not finite");
   return {source.point.template cast<Real>(), Real{source.distance}};
 }
+template <class Mesh, std::floating_point T, class Real = typename Mesh::Scalar>
+[[nodiscard]] Source<Real> checked_source(const Mesh& mesh, const SurfacePoint<T>& point,
+                                          std::size_t) {
+  mesh.require_point(point);
+  return {point.template cast<Real>(), 0};
+}
 template <class Mesh, class Real = typename Mesh::Scalar>
 [[nodiscard]] Source<Real> checked_source(const Mesh& mesh, Index vertex, std::size_t) {
   mesh.require_vertex(vertex);
@@ -213,11 +219,15 @@ class DistanceQueries {
   [[nodiscard]] std::vector<T> distance(const Source<T>& source) const {
     return distance(std::span<const Source<T>>(&source, 1));
   }
+  [[nodiscard]] std::vector<T> distance(const SurfacePoint<T>& point) const {
+    return distance(std::span<const SurfacePoint<T>>(&point, 1));
+  }
   [[nodiscard]] std::vector<T> distance(std::span<const Source<T>> sources) const;
+  [[nodiscard]] std::vector<T> distance(std::span<const SurfacePoint<T>> points) const;
   // A template, so that braces with nothing in them stand for vertices.
-  template <std::same_as<Source<T>> Point = Source<T>>
-  [[nodiscard]] std::vector<T> distance(std::initializer_list<Point> sources) const {
-    return distance(std::span<const Source<T>>(sources.begin(), sources.size()));
+  template <PointOf<T> Point = Source<T>>
+  [[nodiscard]] std::vector<T> distance(std::initializer_list<Point> points) const {
+    return distance(std::span<const Point>(points.begin(), points.size()));
   }
   ///@}
 
@@ -234,16 +244,21 @@ class DistanceQueries {
   void distance_into(std::span<T> out, const Source<T>& source) const {
     distance_into(out, std::span<const Source<T>>(&source, 1));
   }
+  void distance_into(std::span<T> out, const SurfacePoint<T>& point) const {
+    distance_into(out, std::span<const SurfacePoint<T>>(&point, 1));
+  }
   void distance_into(std::span<T> out, std::span<const Source<T>> sources) const;
-  template <std::same_as<Source<T>> Point = Source<T>>
-  void distance_into(std::span<T> out, std::initializer_list<Point> sources) const {
-    distance_into(out, std::span<const Source<T>>(sources.begin(), sources.size()));
+  void distance_into(std::span<T> out, std::span<const SurfacePoint<T>> points) const;
+  template <PointOf<T> Point = Source<T>>
+  void distance_into(std::span<T> out, std::initializer_list<Point> points) const {
+    distance_into(out, std::span<const Point>(points.begin(), points.size()));
   }
 
   /// Throws InvalidInput for sources that queries refuse.
   ///@{
   void require_sources(std::span<const Index> vertices) const;
   void require_sources(std::span<const Source<T>> sources) const;
+  void require_sources(std::span<const SurfacePoint<T>> points) const;
   ///@}
 
  protected:
@@ -357,6 +372,12 @@ auto DistanceQueries<Solver, T>::distance(std::span<const Source<T>> sources) co
 }
 
 template <class Solver, std::floating_point T>
+auto DistanceQueries<Solver, T>::distance(std::span<const SurfacePoint<T>> points) const
+    -> std::vector<T> {
+  return answer(points);
+}
+
+template <class Solver, std::floating_point T>
 void DistanceQueries<Solver, T>::require_sources(std::span<const Index> vertices) const {
   (void)checked(vertices);
 }
@@ -364,6 +385,11 @@ void DistanceQueries<Solver, T>::require_sources(std::span<const Index> vertices
 template <class Solver, std::floating_point T>
 void DistanceQueries<Solver, T>::require_sources(std::span<const Source<T>> sources) const {
   (void)checked(sources);
+}
+
+template <class Solver, std::floating_point T>
+void DistanceQueries<Solver, T>::require_sources(std::span<const SurfacePoint<T>> points) const {
+  (void)checked(points);
 }
 
 template <class Solver, std::floating_point T>
@@ -376,6 +402,12 @@ template <class Solver, std::floating_point T>
 void DistanceQueries<Solver, T>::distance_into(std::span<T> out,
                                                std::span<const Source<T>> sources) const {
   put_distances(out, sources, by_solver());
+}
+
+template <class Solver, std::floating_point T>
+void DistanceQueries<Solver, T>::distance_into(std::span<T> out,
+                                               std::span<const SurfacePoint<T>> points) const {
+  put_distances(out, points, by_solver());
 }
 
 }  // namespace detail

@@ -212,8 +212,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   /// The surface that the solver works on.
   [[nodiscard]] const Surface<double>& surface() const;
 
-  /// Solves from a vertex or another point, from several vertices, or from several points with
-  /// start distances. Throws InvalidInput for no source, a source that is not of the mesh or starts
+  /// Solves from a vertex or another point, from several of either, or from points with start
+  /// distances. Throws InvalidInput for no source, a source that is not of the mesh or starts
   /// with a distance that is not finite, and for options that do not fit the mesh; Cancelled where
   /// the options' hook says so, MemoryLimit where windows take more than the options allow. The
   /// solver can be used again after each.
@@ -222,12 +222,12 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   [[nodiscard]] ExactField<T> solve(Index vertex, const ExactOptions<T>& options) const {
     return solve(std::span<const Index>(&vertex, 1), options);
   }
-  [[nodiscard]] ExactField<T> solve(const SurfacePoint<T>& source) const {
-    return solve(source, options());
+  [[nodiscard]] ExactField<T> solve(const SurfacePoint<T>& point) const {
+    return solve(point, options());
   }
-  [[nodiscard]] ExactField<T> solve(const SurfacePoint<T>& source,
+  [[nodiscard]] ExactField<T> solve(const SurfacePoint<T>& point,
                                     const ExactOptions<T>& options) const {
-    return solve(Source<T>{source, 0}, options);
+    return solve(std::span<const SurfacePoint<T>>(&point, 1), options);
   }
   [[nodiscard]] ExactField<T> solve(const Source<T>& source) const {
     return solve(source, options());
@@ -252,15 +252,20 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   }
   [[nodiscard]] ExactField<T> solve(std::span<const Source<T>> sources,
                                     const ExactOptions<T>& options) const;
-  // Templates, so that braces with nothing in them stand for vertices.
-  template <std::same_as<Source<T>> Point = Source<T>>
-  [[nodiscard]] ExactField<T> solve(std::initializer_list<Point> sources) const {
-    return solve(sources, options());
+  [[nodiscard]] ExactField<T> solve(std::span<const SurfacePoint<T>> points) const {
+    return solve(points, options());
   }
-  template <std::same_as<Source<T>> Point = Source<T>>
-  [[nodiscard]] ExactField<T> solve(std::initializer_list<Point> sources,
+  [[nodiscard]] ExactField<T> solve(std::span<const SurfacePoint<T>> points,
+                                    const ExactOptions<T>& options) const;
+  // Templates, so that braces with nothing in them stand for vertices.
+  template <detail::PointOf<T> Point = Source<T>>
+  [[nodiscard]] ExactField<T> solve(std::initializer_list<Point> points) const {
+    return solve(points, options());
+  }
+  template <detail::PointOf<T> Point = Source<T>>
+  [[nodiscard]] ExactField<T> solve(std::initializer_list<Point> points,
                                     const ExactOptions<T>& options) const {
-    return solve(std::span<const Source<T>>(sources.begin(), sources.size()), options);
+    return solve(std::span<const Point>(points.begin(), points.size()), options);
   }
   ///@}
 

@@ -142,12 +142,16 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
   [[nodiscard]] SmoothDistances<T> solve(const Source<T>& source) const {
     return solve(std::span<const Source<T>>(&source, 1));
   }
+  [[nodiscard]] SmoothDistances<T> solve(const SurfacePoint<T>& point) const {
+    return solve(std::span<const SurfacePoint<T>>(&point, 1));
+  }
   [[nodiscard]] SmoothDistances<T> solve(std::span<const Index> vertices) const;
   [[nodiscard]] SmoothDistances<T> solve(std::span<const Source<T>> sources) const;
+  [[nodiscard]] SmoothDistances<T> solve(std::span<const SurfacePoint<T>> points) const;
   // A template, so that braces with nothing in them stand for vertices.
-  template <std::same_as<Source<T>> Point = Source<T>>
-  [[nodiscard]] SmoothDistances<T> solve(std::initializer_list<Point> sources) const {
-    return solve(std::span<const Source<T>>(sources.begin(), sources.size()));
+  template <detail::PointOf<T> Point = Source<T>>
+  [[nodiscard]] SmoothDistances<T> solve(std::initializer_list<Point> points) const {
+    return solve(std::span<const Point>(points.begin(), points.size()));
   }
   ///@}
 

@@ -61,4 +61,10 @@ struct Source {
   T distance = 0;         ///< with how much
 };
 
+namespace detail {
+/// What stands for a point, with a start distance or without.
+template <class Place, class T>
+concept PointOf = std::same_as<Place, Source<T>> || std::same_as<Place, SurfacePoint<T>>;
+}  // namespace detail
+
 }  // namespace gelight

@@ -33,6 +33,13 @@ auto Certifier<T>::bounds(std::span<const Source<T>> sources, std::span<const T>
                             cancelled);
 }
 
+template <std::floating_point T>
+auto Certifier<T>::bounds(std::span<const SurfacePoint<T>> points, std::span<const T> distances,
+                          const CancelHook& cancelled) const -> DistanceBounds<T> {
+  return engine_->bounds_of(detail::checked_sources(engine_->surface(), points), distances,
+                            cancelled);
+}
+
 }  // namespace gelight
 
 #if defined(GELIGHT_MAKES_COMPILED)

@@ -87,6 +87,12 @@ auto ExactSolver<T>::solve(std::span<const Source<T>> sources, const ExactOption
 }
 
 template <std::floating_point T>
+auto ExactSolver<T>::solve(std::span<const SurfacePoint<T>> points,
+                           const ExactOptions<T>& options) const -> ExactField<T> {
+  return ExactField<T>(engine_->solve_checked(detail::checked_sources(surface(), points), options));
+}
+
+template <std::floating_point T>
 auto ExactSolver<T>::solve(std::span<const Segment<T>> segments,
                            const ExactOptions<T>& options) const -> ExactField<T> {
   const auto curves = engine_->curves_of(segments);

@@ -44,6 +44,12 @@ auto HeatSolver<T>::solve(std::span<const Source<T>> sources) const -> HeatResul
 }
 
 template <std::floating_point T>
+auto HeatSolver<T>::solve(std::span<const SurfacePoint<T>> points) const -> HeatResult<T> {
+  const auto solution = engine_->solution(detail::checked_sources(surface(), points));
+  return engine_->template result_of<T>(solution);
+}
+
+template <std::floating_point T>
 auto HeatSolver<T>::distance_from_each(std::span<const Index> vertices) const
     -> std::vector<std::vector<T>> {
   return solve_each(vertices);

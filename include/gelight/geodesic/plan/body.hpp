@@ -45,6 +45,12 @@ auto DistancePlanner<T>::solve(std::span<const Source<T>> sources) const -> Plan
   return engine_->run(detail::checked_sources(surface(), sources));
 }
 
+template <std::floating_point T>
+auto DistancePlanner<T>::solve(std::span<const SurfacePoint<T>> points) const
+    -> PlannedDistances<T> {
+  return engine_->run(detail::checked_sources(surface(), points));
+}
+
 }  // namespace gelight
 
 #if defined(GELIGHT_MAKES_COMPILED)

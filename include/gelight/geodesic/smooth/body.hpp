@@ -59,6 +59,12 @@ auto SmoothDistanceSolver<T>::solve(std::span<const Source<T>> sources) const
   return engine_->solve_checked(detail::checked_sources(surface(), sources));
 }
 
+template <std::floating_point T>
+auto SmoothDistanceSolver<T>::solve(std::span<const SurfacePoint<T>> points) const
+    -> SmoothDistances<T> {
+  return engine_->solve_checked(detail::checked_sources(surface(), points));
+}
+
 }  // namespace gelight
 
 #if defined(GELIGHT_MAKES_COMPILED)
