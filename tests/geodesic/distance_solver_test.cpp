@@ -437,6 +437,12 @@ TEST_CASE_TEMPLATE("points without a start distance are sources that start at 0"
   solved(HeatSolver(mesh), [](const auto& result) { return result.distance; });
   solved(DistancePlanner(mesh), [](const auto& result) { return result.distance; });
   solved(SmoothDistanceSolver(mesh), [](const auto& result) { return result.distance; });
+  const HeatSolver heat(mesh);
+  const std::vector rows{heat.distance(a), heat.distance(b)};
+  CHECK(heat.distance_from_each(points) == rows);
+  CHECK(heat.distance_from_each({a, b}) == rows);
+  CHECK(heat.distance_from_each({Source<T>{a}, Source<T>{b}}) == rows);
+  CHECK(heat.distance_from_each({3, 60}) == std::vector{heat.distance(3), heat.distance(60)});
   CHECK(exact.solve(points, {.keep_windows = true}).distances() == exact.distance(sources));
   CHECK(exact.solve({a, b}, {.keep_windows = true}).distances() == exact.distance(sources));
 

@@ -162,6 +162,21 @@ TEST_CASE("several vectors: each near its source, lengths blended") {
   }
 }
 
+TEST_CASE_TEMPLATE("vectors and values are named in braces", T, float, double) {
+  const VectorHeatSolver solver(icosphere<T>(2));
+  const VectorSource<T> a{vertex_point<T>(3), {0, 0, 1}}, b{vertex_point<T>(60), {T(0.5), 0, 0}};
+  const std::vector<VectorSource<T>> both{a, b};
+  CHECK(solver.transport({a, b}) == solver.transport(both));
+  CHECK(solver.transport({{vertex_point<T>(3), {0, 0, 1}}, b}) == solver.transport(both));
+  CHECK(solver.solve({a, b}).vectors == solver.transport(both));
+  const std::vector<Index> at{3, 60};
+  const std::vector<T> values{T(0.25), 2};
+  const auto extended = solver.extend(at, values);
+  CHECK(solver.extend({3, 60}, values) == extended);
+  CHECK(solver.extend({3, 60}, {T(0.25), 2}) == extended);
+  CHECK_THROWS_AS((void)solver.extend({3, 60}, {T(1)}), InvalidInput);
+}
+
 TEST_CASE("what is carried from a border, or much longer, ends halfway to the next source") {
   constexpr Index cells = 32, side = cells + 1, middle = cells / 2;
   const auto mesh = grid<double>(cells, cells, 1.0, 1.0);

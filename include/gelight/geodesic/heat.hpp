@@ -150,6 +150,17 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
       std::span<const Index> vertices) const;
   [[nodiscard]] std::vector<std::vector<T>> distance_from_each(
       std::span<const Source<T>> sources) const;
+  [[nodiscard]] std::vector<std::vector<T>> distance_from_each(
+      std::span<const SurfacePoint<T>> points) const;
+  [[nodiscard]] std::vector<std::vector<T>> distance_from_each(
+      std::initializer_list<Index> vertices) const {
+    return distance_from_each(std::span<const Index>(vertices.begin(), vertices.size()));
+  }
+  template <detail::PointOf<T> Point = Source<T>>
+  [[nodiscard]] std::vector<std::vector<T>> distance_from_each(
+      std::initializer_list<Point> points) const {
+    return distance_from_each(std::span<const Point>(points.begin(), points.size()));
+  }
   ///@}
 
   /// The factored systems, for solvers that share them.

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <concepts>
+#include <initializer_list>
 #include <memory>
 #include <span>
 #include <vector>
@@ -108,7 +109,13 @@ class VectorHeatSolver {
   /// Carries each vector over the region nearest to its source, blended between them: directions
   /// over an edge or two, whatever the lengths; lengths as means of all, weighted by heat, so that
   /// one k times as long as its neighbour is felt some ln(k) mean edges beyond halfway.
+  ///@{
   [[nodiscard]] std::vector<Vec3<T>> transport(std::span<const VectorSource<T>> sources) const;
+  [[nodiscard]] std::vector<Vec3<T>> transport(
+      std::initializer_list<VectorSource<T>> sources) const {
+    return transport(std::span<const VectorSource<T>>(sources.begin(), sources.size()));
+  }
+  ///@}
 
   /// The same vectors as `transport` gives, with an estimate of their error, which `transport`
   /// alone does not tell. It costs a query of FastMarchingSolver besides. Throws InvalidInput as
@@ -116,6 +123,9 @@ class VectorHeatSolver {
   ///@{
   [[nodiscard]] TransportResult<T> solve(Index vertex, const Vec3<T>& vector) const;
   [[nodiscard]] TransportResult<T> solve(std::span<const VectorSource<T>> sources) const;
+  [[nodiscard]] TransportResult<T> solve(std::initializer_list<VectorSource<T>> sources) const {
+    return solve(std::span<const VectorSource<T>>(sources.begin(), sources.size()));
+  }
   ///@}
 
   /// Unit vectors that point away from a vertex, along the shortest paths from it; zero at itself
@@ -146,8 +156,18 @@ class VectorHeatSolver {
   /// in between, never outside their range. NaN where no path leads. Throws InvalidInput for no
   /// vertices, another number of values, a value that is not finite, values of one vertex whose sum
   /// is not, a vertex out of range.
+  ///@{
   [[nodiscard]] std::vector<T> extend(std::span<const Index> vertices,
                                       std::span<const T> values) const;
+  [[nodiscard]] std::vector<T> extend(std::initializer_list<Index> vertices,
+                                      std::span<const T> values) const {
+    return extend(std::span<const Index>(vertices.begin(), vertices.size()), values);
+  }
+  [[nodiscard]] std::vector<T> extend(std::initializer_list<Index> vertices,
+                                      std::initializer_list<T> values) const {
+    return extend(vertices, std::span<const T>(values.begin(), values.size()));
+  }
+  ///@}
 
  private:
   using Engine = detail::VectorHeatEngine<T>;

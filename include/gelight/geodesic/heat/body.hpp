@@ -62,6 +62,12 @@ auto HeatSolver<T>::distance_from_each(std::span<const Source<T>> sources) const
 }
 
 template <std::floating_point T>
+auto HeatSolver<T>::distance_from_each(std::span<const SurfacePoint<T>> points) const
+    -> std::vector<std::vector<T>> {
+  return solve_each(points);
+}
+
+template <std::floating_point T>
 template <class Place>
 auto HeatSolver<T>::solve_each(std::span<const Place> places) const -> std::vector<std::vector<T>> {
   std::vector<detail::Sources> queries;
