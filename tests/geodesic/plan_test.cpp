@@ -947,6 +947,29 @@ TEST_CASE("a caller's own method by which sources are at a distance satisfies no
   }
 }
 
+TEST_CASE("a source among the targets that are sampled has no relative error") {
+  const auto mesh = rough_sphere(3, 0.1);
+  const ExactSolver solver(mesh);
+  PlanRequest request{.tolerance = 0.1, .assurance = Assurance::sampled};
+  request.targets = {7, 100, 200};
+  request.samples = 3;
+  request.methods = {{"mine", {1, 1, 0, 1}, {0, 0}, [&](const Surface<double>&) {
+                        return [&](std::span<const Source<double>> sources) {
+                          auto ways = solver.distance(sources);
+                          ways[7] += 1e-4;
+                          ways[100] *= 1.01;
+                          ways[200] *= 1.03;
+                          return ways;
+                        };
+                      }}};
+  const auto answer = DistancePlanner(mesh, request).solve(7);
+  CAPTURE(answer.reason);
+  CHECK(answer.satisfies);
+  CHECK(answer.method == "mine");
+  CHECK(answer.checked == 2);  // the others
+  CHECK(std::abs(answer.error - 0.03) < 1e-9);
+}
+
 TEST_CASE("a certificate asks the hook all the while") {
   const auto mesh = icosphere<double>(5);
   const auto distances = FastMarchingSolver(mesh).distance(7);

@@ -563,14 +563,15 @@ class PlanEngine {
     for (Index v = 0; v < surface_.vertex_count(); ++v) visit(v);
   }
 
-  // Those that are reached and no sources: where a relative error means something.
+  // Those that are reached and no sources: where a relative error means something. (How far from 0
+  // sources are said to be is measured by the edges beside them: are_sources_away.)
   [[nodiscard]] std::vector<Index> reached_targets(const Query& query, const Answer& answer) const {
     const auto is_source = vertices_at_sources(query);
     std::vector<Index> targets;
     targets.reserve(answer.ways.size());
     for_each_target([&](Index v) {
       const double way = answer.ways[static_cast<std::size_t>(v)];
-      if (std::isfinite(way) && (way > 0 || is_source[v] == 0)) targets.push_back(v);
+      if (std::isfinite(way) && is_source[v] == 0) targets.push_back(v);
     });
     return targets;
   }
