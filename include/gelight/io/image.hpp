@@ -105,12 +105,25 @@ struct PngChunk {
   return {};
 }
 
-/// Why a file is no image.
-[[nodiscard, maybe_unused]] static const char* reason_of(const std::vector<stbi_uc>& png) {
-  // There stb reads zeros, and says that a chunk of their name is not known.
-  if (begins_as_png(png) && find_chunk(png, "IEND").begin == 0)
-    return "it ends before its chunk IEND";
-  return stbi_failure_reason();
+/// Why a file is no image: where stb could not read it, or it is cut.
+[[nodiscard, maybe_unused]] static const char* fault_of(const std::vector<stbi_uc>& png,
+                                                        bool is_read) {
+  if (begins_as_png(png)) {
+    // Behind the end stb reads zeros, and says that a chunk of their name is not known; that the
+    // last chunk's checksum is there, of 4 bytes, it does not look at.
+    const std::size_t end = find_chunk(png, "IEND").begin;
+    if (end == 0) return "it ends before its chunk IEND";
+    if (end + 4 > png.size()) return "it ends within its chunk IEND";
+  }
+  return is_read ? nullptr : stbi_failure_reason();
+}
+
+/// Throws where a file is no whole image.
+[[maybe_unused]] static void require_whole(const std::string& path, const std::vector<stbi_uc>& png,
+                                           bool is_read) {
+  const char* const fault = fault_of(png, is_read);
+  require(fault == nullptr, path,
+          " is not a PNG image that can be read: ", fault == nullptr ? "" : fault);
 }
 
 /// Throws where a pixel is of a colour that is not in the file's list: stb takes what is in memory
@@ -148,8 +161,7 @@ struct PngChunk {
   int width = 0, height = 0, channels = 0;
   const detail::Owned<stbi_uc, std::free> pixels(stbi_load_from_memory(
       png.data(), static_cast<int>(png.size()), &width, &height, &channels, 3));
-  detail::require(pixels.get() != nullptr, path, " is not a PNG image that can be read: ",
-                  pixels.get() == nullptr ? detail::reason_of(png) : "");
+  detail::require_whole(path, png, pixels.get() != nullptr);
   detail::require_colours(path, png);
   Image<Rgb8> image(width, height);
   const stbi_uc* from = pixels.get();
@@ -167,17 +179,17 @@ struct PngChunk {
 template <std::floating_point T>
 [[nodiscard]] static Image<T> read_depth_png(const std::string& path, T unit) {
   detail::require(unit > 0 && std::isfinite(unit), "a depth map in a unit of ", unit);
-  const detail::Owned<std::FILE, std::fclose> file(std::fopen(path.c_str(), "rb"));
-  detail::require(file.get() != nullptr, path, " cannot be opened");
+  const std::vector<stbi_uc> png = detail::read_bytes(path);
+  const auto size = static_cast<int>(png.size());
   int width = 0, height = 0, channels = 0;
-  detail::require(stbi_info_from_file(file.get(), &width, &height, &channels) != 0, path,
-                  " is not a PNG image that can be read");
+  const bool is_image = stbi_info_from_memory(png.data(), size, &width, &height, &channels) != 0;
+  detail::require_whole(path, png, is_image);
   detail::require(channels == 1, path, " has ", channels, " channels, a depth map has one");
-  detail::require(stbi_is_16_bit_from_file(file.get()) != 0, path,
+  detail::require(stbi_is_16_bit_from_memory(png.data(), size) != 0, path,
                   " has 8 bits a channel, a depth map has 16");
   const detail::Owned<stbi_us, std::free> values(
-      stbi_load_from_file_16(file.get(), &width, &height, &channels, 1));
-  detail::require(values.get() != nullptr, path, " is not a whole PNG image");
+      stbi_load_16_from_memory(png.data(), size, &width, &height, &channels, 1));
+  detail::require_whole(path, png, values.get() != nullptr);
   Image<T> depth(width, height);
   const stbi_us* from = values.get();
   for (T& z : depth.pixels()) {
