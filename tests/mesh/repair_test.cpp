@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <string>
@@ -199,6 +200,61 @@ TEST_CASE("what repair turned once it does not turn again, also where there is n
     CHECK(check(once.mesh).misoriented_edges.count > 0);
     CHECK(again.turned_faces == 0);
     CHECK(again.mesh.faces == once.mesh.faces);
+  }
+}
+
+TEST_CASE("what is repaired stays as it is when it is repaired again") {
+  test::Random random(11);
+  for (int i = 0; i < 60; ++i) {
+    Mesh<double> mesh = test::small_random_mesh(i, random);
+    const auto count = static_cast<Index>(mesh.positions.size());
+    for (auto& p : mesh.positions) {
+      for (double& x : p) x = i % 3 == 0 ? std::round(x * 2) / 2 : x;  // many at one place
+    }
+    for (auto& face : mesh.faces) {
+      if (test::uniform(random, 0, 1) > 0.05) continue;
+      face[0] = test::uniform_index(random, count + 3) - 1;
+    }
+    for (int bits = 0; bits < 256; ++bits) {
+      const auto has = [&](int bit) { return (bits >> bit & 1) != 0; };
+      RepairOptions options{.drop_unusable_faces = has(0),
+                            .drop_degenerate_faces = has(1),
+                            .orient = has(2),
+                            .split_vertices = has(3),
+                            .drop_unused_vertices = has(4),
+                            .order_in_space = has(5)};
+      if (has(6)) options.weld_distance = has(7) ? 0.3 : 0;
+      const bool is_promised =
+          !has(6) ? !has(7) : (!has(3) || (has(0) && has(4))) && (!has(5) || !has(7) || has(4));
+      if (!is_promised) continue;
+      CAPTURE(i);
+      CAPTURE(bits);
+      const auto once = repair(mesh, options), again = repair(once.mesh, options);
+      CHECK(again.mesh.faces == once.mesh.faces);
+      CHECK(again.mesh.positions == once.mesh.positions);
+    }
+  }
+}
+
+TEST_CASE("copies of a vertex are numbered behind it where vertices are ordered in space") {
+  Mesh<double> bows;
+  for (Index i = 0; i < 9; ++i) {
+    const double x = 3 * i;
+    const auto v = static_cast<Index>(bows.positions.size());
+    for (const auto& [a, b] : {std::array{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {-1., 0.}, {-1., -1.}})
+      bows.positions.push_back({x + a, b, 0});
+    bows.faces.insert(bows.faces.end(), {{v, v + 1, v + 2}, {v, v + 3, v + 4}});
+  }
+  for (const std::optional<double> weld : {std::optional<double>{}, {0.0}}) {
+    const auto ordered =
+        repair(bows, {.weld_distance = weld, .split_vertices = true, .order_in_space = true});
+    CHECK(ordered.added_vertices == 9);
+    CHECK(check(ordered.mesh).components == 18);
+    int beside = 0;
+    for (std::size_t v = 1; v < ordered.vertex_of.size(); ++v) {
+      beside += ordered.vertex_of[v] == ordered.vertex_of[v - 1];
+    }
+    CHECK(beside == 9);
   }
 }
 

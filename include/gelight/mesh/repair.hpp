@@ -31,6 +31,7 @@ struct RepairOptions {
   /// wherever the surface has an orientation.
   bool orient = false;
   /// Gives each fan of a vertex its own copy, so that paths no longer pass through the vertex.
+  /// Copies are numbered behind all vertices, with order_in_space beside the vertex they are of.
   /// Edges of more than two faces part too, unless their faces join again around both ends.
   bool split_vertices = false;
   /// Drops vertices in no face, also those that are not finite.
@@ -59,9 +60,14 @@ auto repaired(Mesh<T> mesh, const RepairOptions& options, const CancelHook& canc
     -> Repaired<T>;
 }  // namespace detail
 
-/// Copies a mesh and mends what the options name, in the order in which they stand there; tells
-/// what it did. The mesh itself stays as it is, and nothing is mended that was not asked for.
-/// The hook is asked between the steps.
+/// Copies a mesh and mends what the options name, in the order in which they stand there, but that
+/// vertices of a welded mesh are split last; tells what it did. The mesh itself stays as it is, and
+/// nothing is mended that was not asked for. The hook is asked between the steps.
+///
+/// Repaired again with the same options the result stays as it is, to the last bit. Of a welded one
+/// that takes more: with split_vertices drop_unusable_faces and drop_unused_vertices, since copies
+/// are welded and made anew; with order_in_space and a weld distance above 0 drop_unused_vertices,
+/// since a vertex that was welded may come to stand first.
 ///
 /// Throws InvalidInput for a weld distance or a flatness that is negative or not finite. Cost:
 /// O(vertices + faces log faces); to order in space, O(vertices log vertices) too.

@@ -42,11 +42,17 @@ class MeshRepairs {
     cancelled.check(0.5, what);
     if (options.orient) orient();
     cancelled.check(0.7, what);
-    if (options.split_vertices) split();
+    // Welding takes copies back: made last, they are made alike when the result is repaired again.
+    const bool is_split_last = options.weld_distance.has_value();
+    if (options.split_vertices && !is_split_last) split();
     cancelled.check(0.9, what);
     if (options.drop_unused_vertices) drop_unused();
     cancelled.check(0.95, what);
     if (options.order_in_space) order_in_space();
+    if (options.split_vertices && is_split_last) {
+      const auto copied = split();
+      if (options.order_in_space) put_beside(copied);
+    }
     cancelled.check(1, what);
     return std::move(result_);
   }
@@ -174,13 +180,14 @@ class MeshRepairs {
     }
   }
 
-  // An index out of range stays out of range.
-  void split() {
+  // Of each copy: of which vertex it is. An index out of range stays out of range.
+  Array<Index> split() {
     const auto count = static_cast<Index>(mesh().positions.size());
     const auto is_sound = sound_faces();
     auto fan = fans(mesh().faces, sorted_sides(mesh().faces, is_sound));
     Array<Index> owner(mesh().positions.size(), -1);     // of each vertex: the fan that keeps it
     Array<Index> copy_for(3 * mesh().faces.size(), -1);  // of each other fan: its copy
+    Array<Index> copied;
     for (Index f = 0; f < face_count(); ++f) {
       if (!is_sound[f]) continue;
       for (Index k = 0; k < 3; ++k) {
@@ -188,7 +195,10 @@ class MeshRepairs {
         const Index own = fan.find(3 * f + k);
         if (owner[v] < 0) owner[v] = own;
         if (owner[v] == own) continue;
-        if (copy_for[own] < 0) copy_for[own] = copy_of(v);
+        if (copy_for[own] < 0) {
+          copy_for[own] = copy_of(v);
+          copied.push_back(v);
+        }
         v = copy_for[own];
       }
     }
@@ -196,6 +206,19 @@ class MeshRepairs {
       if (is_sound[f]) continue;
       for (Index& v : face(f)) v = v < count ? v : std::max(v, count + result_.added_vertices);
     }
+    return copied;
+  }
+
+  // Numbers copies, which are behind all else, behind the vertices that they are of.
+  void put_beside(const Array<Index>& copied) {
+    const auto count = static_cast<Index>(mesh().positions.size() - copied.size());
+    Array<std::pair<Index, Index>> keyed;
+    for (Index v = 0; v < count; ++v) keyed.push_back({v, v});
+    for (const Index v : copied) keyed.push_back({v, static_cast<Index>(keyed.size())});
+    std::sort(keyed.begin(), keyed.end());
+    Array<Index> vertices;
+    for (const auto& [of, v] : keyed) vertices.push_back(v);
+    number_vertices(vertices);
   }
 
   [[nodiscard]] Index copy_of(Index v) {
@@ -231,25 +254,30 @@ class MeshRepairs {
     }
   }
 
-  // An index out of range stays as it is.
   void order_in_space() {
-    const auto vertices = space_order(mesh().positions);
-    Array<Index> now(vertices.size());
-    for (Index v = 0; v < static_cast<Index>(vertices.size()); ++v) now[vertices[v]] = v;
-    const auto is_vertex = [&](Index v) { return v >= 0 && v < static_cast<Index>(now.size()); };
+    number_vertices(space_order(mesh().positions));
     // Faces follow the first of their vertices.
     Array<std::pair<Index, Index>> first;
     for (Index f = 0; f < face_count(); ++f) {
-      for (Index& v : face(f)) v = is_vertex(v) ? now[v] : v;
       first.push_back({*std::min_element(face(f).begin(), face(f).end()), f});
     }
     std::sort(first.begin(), first.end());
     Array<Index> faces;
     for (const auto& [vertex, f] : first) faces.push_back(f);
-    result_.mesh.positions = picked(mesh().positions, vertices);
-    result_.vertex_of = picked(result_.vertex_of, vertices);
     result_.mesh.faces = picked(mesh().faces, faces);
     result_.face_of = picked(result_.face_of, faces);
+  }
+
+  // Vertices in this order. An index out of range stays as it is.
+  void number_vertices(const Array<Index>& vertices) {
+    Array<Index> now(vertices.size());
+    for (Index v = 0; v < static_cast<Index>(vertices.size()); ++v) now[vertices[v]] = v;
+    const auto is_vertex = [&](Index v) { return v >= 0 && v < static_cast<Index>(now.size()); };
+    for (auto& face : result_.mesh.faces) {
+      for (Index& v : face) v = is_vertex(v) ? now[v] : v;
+    }
+    result_.mesh.positions = picked(mesh().positions, vertices);
+    result_.vertex_of = picked(result_.vertex_of, vertices);
   }
 
   template <class Value>
