@@ -266,6 +266,29 @@ TEST_CASE_TEMPLATE("within faces light in a gel bends as on the surface that is 
   CHECK(3 * off(round) < off(flat));
 }
 
+TEST_CASE("in float, light in a gel is the same far from the origin") {
+  // Coordinates of few bits, so that the mesh itself is the same there.
+  auto near = icosphere<float>(2);
+  for (auto& p : near.positions) {
+    for (float& x : p) x = std::round(x * 1024) / 1024;
+  }
+  auto far = near;
+  for (auto& p : far.positions) p = {p[0] + 4096, p[1] - 2048, p[2] + 1024};
+  const GelSheet<float> gel{.thickness = 0.2f, .full_within = 0.5f};
+  std::vector<SurfacePoint<float>> points;
+  for (Index f = 0; f < 320; ++f) points.push_back(face_point<float>(f, {0.6f, 0.3f, 0.1f}));
+  const Led<float> led{.points = {edge_point<float>(near.faces[7][0], near.faces[7][1], 0.3f)},
+                       .emission = {0.36f, 0.48f, 0.8f}};
+  const auto here = GelLight<float>(near, gel).field(led, points);
+  const auto there = GelLight<float>(far, gel).field(led, points);
+  float most = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    most = std::max(most, here[i].norm());
+    CHECK((here[i] - there[i]).norm() < 1e-6f);
+  }
+  CHECK(most > 0.5f);
+}
+
 TEST_CASE_TEMPLATE("the light model of a gel refuses a membrane that is inside out", T, float,
                    double) {
   auto ball = placed<T>(icosphere<T>(1), Eigen::Matrix<T, 3, 3>::Identity(), {100, -50, 20});

@@ -91,6 +91,7 @@ template <std::floating_point T>
   detail::require(normals.size() == positions.size(), positions.size(), " points have ",
                   normals.size(), " normals");
   detail::require_finite(positions, "position");
+  const Vec3<double> place = cast<double>(led.place);
   const Vec3<double> axis = detail::stable_unit(cast<double>(led.axis));
   const Vec3<double> up = detail::stable_unit(cast<double>(led.normal));
   // The LED as the gel's inner side mirrors it: so far beneath, and shining the other way there.
@@ -102,7 +103,7 @@ template <std::floating_point T>
     detail::require(normals[i].allFinite() && !normals[i].isZero(0), "normal ", i, " is (",
                     normals[i][0], ", ", normals[i][1], ", ", normals[i][2], ")");
     const Vec3<double> normal = detail::stable_unit(cast<double>(normals[i]));
-    const Vec3<double> way = cast<double>(positions[i] - led.place);
+    const Vec3<double> way = cast<double>(positions[i]) - place;
     const Vec3<double> mirrored = way + below * up;
     const double distance = detail::stable_norm(way), longer = detail::stable_norm(mirrored);
     Vec3<double> sum(0, 0, 0);

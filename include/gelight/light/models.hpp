@@ -240,7 +240,7 @@ class GelLight {
                     ", and GelSheet::has_normals_inwards says otherwise");
     normals_.reserve(static_cast<std::size_t>(surface_.vertex_count()));
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      normals_.push_back(detail::direction_of(out_of_gel(vertex_point<T>(v))));
+      normals_.push_back(detail::direction_of(out_of_gel(vertex_point<double>(v))));
     }
   }
 
@@ -250,48 +250,59 @@ class GelLight {
     using namespace detail::arithmetic;
     detail::require_led(led);
     detail::require(!led.emission.isZero(0), "light in a gel needs an LED with an emission");
-    std::vector<Vec3<T>> positions, normals;
+    std::vector<Vec3<double>> positions, normals;
     positions.reserve(points.size());
     normals.reserve(points.size());
     for (const auto& point : points) {
-      positions.push_back(surface_.position(point));
-      normals.push_back(normal(point));
+      const Point p = checked(point);
+      positions.push_back(surface_.position(p));
+      normals.push_back(normal(p));
     }
-    LightField<T> sum(points.size(), Vec3<T>(0, 0, 0));
+    LightField<double> sum(points.size(), Vec3<double>(0, 0, 0));
     const auto count = static_cast<double>(led.points.size());
     for (std::size_t k = 0; k < led.points.size(); ++k) {
       const auto done = static_cast<double>(k) / count;
-      const LightField<T> one = gel_field<T>(source(led, led.points[k]), positions, normals,
-                                             cancelled.part(done, done + 1 / count));
+      const auto one = gel_field<double>(source(led, checked(led.points[k])), positions, normals,
+                                         cancelled.part(done, done + 1 / count));
       for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += one[i];
     }
-    const T unit = std::numbers::pi_v<T> * gel_.full_within * gel_.full_within / T(count);
-    for (Vec3<T>& light : sum) {
-      const T strength = unit * detail::stable_norm(light);
-      light = std::min(T(1), strength) * detail::direction_of(light);
+    const double full = double{gel_.full_within};
+    LightField<T> field;
+    field.reserve(sum.size());
+    for (const Vec3<double>& light : sum) {
+      const double strength = std::numbers::pi * full * full / count * detail::stable_norm(light);
+      field.push_back(cast<T>(std::min(1.0, strength) * detail::direction_of(light)));
     }
     cancelled.check(1, "the gel field");
-    return sum;
+    return field;
   }
 
  private:
-  [[nodiscard]] GelLed<T> source(const Led<T>& led, const SurfacePoint<T>& point) const {
-    using namespace detail::arithmetic;
-    const Vec3<T> normal = detail::direction_of(out_of_gel(point));
-    const T depth = gel_.thickness / 2;
-    return {.place = surface_.position(point) - depth * normal,
-            .axis = led.emission,
-            .normal = normal,
-            .depth = depth,
-            .thickness = gel_.thickness,
-            .index = gel_.index};
+  // In double from the start: far from the origin, places in float have few digits left.
+  using Point = SurfacePoint<double>;
+
+  [[nodiscard]] Point checked(const SurfacePoint<T>& point) const {
+    surface_.require_point(point);
+    return point.template cast<double>();
   }
 
-  [[nodiscard]] Vec3<T> normal(const SurfacePoint<T>& point) const {
+  [[nodiscard]] GelLed<double> source(const Led<T>& led, const Point& point) const {
     using namespace detail::arithmetic;
-    Vec3<T> sum = Vec3<T>(0, 0, 0);
+    const Vec3<double> normal = detail::direction_of(out_of_gel(point));
+    const double thickness = double{gel_.thickness}, depth = thickness / 2;
+    return {.place = surface_.position(point) - depth * normal,
+            .axis = cast<double>(led.emission),
+            .normal = normal,
+            .depth = depth,
+            .thickness = thickness,
+            .index = double{gel_.index}};
+  }
+
+  [[nodiscard]] Vec3<double> normal(const Point& point) const {
+    using namespace detail::arithmetic;
+    Vec3<double> sum = Vec3<double>(0, 0, 0);
     std::array<Index, 3> vertices{point.element[0], point.element[1], -1};
-    if (point.kind == SurfacePoint<T>::Kind::face) vertices = surface_.face(point.element[0]);
+    if (point.kind == Point::Kind::face) vertices = surface_.face(point.element[0]);
     for (std::size_t k = 0; k < 3; ++k) {
       if (vertices[k] >= 0)
         sum += point.weights[k] * normals_[static_cast<std::size_t>(vertices[k])];
@@ -300,14 +311,14 @@ class GelLight {
     return sum.isZero(0) ? out_of_gel(point) : sum;
   }
 
-  [[nodiscard]] Vec3<T> out_of_gel(const SurfacePoint<T>& point) const {
-    const Vec3<T> normal = detail::mean_normal(surface_, point);
-    return gel_.has_normals_inwards ? Vec3<T>(-normal) : normal;
+  [[nodiscard]] Vec3<double> out_of_gel(const Point& point) const {
+    const Vec3<double> normal = detail::mean_normal(surface_, point);
+    return gel_.has_normals_inwards ? Vec3<double>(-normal) : normal;
   }
 
-  Surface<T> surface_;
+  Surface<double> surface_;
   GelSheet<T> gel_;
-  std::vector<Vec3<T>> normals_;  // of the vertices, of unit length or zero
+  std::vector<Vec3<double>> normals_;  // of the vertices, of unit length or zero
 };
 
 template <TriangleMesh M>
