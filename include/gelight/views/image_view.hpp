@@ -173,7 +173,8 @@ class Image {
   [[nodiscard]] std::vector<P> pixels() && { return std::move(pixels_); }
   ///@}
 
-  /// A view of all pixels.
+  /// A view of all pixels, which the image must outlive: of a temporary it is good to the end of
+  /// the expression.
   ///@{
   [[nodiscard]] ImageView<P> view() { return {data(), width_, height_}; }
   [[nodiscard]] ImageView<const P> view() const { return {data(), width_, height_}; }

@@ -31,7 +31,10 @@ struct Mesh {
   ///@}
 };
 
-/// A mesh over the caller's own arrays, which must outlive it.
+/// A mesh over the caller's own arrays, which must outlive it. Temporaries live to the end of the
+/// expression: `ExactSolver(MeshView<double>(positions(), faces()))` is right, as solvers copy what
+/// they need, but a view that is kept as a variable has to be made of what is kept, too; the
+/// compiler does not tell.
 template <std::floating_point T>
 class MeshView {
  public:
