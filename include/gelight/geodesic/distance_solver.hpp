@@ -50,6 +50,19 @@ struct WorkingPrecision {
 
 using Sources = Array<Source<double>>;
 
+/// Integers by which no vertices are named, such as std::vector<std::size_t>.
+template <class Integers>
+concept OtherIntegers = std::integral<typename Integers::value_type> &&
+    !std::same_as<typename Integers::value_type, Index>;
+
+/// Does not compile, so that one sentence says why rather than each overload in turn.
+template <OtherIntegers Integers>
+[[nodiscard]] std::span<const Index> as_vertices(const Integers&) {
+  static_assert(!OtherIntegers<Integers>,
+                "vertices are numbered by gelight::Index: give a std::vector<gelight::Index>");
+  return {};
+}
+
 // Of any mesh that can be asked as a Surface can: here and below.
 template <class Mesh, std::floating_point T, class Real = typename Mesh::Scalar>
 [[nodiscard]] Source<Real> checked_source(const Mesh& mesh, const Source<T>& source,
@@ -213,6 +226,10 @@ class DistanceQueries {
   [[nodiscard]] std::vector<T> distance(std::initializer_list<Index> vertices) const {
     return distance(std::span<const Index>(vertices.begin(), vertices.size()));
   }
+  template <OtherIntegers Vertices>
+  [[nodiscard]] std::vector<T> distance(const Vertices& vertices) const {
+    return distance(as_vertices(vertices));
+  }
   ///@}
   /// Distance of every vertex from a point, or the nearest of several, with start distances.
   ///@{
@@ -240,6 +257,10 @@ class DistanceQueries {
   void distance_into(std::span<T> out, std::span<const Index> vertices) const;
   void distance_into(std::span<T> out, std::initializer_list<Index> vertices) const {
     distance_into(out, std::span<const Index>(vertices.begin(), vertices.size()));
+  }
+  template <OtherIntegers Vertices>
+  void distance_into(std::span<T> out, const Vertices& vertices) const {
+    distance_into(out, as_vertices(vertices));
   }
   void distance_into(std::span<T> out, const Source<T>& source) const {
     distance_into(out, std::span<const Source<T>>(&source, 1));
