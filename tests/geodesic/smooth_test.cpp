@@ -9,6 +9,8 @@
 #include <numbers>
 #include <random>
 #include <span>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "gelight/mesh/shapes.hpp"
@@ -36,6 +38,19 @@ Vec3<double> place(const Mesh<double>& mesh, std::size_t v) {
 
 double great_circle(const Vec3<double>& a, const Vec3<double>& b) {
   return std::atan2(cross(a, b).norm(), a.dot(b));
+}
+
+double share(const std::vector<SmoothTrust>& trust, SmoothTrust of) {
+  return static_cast<double>(std::ranges::count(trust, of)) / static_cast<double>(trust.size());
+}
+
+Mesh<double> radially_noisy(Mesh<double> sphere, double noise, unsigned seed) {
+  Random random(seed);
+  for (auto& p : sphere.positions) {
+    const double radius = 1 + noise * std::normal_distribution<double>()(random);
+    for (double& x : p) x *= radius;
+  }
+  return sphere;
 }
 
 template <class T>
@@ -252,18 +267,115 @@ TEST_CASE("noise: never worse than the mesh by more than a tenth, and it says so
   }
 }
 
-TEST_CASE("noise that looks like creases is told by a crease angle of 3") {
-  Random random(5);
-  for (const double noise : {0.02, 0.04}) {
-    auto mesh = icosphere<double>(4);
-    for (auto& p : mesh.positions) {
-      const double radius = 1 + noise * std::normal_distribution<double>()(random);
-      for (double& x : p) x *= radius;
+TEST_CASE("noise that looks like creases is none, and paths over it are rough") {
+  for (const int level : {3, 4}) {
+    for (const double noise : {0.04, 0.08, 0.16}) {
+      CAPTURE(level);
+      CAPTURE(noise);
+      std::vector<SmoothTrust> trust;
+      for (const unsigned seed : {5u, 6u, 7u}) {
+        const SmoothDistanceSolver solver(radially_noisy(icosphere<double>(level), noise, seed));
+        for (const Index source : {5, 70, 500}) {
+          const auto solved = solver.solve(source);
+          trust.insert(trust.end(), solved.trust.begin(), solved.trust.end());
+        }
+      }
+      CHECK(share(trust, SmoothTrust::smooth) < 0.01);
+      CHECK(share(trust, SmoothTrust::rough) > 0.98);
     }
-    const SmoothDistanceSolver solver(mesh, {.crease_angle = 3});
-    for (const Index source : {5, 700, 1300}) {
-      const auto trust = solver.solve(source).trust;
-      CHECK(std::count(trust.begin(), trust.end(), SmoothTrust::rough) > 2562 * 0.997);
+  }
+}
+
+TEST_CASE("noise on one side of a sphere is rough, the other side smooth") {
+  const auto sphere = icosphere<double>(4);
+  for (const double noise : {0.02, 0.04, 0.08}) {
+    CAPTURE(noise);
+    auto mesh = radially_noisy(sphere, noise, 3);
+    std::vector<std::size_t> smooth, noisy;  // farther from the border than a path there bends
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+      if (sphere.positions[v][2] > 0) mesh.positions[v] = sphere.positions[v];
+      if (sphere.positions[v][2] > 0.3) smooth.push_back(v);
+      if (sphere.positions[v][2] < -0.3) noisy.push_back(v);
+    }
+    const auto solved = SmoothDistanceSolver(mesh).solve(static_cast<Index>(smooth[0]));
+    for (const std::size_t v : smooth) {
+      CHECK(solved.trust[v] == SmoothTrust::smooth);
+      CHECK(std::abs(solved.distance[v] - great_circle(place(mesh, smooth[0]), place(mesh, v))) <
+            1e-5);
+    }
+    const auto rough = std::ranges::count_if(
+        noisy, [&](std::size_t v) { return solved.trust[v] == SmoothTrust::rough; });
+    CHECK(static_cast<double>(rough) > 0.97 * static_cast<double>(noisy.size()));
+  }
+}
+
+TEST_CASE("creases of coarse surfaces stay creases, and creases that are given, in noise") {
+  for (const Index around : {9, 12, 24, 48}) {
+    CAPTURE(around);
+    // With a chamfer, which meets the cap and the side at 45 degrees, at one end.
+    const std::vector<ProfilePoint<double>> profile{{0, -1}, {0.5, -1}, {1, -1}, {1, -.3}, {1, .3},
+                                                    {1, .8}, {.8, 1},   {.4, 1}, {0, 1}};
+    const auto mesh = revolve<double>(profile, 2 * std::numbers::pi / around);
+    const SmoothDistanceSolver solver(mesh);
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+      const Vec3<double> p = place(mesh, v);
+      const double r = std::hypot(p[0], p[1]);
+      const bool is_rim = r > 0.99 && p[2] < -0.99;
+      const bool is_chamfers = (r > 0.99 && p[2] > 0.75) || (r > 0.75 && p[2] > 0.99);
+      // A coarse chamfer's faces lean, so that they turn by less than 45 degrees.
+      if (is_chamfers && around < 24) continue;
+      CHECK(solver.normals(static_cast<Index>(v)).size() == (is_rim || is_chamfers ? 2 : 1));
+    }
+  }
+
+  // Stairs, of which each step has an edge up and one down.
+  auto stairs = grid<double>(12, 4, 12, 4);
+  for (auto& [x, y, z] : stairs.positions) {
+    const double half = std::floor(x / 2);
+    z = half + std::max(x - 2 * half - 1, 0.0);
+    x = half + std::min(x - 2 * half, 1.0);
+  }
+  const auto exact = ExactSolver(stairs).distance(0);
+  const auto on_stairs = SmoothDistanceSolver(stairs).solve(0);
+  CHECK(share(on_stairs.trust, SmoothTrust::smooth) == 1);
+  for (std::size_t v = 0; v < exact.size(); ++v) {
+    CHECK(on_stairs.distance[v] == gelight::test::approx(exact[v]).epsilon(1e-12));
+  }
+
+  const auto noisy = radially_noisy(icosphere<double>(3), 0.1, 4);
+  SmoothOptions<double> options;
+  for (const auto& [a, b, c] : noisy.faces) {
+    options.creases.insert(options.creases.end(), {{a, b}, {b, c}, {c, a}});
+  }
+  const SmoothDistanceSolver all_creases(noisy, options);
+  for (Index v = 0; v < 642; ++v) {
+    CHECK(std::ssize(all_creases.normals(v)) == std::ssize(all_creases.surface().corners(v)));
+  }
+}
+
+TEST_CASE("half a cylinder that stands on a plane unrolls to a plane") {
+  for (const Index half : {9, 12, 24}) {
+    CAPTURE(half);
+    const double length = std::numbers::pi;
+    auto mesh = grid<double>(3 * half, half, 3 * length, length);
+    const auto flat = mesh;
+    const double first = flat.positions[0][0];
+    for (auto& [x, y, z] : mesh.positions) {
+      const double arc = x - first - length;
+      if (arc <= 0) x = arc - 1;
+      if (arc > 0 && arc < length) std::tie(x, z) = std::pair(-std::cos(arc), std::sin(arc));
+      if (arc >= length) x = arc - length + 1;
+    }
+    for (const std::size_t source : {std::size_t{1}, mesh.positions.size() / 2}) {
+      const auto solved = SmoothDistanceSolver(mesh).solve(static_cast<Index>(source));
+      const auto on_mesh = ExactSolver(mesh).distance(static_cast<Index>(source));
+      std::vector<double> truth;
+      for (std::size_t v = 0; v < flat.positions.size(); ++v) {
+        truth.push_back((place(flat, v) - place(flat, source)).norm());
+      }
+      CHECK(share(solved.trust, SmoothTrust::rough) == 0);
+      CHECK(share(solved.trust, SmoothTrust::smooth) > 0.85);
+      CHECK(mean_error(solved.distance, truth) < mean_error(on_mesh, truth) / 12);
     }
   }
 }

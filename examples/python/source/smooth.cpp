@@ -88,8 +88,9 @@ void bind_smooth(py::module_& m) {
       "surface"_a, "normals"_a = py::none(), py::kw_only(), "crease_angle"_a = 0.7,
       "creases"_a = py::none(), "most_roughness"_a = 0.3, "cancelled"_a = py::none(),
       "normals: unit, of the vertices (n, 3); fitted where none are given. crease_angle: edges at "
-      "which the mesh turns by more stay sharp, in radians. creases: further ones, pairs of "
-      "vertices (k, 2). most_roughness: beyond it distances are those on the mesh.");
+      "which the mesh turns by more stay sharp, in radians, but where it is noise. creases: "
+      "further ones, pairs of vertices (k, 2). most_roughness: beyond it distances are those on "
+      "the mesh.");
   bind_distances(solver);
   solver
       .def(
