@@ -11,7 +11,6 @@
 
 #include "gelight/concepts/light.hpp"
 #include "gelight/concepts/mesh.hpp"
-#include "gelight/core/array.hpp"
 #include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
@@ -54,28 +53,23 @@ void require_led(const Led<T>& led) {
           led.emission.y(), ", ", led.emission.z(), "), not finite");
 }
 
-/// Six times the volume that each closed part of a surface encloses, negative where its normals
-/// point into that; of each vertex that stands for its part (Surface::components), and 0 of others
-/// and of a part that has a border, which encloses none.
+/// Six times the volume that a closed surface encloses, negative where its normals point into that;
+/// 0 of one that has a border, which encloses none.
 template <std::floating_point T>
-[[nodiscard]] Array<double> enclosed_volumes(const Surface<T>& surface) {
-  const Array<Index>& part = surface.components();
-  Array<char> is_open(part.size(), 0);
+[[nodiscard]] double enclosed_volume(const Surface<T>& surface) {
   for (Index h = 0; h < surface.halfedge_count(); ++h) {
-    if (surface.is_border(h)) is_open[part[surface.origin(h)]] = 1;
+    if (surface.is_border(h)) return 0;
   }
-  Array<double> volumes(part.size(), 0);
+  // From a point of it, so that being far from the origin costs no digits; and in double, lest
+  // products of floats vanish or overflow.
+  const Vec3<double> from = cast<double>(surface.position(surface.face(0)[0]));
+  const auto seen = [&](Index v) { return Vec3<double>(cast<double>(surface.position(v)) - from); };
+  double volume = 0;
   for (Index f = 0; f < surface.face_count(); ++f) {
     const auto [a, b, c] = surface.face(f);
-    if (is_open[part[a]] != 0) continue;
-    // From a point of the part, so that being far from the origin costs no digits; and in double,
-    // lest products of floats vanish or overflow.
-    const auto seen = [&, from = cast<double>(surface.position(part[a]))](Index v) {
-      return Vec3<double>(cast<double>(surface.position(v)) - from);
-    };
-    volumes[part[a]] += dot(seen(a), cross(seen(b), seen(c)));
+    volume += dot(seen(a), cross(seen(b), seen(c)));
   }
-  return volumes;
+  return volume;
 }
 
 }  // namespace detail
@@ -228,10 +222,10 @@ class GelLight {
   /// Whether an LED has to have an emission.
   static constexpr bool needs_emission = true;
 
-  /// Of a membrane with normals outwards, unless `gel` says otherwise; where a part of it has a
-  /// border, that is taken on trust. Throws InvalidInput as Surface does, for one that is not an
-  /// oriented manifold, for a closed part whose normals point the other way, and for a size or an
-  /// index that is not positive and finite.
+  /// Of a membrane with normals outwards, unless `gel` says otherwise; where it has a border, that
+  /// is taken on trust. Throws InvalidInput as Surface does, for one that is not an oriented
+  /// manifold, for a closed one whose normals point the other way, and for a size or an index that
+  /// is not positive and finite.
   explicit GelLight(const TriangleMesh auto& membrane, const GelSheet<T>& gel = {})
       : surface_(membrane), gel_(gel) {
     for (const T value : {gel.thickness, gel.full_within, gel.index}) {
@@ -240,13 +234,10 @@ class GelLight {
     }
     require_oriented(surface_);
     // Gel fills a closed membrane: the other way, its light would be dark or come from behind.
-    const auto volumes = detail::enclosed_volumes(surface_);
-    for (Index v = 0; v < surface_.vertex_count(); ++v) {
-      const double volume = volumes[v];
-      detail::require(gel.has_normals_inwards ? volume <= 0 : volume >= 0,
-                      "a closed membrane has its normals ", volume < 0 ? "inwards" : "outwards",
-                      " at vertex ", v, ", and GelSheet::has_normals_inwards says otherwise");
-    }
+    const double volume = detail::enclosed_volume(surface_);
+    detail::require(gel.has_normals_inwards ? volume <= 0 : volume >= 0,
+                    "a closed membrane has its normals ", volume < 0 ? "inwards" : "outwards",
+                    ", and GelSheet::has_normals_inwards says otherwise");
     normals_.reserve(static_cast<std::size_t>(surface_.vertex_count()));
     for (Index v = 0; v < surface_.vertex_count(); ++v) {
       normals_.push_back(detail::direction_of(out_of_gel(vertex_point<double>(v))));
