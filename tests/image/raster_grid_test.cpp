@@ -71,3 +71,27 @@ TEST_CASE("a sheet whose corners are what pixels see has no holes, and their dep
     CHECK(off == 0);
   }
 }
+
+TEST_CASE("faces so large that they are cut leave no pixel between them where their side goes") {
+  std::mt19937 random(3);
+  int holes = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const double column = static_cast<double>(random() % 13);
+    const double row = static_cast<double>(random() % 10);
+    const Camera<double> camera{
+        between(random, 50, 100), between(random, 50, 100), column, row, 13, 10};
+    // A wall, each corner on a diagonal of the camera: the side between its faces goes through the
+    // pixel on the optical axis.
+    Mesh<double> wall;
+    for (const double x : {-1.0, 1.0}) {
+      for (const double y : {-1.0, 1.0}) {
+        const double z = between(random, 0.9, 1.1);
+        wall.positions.push_back({x * z, y * z, z});
+      }
+    }
+    wall.faces = {{0, 1, 3}, {0, 3, 2}};
+    const auto raster = rasterize(wall, camera);
+    for (const Index face : raster.face.pixels()) holes += face < 0;
+  }
+  CHECK(holes == 0);
+}

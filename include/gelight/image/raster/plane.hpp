@@ -33,6 +33,10 @@ template <class Number>
 #if defined(__has_builtin)
 #if __has_builtin(__builtin_assoc_barrier)
   sum = __builtin_assoc_barrier(sum);
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
+  // GCC 12 loses the barriers of two numbers that it joins to lanes by itself.
+  if constexpr (std::is_floating_point_v<Number>) asm("" : "+m"(sum));
+#endif
 #elif __has_builtin(__arithmetic_fence) && defined(__x86_64__)
   sum = __arithmetic_fence(sum);
 #endif
