@@ -428,6 +428,15 @@ TEST_CASE("zero-area faces and zero-length edges") {
   }
 }
 
+TEST_CASE("from a face that is a point, or has a side of no length, a direction is a unit vector") {
+  const Mesh<double> mesh{{{1, 1, 0}, {0, 1, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 0}, {0, 1, 0}},
+                          {{1, 4, 3}, {3, 1, 0}, {5, 1, 3}, {1, 2, 5}}};
+  const ExactSolver solver(mesh);
+  const auto here = face_point<double>(3, {0.6, 0.3, 0.1}), there = edge_point<double>(1, 4, 0.8);
+  CHECK(solver.solve(here).departure(there).direction == Vec3<double>(0, -1, 0));
+  CHECK(solver.solve(there).direction(here) == Vec3<double>(0, 1, 0));
+}
+
 TEST_CASE("found meshes with coincident vertices and faces without area: alike both ways") {
   const std::vector<Mesh<double>> found{
       // A saddle between two faces without area, both of whose angles are pi.

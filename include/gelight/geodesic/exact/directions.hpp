@@ -26,11 +26,13 @@ template <std::floating_point T>
   return stable_unit(surface.difference(from, to));
 }
 
-/// The unit vector in space from one point to another of half-edge h's frame in its face.
+/// The unit vector in space from one point to another of half-edge h's frame in its face; zero
+/// where h has no length and so no frame.
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> unit_way(const Surface<T>& surface, const PlanarFaces<T>& faces, Index h,
                                const Vec2<T>& from, const Vec2<T>& to) {
   using namespace arithmetic;
+  if (!(surface.length(h) > 0)) return Vec3<T>(0, 0, 0);
   // As so many times the sides from h's origin. A face without area has its apex on h.
   const Vec2<T>& apex = faces.apex(h);
   const T to_apex = apex.y() > 0 ? (to.y() - from.y()) / apex.y() : 0;
