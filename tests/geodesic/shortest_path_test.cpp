@@ -275,6 +275,34 @@ TEST_CASE("never longer than before, and straight stays straight") {
   }
 }
 
+TEST_CASE("never longer than before, over faces without area either") {
+  // A fan over a cap: vertex 0 lies on the cap's side from 5 to 7.
+  const Mesh<double> mesh{
+      {{-0.5, 0.75, 0},
+       {0, 0.75, 0},
+       {-0.75, 0.5, 0},
+       {-0.25, 0.75, 0},
+       {0, 1, 0},
+       {-0.25, 0.75, 0},
+       {-0.5, 0.25, 0},
+       {-1, 0.75, 0},
+       {0, 0, 0}},
+      {{0, 2, 3}, {0, 3, 4}, {0, 4, 5}, {0, 5, 7}, {1, 6, 5}, {5, 6, 7}, {1, 8, 6}}};
+  const PathSolver paths(mesh);
+  const auto a = face_point<double>(0, {0.258, 0.45, 0.292}), b = edge_point<double>(1, 8, 0.523);
+  const auto direct = paths.straight_path(a, b);
+  CHECK(length(paths.surface(), paths.straightened(direct)) <=
+        length(paths.surface(), direct) * (1 + 1e-12));
+  const Path<double> by_the_cap{a,
+                                vertex_point<double>(0),
+                                edge_point<double>(5, 7, 1.0 / 3),
+                                edge_point<double>(5, 6, 0.28),
+                                edge_point<double>(1, 6, 0.44),
+                                b};
+  CHECK(length(paths.surface(), paths.straightened(by_the_cap)) <=
+        length(paths.surface(), by_the_cap) * (1 + 1e-12));
+}
+
 TEST_CASE("what is not of the mesh is refused") {
   const Mesh<double> mesh = grid<double>(2, 2);
   const PathSolver paths(mesh);

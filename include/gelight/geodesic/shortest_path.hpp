@@ -88,6 +88,8 @@ class PathSolver {
   // A straight path is longer by rounding than the length that the search finds for it; and the
   // search is hardly wider for that.
   static constexpr Real slack = 1e-9;
+  // A path that was straight before is longer by no more than this.
+  static constexpr Real rounding = 1e-12;
 
   static ExactOptions<T> options_with(const CancelHook& cancelled) {
     ExactOptions<T> options;
@@ -99,6 +101,7 @@ class PathSolver {
   [[nodiscard]] Point checked(const SurfacePoint<T>& point) const;
   [[nodiscard]] static Path<T> cast(const std::vector<Point>& path);
   [[nodiscard]] std::vector<Point> straight(const Point& from, const Point& to) const;
+  [[nodiscard]] std::vector<Point> taut(const std::vector<Point>& path) const;
 
   CancelHook cancelled_;
   ExactSolver<T> exact_;

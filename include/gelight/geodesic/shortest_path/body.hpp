@@ -51,8 +51,16 @@ auto PathSolver<T>::straight(const Point& from, const Point& to) const -> std::v
     const typename Pool::Borrowed search(*searches_);
     path = (*search).path(surface(), from, to, cancelled_);
   }
-  if (path.size() < 3) return path;
-  return detail::Straightener<Real>(surface(), exact_.engine_->faces())(path, cancelled_);
+  return path.size() < 3 ? path : taut(path);
+}
+
+template <std::floating_point T>
+auto PathSolver<T>::taut(const std::vector<Point>& path) const -> std::vector<Point> {
+  std::vector<Point> out =
+      detail::Straightener<Real>(surface(), exact_.engine_->faces())(path, cancelled_);
+  // Over faces without area it may be led astray.
+  const Real before = length(surface(), path);
+  return length(surface(), out) <= before * (1 + rounding) ? out : path;
 }
 
 template <std::floating_point T>
@@ -79,7 +87,7 @@ auto PathSolver<T>::straightened(const Path<T>& path) const -> Path<T> {
                     "no face holds point ", points.size() - 1, " of the path and the next");
     points.push_back(point);
   }
-  return cast(detail::Straightener<Real>(surface(), exact_.engine_->faces())(points, cancelled_));
+  return cast(taut(points));
 }
 
 }  // namespace gelight
