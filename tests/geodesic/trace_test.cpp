@@ -425,6 +425,17 @@ TEST_CASE("where edges have no length, faces no area and fans meet it is whole, 
   CHECK(refused > 100);
 }
 
+TEST_CASE("from a point of an edge of no length to a vertex beside it each piece is in a face") {
+  const Mesh<double> mesh{{{1, 1, 0}, {1, 1, 0}, {1, 1, 0}, {0, 0, 0}, {2, 0, 0}, {0, 3, 0}},
+                          {{0, 1, 3}, {1, 2, 4}, {2, 4, 5}}};
+  const Surface<double> surface(mesh);
+  // Into the last face, which has neither of the edge's ends, only a vertex at their place.
+  const Vec3<double> direction(0, 1, 0);
+  const auto path = trace_geodesic(surface, edge_point<double>(0, 1, 0.4), direction, 0.25);
+  check_pieces(surface, path);
+  CHECK(length(surface, path) == doctest::Approx(0.25));
+}
+
 TEST_CASE("in float a path of a hundred thousand pieces is as long as was asked") {
   const Surface<float> ball(icosphere<float>(2));
   const auto from = face_point<float>(3, {0.2f, 0.3f, 0.5f});

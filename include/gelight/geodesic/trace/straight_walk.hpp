@@ -285,6 +285,12 @@ class StraightWalk {
   }
   // To a vertex; from one at the same place along the edges of no length between them.
   void go_to(Index vertex) {
+    if (path_.back().kind == Kind::edge) {
+      // From a point of an edge of no length, at which all those vertices are.
+      const auto [a, b] = path_.back().element;
+      const bool is_end = vertex == a || vertex == b;
+      if (!is_end && !(length(surface_.find_halfedge(a, b)) > 0)) append(vertex_point<T>(a));
+    }
     if (path_.back().kind == Kind::vertex && path_.back().element[0] != vertex) {
       const std::vector<Joined> place = joined(vertex);
       const auto at = std::find_if(place.begin(), place.end(), [&](const Joined& other) {
