@@ -2,9 +2,9 @@
 #
 # Builds the consumer from nothing in one way, runs it, and compares what it prints with what is
 # right. HOW: headers (gelight on its include path, no CMake), single_header, pkg-config,
-# find_package, add_subdirectory or FetchContent; or compiled, which installs the library that
-# BUILD_DIR holds and compares its results with those of the headers, bit for bit. FLAGS are those
-# of the compiler.
+# find_package, add_subdirectory or FetchContent; long_double, by the headers; or compiled, which
+# installs the library that BUILD_DIR holds and compares its results with those of the headers, bit
+# for bit. FLAGS are those of the compiler.
 
 cmake_minimum_required(VERSION 3.22)
 
@@ -68,13 +68,15 @@ elseif(HOW STREQUAL "compiled")
   endif()
 elseif(HOW STREQUAL "headers")
   compile(main ${FLAGS} ${consumer}/second.cpp -I ${SOURCE_DIR}/include -isystem ${EIGEN_DIR})
+elseif(HOW STREQUAL "long_double")
+  compile(long_double ${FLAGS} -I ${SOURCE_DIR}/include -isystem ${EIGEN_DIR})
 else()
   build_with_cmake()
 endif()
 
 execute_process(COMMAND ${WORK_DIR}/consumer COMMAND_ERROR_IS_FATAL ANY OUTPUT_VARIABLE printed)
 message("${printed}")
-if(HOW MATCHES "^(pkg-config|find_package|add_subdirectory|FetchContent)$")
+if(HOW MATCHES "^(pkg-config|find_package|add_subdirectory|FetchContent|long_double)$")
   if(NOT printed STREQUAL "across a sheet of 4 x 3: 5.000000000\n")
     message(FATAL_ERROR "This is not what one door must print.")
   endif()

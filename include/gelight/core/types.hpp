@@ -241,6 +241,11 @@ inline constexpr T unreachable = std::numeric_limits<T>::infinity();
 
 namespace detail {
 
+/// The largest number that T holds, or double where that holds less.
+template <std::floating_point T>
+inline constexpr double largest_number = static_cast<double>(
+    std::min<long double>(std::numeric_limits<T>::max(), std::numeric_limits<double>::max()));
+
 template <class Type, class T>
 struct DeferredType {
   using Is = Type;

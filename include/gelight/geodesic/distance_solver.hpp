@@ -70,7 +70,7 @@ template <class Mesh, std::floating_point T, class Real = typename Mesh::Scalar>
   mesh.require_point(source.point);
   require(std::isfinite(source.distance), "source ", number, " starts with distance ",
           source.distance, ", which is not finite");
-  return {source.point.template cast<Real>(), Real{source.distance}};
+  return {source.point.template cast<Real>(), static_cast<Real>(source.distance)};
 }
 template <class Mesh, std::floating_point T, class Real = typename Mesh::Scalar>
 [[nodiscard]] Source<Real> checked_source(const Mesh& mesh, const SurfacePoint<T>& point,

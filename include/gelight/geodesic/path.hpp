@@ -52,9 +52,9 @@ template <std::floating_point T, std::floating_point P = T>
   for (std::size_t i = 1; i < path.size(); ++i) {
     const auto from = detail::point_of(surface, path[i - 1]);
     const auto to = detail::point_of(surface, path[i]);
-    sum += double{detail::stable_norm(surface.difference(from, to))};
+    sum += static_cast<double>(detail::stable_norm(surface.difference(from, to)));
   }
-  detail::require(sum <= double{std::numeric_limits<T>::max()}, "the path is ", sum,
+  detail::require(sum <= detail::largest_number<T>, "the path is ", sum,
                   " long, more than its type can hold");
   return static_cast<T>(sum);
 }

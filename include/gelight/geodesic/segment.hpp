@@ -81,7 +81,7 @@ template <std::floating_point Real, std::floating_point T>
   Array<SegmentFront<Real>> out;
   for_each_place(surface, begin, [&](Index f, const std::array<Real, 3>& a) {
     for_each_place(surface, end, [&](Index g, const std::array<Real, 3>& b) {
-      if (f == g) out.push_back({f, a, b, Real{segment.distance}});
+      if (f == g) out.push_back({f, a, b, static_cast<Real>(segment.distance)});
     });
   });
   require(!out.empty(), "no face holds both ends of segment ", number);

@@ -93,8 +93,8 @@ template <std::floating_point Real>
   result.twins.resize_for_writes(result.origins.size());
   result.lengths.resize_for_writes(result.origins.size());
   for (Index h = 0; h < surface.halfedge_count(); h += 3) {
-    const auto lengths = detail::mollified(
-        {surface.length(h) / unit, surface.length(h + 1) / unit, surface.length(h + 2) / unit}, 1);
+    const auto in_units = [&](Index g) { return static_cast<double>(surface.length(g)) / unit; };
+    const auto lengths = detail::mollified({in_units(h), in_units(h + 1), in_units(h + 2)}, 1);
     for (Index k = 0; k < 3; ++k) {
       const Index twin = surface.twin(h + k);
       const bool is_inner = twin != h + k && surface.is_manifold(h + k) &&
@@ -114,7 +114,8 @@ template <std::floating_point Real>
   faces.resize_for_writes(static_cast<std::size_t>(mesh.face_count()));
   for (Index f = 0; f < mesh.face_count(); ++f) {
     const Real* l = mesh.lengths.data() + 3 * std::ptrdiff_t{f};
-    faces[f] = detail::laid_out({l[0], l[1], l[2]});
+    faces[f] = detail::laid_out(
+        {static_cast<double>(l[0]), static_cast<double>(l[1]), static_cast<double>(l[2])});
   }
   return faces;
 }
@@ -146,7 +147,8 @@ template <std::floating_point Real>
 inline Real flipped_length(const IntrinsicTriangulation<Real>& mesh, Index h) {
   const auto next = [](Index g) { return g % 3 == 2 ? g - 2 : g + 1; };
   const auto face_from = [&](Index g) {
-    return laid_out({mesh.lengths[g], mesh.lengths[next(g)], mesh.lengths[next(next(g))]});
+    const auto length = [&](Index k) { return static_cast<double>(mesh.lengths[k]); };
+    return laid_out({length(g), length(next(g)), length(next(next(g)))});
   };
   const PlanarFace left = face_from(h), right = face_from(mesh.twins[h]);
   if (!(left.y2 > 0 && right.y2 > 0)) return -1;

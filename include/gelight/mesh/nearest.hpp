@@ -19,8 +19,8 @@ template <std::floating_point T>
 void require_finite_position(const Vec3<T>& position) {
   require(detail::is_finite(position), "the position (", position[0], ", ", position[1], ", ",
           position[2], ") is not finite");
-  require(double{detail::largest_part(position)} <= largest_coordinate, "the position (",
-          position[0], ", ", position[1], ", ", position[2],
+  require(static_cast<double>(detail::largest_part(position)) <= largest_coordinate,
+          "the position (", position[0], ", ", position[1], ", ", position[2],
           ") is too far out: products of lengths would overflow");
 }
 

@@ -117,7 +117,8 @@ inline constexpr const char* reading_mesh = "the reading of a mesh";
 
 template <std::floating_point T>
 [[gnu::cold, gnu::noinline]] void require_in_reach(Index v, const Vec3<T>& q) {
-  const double x = double{q[0]}, y = double{q[1]}, z = double{q[2]};
+  const auto [x, y, z] =
+      std::array{static_cast<double>(q[0]), static_cast<double>(q[1]), static_cast<double>(q[2])};
   require(std::isfinite(x) && std::isfinite(y) && std::isfinite(z), "vertex ", v, " has position (",
           q[0], ", ", q[1], ", ", q[2], "), which is not finite");
   require(std::max({std::fabs(x), std::fabs(y), std::fabs(z)}) <= largest_coordinate, "vertex ", v,
@@ -134,8 +135,8 @@ template <std::floating_point T, TriangleMesh M>
   for (Index v = 0; v < count; ++v) {
     const auto& p = MeshTraits<M>::position(mesh, v);
     const Vec3<T> q(static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2]));
-    const double x = std::fabs(double{q[0]}), y = std::fabs(double{q[1]});
-    const double largest = std::max({x, y, std::fabs(double{q[2]})});
+    const double x = std::fabs(static_cast<double>(q[0])), y = std::fabs(static_cast<double>(q[1]));
+    const double largest = std::max({x, y, std::fabs(static_cast<double>(q[2]))});
     if (!(x + y + largest <= largest_coordinate)) require_in_reach(v, q);
     positions[v] = q;
     progress.step();
@@ -440,7 +441,7 @@ class Surface {
     using namespace detail::arithmetic;
     const double length =
         detail::stable_norm(cast<double>(data.positions[b]) - cast<double>(data.positions[a]));
-    if (!(length <= double{std::numeric_limits<T>::max()})) [[unlikely]] {
+    if (!(length <= detail::largest_number<T>)) [[unlikely]] {
       detail::refuse({"the edge between vertices ", a, " and ", b, " is ", length,
                       " long, too long for the coordinates' type"});
     }

@@ -150,7 +150,7 @@ class TangentFrames {
       if (!surface_.is_border(before)) continue;
       turn += projected(v, surface_.origin(before)) * std::polar(Real(1), -sum);
     }
-    const Real offset = turn == 0.0 ? 0 : std::arg(turn);
+    const Real offset = turn == std::complex<Real>(0) ? 0 : std::arg(turn);
     for (Index h = first; h >= 0; h = next_in_fan(h, first)) {
       angles_[h] += offset;
       far_angles_[h] += offset;

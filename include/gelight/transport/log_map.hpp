@@ -47,8 +47,8 @@ class ExactLogMap {
     if (!(distance > 0)) return {0, 0};
     const ExactDeparture<T> way = field_.departure(point);
     const Index face = Surface<Real>::face_of(way.halfedge);
-    const Real angle =
-        planes_->angle_at(source_, face, planes_->side_angle(way.halfedge) + Real{way.angle});
+    const Real angle = planes_->angle_at(
+        source_, face, planes_->side_angle(way.halfedge) + static_cast<Real>(way.angle));
     return {distance * static_cast<T>(std::cos(angle)), distance * static_cast<T>(std::sin(angle))};
   }
   ///@}

@@ -85,7 +85,7 @@ auto CertifierEngine<T>::bounds_of(Sources sources, std::span<const T> distances
   const Values upper = finder.upper(sources, cancelled.part(0, march_share));
   Values potential = upper;
   for (Index v = 0; v < surface_.vertex_count(); ++v) {
-    const double given = double{distances[static_cast<std::size_t>(v)]} - starts.at(v);
+    const double given = static_cast<double>(distances[static_cast<std::size_t>(v)]) - starts.at(v);
     if (upper[v] < unreachable<double>) potential[v] = std::clamp(given, 0.0, upper[v]);
   }
   const Values lower = finder.lower(sources, std::move(potential), cancelled.part(march_share, 1));

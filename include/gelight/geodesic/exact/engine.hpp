@@ -134,12 +134,12 @@ class ExactEngine {
   [[nodiscard]] Limits limits_of(const ExactOptions<T>& options, const Starts<Real>& starts,
                                  Array<Target> targets = {}) const {
     Limits limits;
-    limits.distance = Real{options.max_distance} - starts.common;
+    limits.distance = static_cast<Real>(options.max_distance) - starts.common;
     if (!starts.of_vertex.empty()) limits.starts = &starts.of_vertex;
     limits.cancelled = options.cancelled;
     limits.memory = options.max_memory;
     if (options.reset_radius < unreachable<T> && mean_edge_ > 0) {
-      limits.ring = Real{options.reset_radius} * mean_edge_;
+      limits.ring = static_cast<Real>(options.reset_radius) * mean_edge_;
     }
     targets.clear();
     for (const auto& point : options.targets) {

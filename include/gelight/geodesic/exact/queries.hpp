@@ -133,7 +133,7 @@ auto ExactQueries<T>::arrivals(const SurfacePoint<T>& point, T relative_toleranc
   const Point p = checked(point);
   const End shortest = nearest(p);
   if (!(shortest.distance < unreachable<Real>)) return {};
-  const Real limit = shortest.distance * (1 + Real{relative_tolerance});
+  const Real limit = shortest.distance * (1 + static_cast<Real>(relative_tolerance));
   std::vector<End> ends = ends_at(p, limit);
   if (!solution_.fronts.empty()) {
     const LeavingSegment<Real> leaving(solution_);

@@ -142,7 +142,7 @@ class ArcTracer {
   void find_discs() {
     discs_.clear();
     const Index v = surface_.face(flat_.face)[0];
-    const Real level = Real{level_} - solution_.starts.at(v);
+    const Real level = static_cast<Real>(level_) - solution_.starts.at(v);
     require(level <= solution_.bound_at(v), "the level ", level_,
             " is beyond the greatest distance that was solved for");
     for (std::size_t k = 0; k < 3; ++k) {

@@ -50,7 +50,7 @@ class IsolineTracer {
 
   [[nodiscard]] T area_below() const {
     double sum = 0;
-    for (Index f = 0; f < surface_.face_count(); ++f) sum += double{area_below(f)};
+    for (Index f = 0; f < surface_.face_count(); ++f) sum += static_cast<double>(area_below(f));
     return static_cast<T>(sum);
   }
 

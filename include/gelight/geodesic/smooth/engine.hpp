@@ -55,7 +55,7 @@ class SmoothEngine {
     require(options_.crease_angle > 0 && options_.crease_angle < std::numbers::pi_v<T>,
             "the crease angle is ", options_.crease_angle, ", not between 0 and pi");
     require(options_.most_roughness >= 0, "the greatest roughness is ", options_.most_roughness);
-    const Fans fans(surface, Real{options_.crease_angle}, options_.creases);
+    const Fans fans(surface, static_cast<Real>(options_.crease_angle), options_.creases);
     if (has_normals) require_normals(fans, normals);
     Array<Vec3<Real>> of_fans;
     of_fans.reserve(static_cast<std::size_t>(fans.count()));
@@ -155,7 +155,8 @@ class SmoothEngine {
  private:
   static Vec3<Real> normal_of(std::span<const std::array<T, 3>> normals, Index vertex) {
     const auto& [x, y, z] = normals[static_cast<std::size_t>(vertex)];
-    return stable_unit(Vec3<Real>(Real{x}, Real{y}, Real{z}));
+    return stable_unit(
+        Vec3<Real>(static_cast<Real>(x), static_cast<Real>(y), static_cast<Real>(z)));
   }
 
   static void require_normals(const Fans& fans, std::span<const std::array<T, 3>> normals) {
@@ -183,7 +184,7 @@ class SmoothEngine {
   }
 
   [[nodiscard]] SmoothTrust trust(const Lifted& found) const {
-    if (!(found.roughness <= Real{options_.most_roughness})) return SmoothTrust::rough;
+    if (!(found.roughness <= static_cast<Real>(options_.most_roughness))) return SmoothTrust::rough;
     return found.is_least ? SmoothTrust::smooth : SmoothTrust::bound;
   }
 

@@ -127,8 +127,8 @@ class StraightWalk {
       const Frame face = frame(h);
       require(face.apex.y() > 0, "face ", f, " has no area and no directions");
       const auto k = static_cast<std::size_t>(h % 3);
-      const double at_tip = double{from.weights[(k + 1) % 3]};
-      const double at_apex = double{from.weights[(k + 2) % 3]};
+      const double at_tip = static_cast<double>(from.weights[(k + 1) % 3]);
+      const double at_apex = static_cast<double>(from.weights[(k + 2) % 3]);
       const Vec2<double> at(at_tip * face.length + at_apex * face.apex.x(),
                             at_apex * face.apex.y());
       const Vec2<double> flat(dot(way, face.x), dot(way, face.y));
@@ -183,7 +183,7 @@ class StraightWalk {
     d.y() = std::max(0.0, d.y());
     d = stable_unit(d);
     const bool same = surface_.origin(best) == from.element[0];
-    const double x = double{from.weights[same ? 1 : 0]} * face.length;
+    const double x = static_cast<double>(from.weights[same ? 1 : 0]) * face.length;
     if (d.y() <= on_it) return go_along(best, x, d.x() > 0);
     halfedge_ = best;
     x_ = x;

@@ -106,7 +106,10 @@ template <std::floating_point T>
 
 template <std::floating_point T>
 [[nodiscard]] Vec3<double> difference(const std::array<T, 3>& a, const std::array<T, 3>& b) {
-  return {double{a[0]} - double{b[0]}, double{a[1]} - double{b[1]}, double{a[2]} - double{b[2]}};
+  const auto part = [&](std::size_t k) {
+    return static_cast<double>(a[k]) - static_cast<double>(b[k]);
+  };
+  return {part(0), part(1), part(2)};
 }
 
 /// How long an edge is, as Surface measures it.
@@ -119,8 +122,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] bool has_edges_in_reach(const std::array<T, 3>& a, const std::array<T, 3>& b,
                                       const std::array<T, 3>& c) {
-  return std::max({edge_length(a, b), edge_length(b, c), edge_length(c, a)}) <=
-         double{std::numeric_limits<T>::max()};
+  return std::max({edge_length(a, b), edge_length(b, c), edge_length(c, a)}) <= largest_number<T>;
 }
 
 /// Whether a triangle's height is at most a share of its longest edge.
@@ -182,7 +184,7 @@ template <std::floating_point T>
     return sum;
   };
   const auto cell_of = [&](const std::array<T, 3>& p) {
-    Cell cell{double{p[0]}, double{p[1]}, double{p[2]}};
+    Cell cell{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
     for (double& x : cell) {
       // So far out the next number is farther away: what is near is at the same place.
       const bool is_alone = !(std::fabs(x) / distance < 0x1p54);

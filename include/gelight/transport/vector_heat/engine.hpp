@@ -477,8 +477,8 @@ class VectorHeatEngine {
     const auto basis = planes_.basis(point);
     const auto tangent = basis.project(vector);
     const Real length = std::abs(tangent);
-    require(length <= Real{std::numeric_limits<T>::max()}, "the vector of source ", number, " is ",
-            length, " long, longer than one of its parts can be");
+    require(length <= largest_number<T>, "the vector of source ", number, " is ", length,
+            " long, longer than one of its parts can be");
     require(length > normal_share * stable_norm(vector), "the vector of source ", number, ", (",
             vector[0], ", ", vector[1], ", ", vector[2], "), has no part tangent to the surface");
     // Of length 1: a longer one would be carried far into the regions of shorter ones.
