@@ -1331,3 +1331,41 @@ TEST_CASE("a face of no area far off does not make fine edges any less exact") {
     CHECK(std::abs(distance[at(v)] - straight) <= 2e-13 * straight);
   }
 }
+
+TEST_CASE("through faces without area a way is as long as back") {
+  // Of 4 and 6, which lie at one place, each is on the long side of such a face, and at 6 the
+  // border turns a way from 2 into another direction.
+  Mesh<double> mesh;
+  mesh.positions = {{.5, .75, 0},  {0, .5, 0},  {0, .5, 0},    {-.25, .75, 0},
+                    {.25, .75, 0}, {0, .75, 0}, {.25, .75, 0}, {.5, .25, 0},
+                    {1, .5, 0},    {0, 0, 0},   {1, .75, 0},   {.5, .5, 0}};
+  mesh.faces = {{1, 4, 3}, {0, 5, 4},  {3, 4, 5},  {0, 6, 5},   {0, 4, 8}, {1, 7, 4},
+                {4, 7, 8}, {2, 6, 11}, {0, 10, 6}, {6, 10, 11}, {1, 9, 7}};
+  const double straight = std::hypot(.25, .25) + std::hypot(.25, .75);
+  CHECK(ExactSolver(mesh).distance(2)[9] == gelight::test::approx(straight).epsilon(1e-14));
+  CHECK(ExactSolver(mesh).distance(9)[2] == gelight::test::approx(straight).epsilon(1e-14));
+
+  Random random(77);
+  for (int round = 0; round < 1500; ++round) {
+    const Index n = 2 + uniform_index(random, 4);
+    auto snapped = gelight::grid<double>(n, n, 1, 1);
+    const double step = round % 2 == 0 ? 0.25 : 0.5, height = round % 3 == 0 ? 0 : 0.7;
+    for (auto& p : snapped.positions) {
+      p = {p[0] + uniform(random, -.18, .18), p[1] + uniform(random, -.18, .18),
+           uniform(random, 0, height)};
+      for (double& x : p) x = std::round(x / step) * step;
+    }
+    std::erase_if(snapped.faces, [&](const auto&) { return uniform(random, 0, 1) < 0.12; });
+    if (snapped.faces.empty()) continue;
+    const ExactSolver solver(snapped);
+    std::vector<std::vector<double>> distances;
+    for (Index v = 0; v < count(snapped); ++v) distances.push_back(solver.distance(v));
+    CAPTURE(round);
+    for (std::size_t a = 0; a < distances.size(); ++a) {
+      for (std::size_t b = 0; b < a; ++b) {
+        if (distances[a][b] == distances[b][a]) continue;  // also where both are infinite
+        CHECK(std::abs(distances[a][b] - distances[b][a]) < 1e-12);
+      }
+    }
+  }
+}

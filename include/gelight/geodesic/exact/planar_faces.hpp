@@ -145,8 +145,8 @@ class PlanarFaces {
 
   /// How shortest paths can pass a vertex: not at all (or straight on, where it is flat), nor near
   /// it at a tip; bending at a saddle or a re-entrant corner of the border; or in any direction, at
-  /// a vertex that is not a plain one: on a zero-length edge, on an edge of three faces or more,
-  /// where several fans meet.
+  /// a vertex that is not a plain one: on a zero-length edge, on an edge of three faces or more, on
+  /// the opposite side of a face without area, where several fans meet.
   enum class Bend : unsigned char { none, tip, saddle, any };
   [[nodiscard]] Bend bend(Index vertex) const { return bends_[vertex]; }
   [[nodiscard]] bool bends_at(Index vertex) const { return bends_[vertex] >= Bend::saddle; }
@@ -194,7 +194,7 @@ class PlanarFaces {
   struct Neighbourhood {
     AngleSum<Real> angles;
     Index border_edges = 0;
-    bool has_odd_edge = false;  // one without length or of three faces or more
+    bool is_odd = false;  // on an edge without length, or of three faces or more; or is_on_side
   };
 
   void classify(const Surface<Real>& surface, Index vertex) {
@@ -205,14 +205,21 @@ class PlanarFaces {
       around.angles.add(apex_[h]);
       for (const Index side : {h, Surface<Real>::previous(h)}) {
         around.border_edges += surface.is_border(side) ? 1 : 0;
-        around.has_odd_edge |= is_odd(surface, side);
+        around.is_odd |= is_odd(surface, side);
       }
+      around.is_odd |= is_on_side(surface, h);
     }
     bends_[vertex] = classified(surface, vertex, around);
   }
 
   static bool is_odd(const Surface<Real>& surface, Index h) {
     return surface.length(h) == 0 || !surface.is_manifold(h);
+  }
+
+  /// Whether h's origin lies on the opposite side of h's face, between its ends. There a path may
+  /// come through that side just where another bends on it, over no way and so from no direction.
+  [[nodiscard]] bool is_on_side(const Surface<Real>& surface, Index h) const {
+    return apex_[h].x() < 0 && is_line(surface, h);
   }
 
   void count(const Surface<Real>& surface, Index h, Array<Neighbourhood>& around) const {
@@ -222,13 +229,14 @@ class PlanarFaces {
       ++origin.border_edges;
       ++tip.border_edges;
     }
-    if (is_odd(surface, h)) origin.has_odd_edge = tip.has_odd_edge = true;
+    if (is_odd(surface, h)) origin.is_odd = tip.is_odd = true;
+    origin.is_odd |= is_on_side(surface, h);
   }
 
   static Bend classified(const Surface<Real>& surface, Index vertex, const Neighbourhood& around) {
     const auto corners = std::ssize(surface.corners(vertex));
     if (corners == 0) return Bend::none;
-    const bool is_plain = !around.has_odd_edge && around.border_edges <= 2;
+    const bool is_plain = !around.is_odd && around.border_edges <= 2;
     if (!is_plain || fan_size(surface, vertex) < corners) return Bend::any;
     const bool is_inner = around.border_edges == 0;
     if (is_inner && !around.angles.exceeds(0, sharpest)) return Bend::tip;
