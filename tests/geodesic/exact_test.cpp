@@ -1369,3 +1369,18 @@ TEST_CASE("through faces without area a way is as long as back") {
     }
   }
 }
+
+TEST_CASE("a path over faces without area is as long with kept windows") {
+  // The way leads over the edge 4-1 from one such face to the next; 2, 3 and 4 lie at one place.
+  const Mesh<double> mesh{{{0, 0, 0}, {.5, 1, 0}, {0, 1, 0}, {0, 1, 0}, {0, 1, 0}},
+                          {{0, 1, 2}, {2, 1, 3}, {4, 3, 1}, {4, 1, 2}}};
+  ExactOptions<double> options;
+  for (const bool keeps : {false, true}) {
+    options.keep_windows = keeps;
+    const ExactSolver solver(mesh, options);
+    const auto field = solver.solve(face_point<double>(2, {.5, .25, .25}));
+    const auto to = face_point<double>(3, {.25, .5, .25});
+    CHECK(field.distance(to) == gelight::test::approx(.125).epsilon(1e-14));
+    CHECK(length(solver.surface(), field.path(to)) == gelight::test::approx(.125).epsilon(1e-14));
+  }
+}

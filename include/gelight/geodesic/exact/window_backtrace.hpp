@@ -188,9 +188,9 @@ class WindowBacktrace {
     const Index f = Mesh::face_of(places_[i].halfedge);
     for (const auto& source : solution_.sources) {
       if (source.point.kind == Point::Kind::vertex || !is_in(f, source.point)) continue;
-      const Index h = 3 * f;
-      const Vec2<Real> at = in_frame(i, h), to = in_frame(source.point, h);
-      consider(source.distance + norm(to - at), i, source.point, true, best);
+      // In the place's own frame: that of a side of no length may be turned against it.
+      const Vec2<Real> to = in_frame(source.point, places_[i].halfedge);
+      consider(source.distance + norm(to - places_[i].at), i, source.point, true, best);
     }
   }
 
@@ -204,18 +204,16 @@ class WindowBacktrace {
     return has(a) && has(b);
   }
 
-  // A point of an edge or inside h's face, h being its first half-edge.
+  // A point of an edge of h's face, or inside of it.
   [[nodiscard]] Vec2<Real> in_frame(const Point& p, Index h) const {
-    if (p.kind == Point::Kind::face)
-      return p.weights[1] * tip(h) + p.weights[2] * solution_.faces->apex(h);
-    const std::array<Vec2<Real>, 3> corners{Vec2<Real>(0, 0), tip(h), solution_.faces->apex(h)};
+    if (p.kind == Point::Kind::face) return solution_.faces->place(solution_.surface, h, p.weights);
     const auto vertices = solution_.surface.face(Mesh::face_of(h));
-    Vec2<Real> sum(0, 0);
+    std::array<Real, 3> shares{0, 0, 0};
     for (std::size_t k = 0; k < 3; ++k) {
-      if (vertices[k] == p.element[0]) sum += p.weights[0] * corners[k];
-      if (vertices[k] == p.element[1]) sum += p.weights[1] * corners[k];
+      if (vertices[k] == p.element[0]) shares[k] = p.weights[0];
+      if (vertices[k] == p.element[1]) shares[k] = p.weights[1];
     }
-    return sum;
+    return solution_.faces->place(solution_.surface, h, shares);
   }
 
   void to_corners(std::ptrdiff_t i, Step& best) const {
