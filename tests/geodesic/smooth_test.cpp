@@ -556,3 +556,13 @@ TEST_CASE("bad input") {
   CHECK_THROWS_AS((void)solver.distance(-1), InvalidInput);
   CHECK_THROWS_AS((void)solver.distance(std::span<const Index>()), InvalidInput);
 }
+
+TEST_CASE("no smooth distance is below its start by rounding") {
+  // 1 and 3 lie at one place. The way from the one to the other crosses 0-2 where both are.
+  const Mesh<double> mesh{
+      {{-0.025, 0.05, 0}, {-0.0125, 0.05, 0}, {0.0125, 0.05, 0}, {-0.0125, 0.05, 0}},
+      {{0, 1, 2}, {0, 2, 3}}};
+  const auto distance = SmoothDistanceSolver(mesh).solve(1).distance;
+  CHECK(distance[3] >= 0);
+  CHECK(distance[3] < 1e-16);
+}

@@ -258,7 +258,10 @@ class SmoothEngine {
       found = lift.measure(searched(solution, v));
     }
     const Real on_mesh = lift.on_mesh();
-    End end{mesh_distance - on_mesh + found.shortest(), found.direction, trust(found), on_mesh};
+    // No path is shorter than none, but by rounding.
+    const Real distance =
+        std::max(mesh_distance - on_mesh + found.shortest(), solution.starts.at(v));
+    End end{distance, found.direction, trust(found), on_mesh};
     if (end.trust == SmoothTrust::rough) end.distance = mesh_distance;
     return end;
   }
