@@ -65,9 +65,10 @@ auto repaired(Mesh<T> mesh, const RepairOptions& options, const CancelHook& canc
 /// nothing is mended that was not asked for. The hook is asked between the steps.
 ///
 /// Repaired again with the same options the result stays as it is, to the last bit. Of a welded one
-/// that takes more: with split_vertices drop_unusable_faces and drop_unused_vertices, since copies
-/// are welded and made anew; with order_in_space and a weld distance above 0 drop_unused_vertices,
-/// since a vertex that was welded may come to stand first.
+/// that takes both drop_unusable_faces and drop_unused_vertices: with split_vertices, since copies
+/// are welded and made anew; at a weld distance above 0 with order_in_space or
+/// drop_unused_vertices, since a vertex that was welded, which unusable faces keep, may come to
+/// stand first.
 ///
 /// Throws InvalidInput for a weld distance or a flatness that is negative or not finite. Cost:
 /// O(vertices + faces log faces); to order in space, O(vertices log vertices) too.

@@ -125,11 +125,17 @@ template <std::floating_point T>
   return std::max({edge_length(a, b), edge_length(b, c), edge_length(c, a)}) <= largest_number<T>;
 }
 
-/// Whether a triangle's height is at most a share of its longest edge.
+/// Whether a triangle's height is at most a share of its longest edge; not where one is infinite or
+/// NaN.
 template <std::floating_point T>
 [[nodiscard]] bool is_flat(const std::array<T, 3>& a, const std::array<T, 3>& b,
                            const std::array<T, 3>& c, double share) {
-  const std::array<Vec3<double>, 3> edges{difference(b, a), difference(c, b), difference(a, c)};
+  if (!all_finite(a) || !all_finite(b) || !all_finite(c)) return false;
+  // Sorted, so that rounding is the same once a face is turned.
+  std::array<std::array<T, 3>, 3> p{a, b, c};
+  std::sort(p.begin(), p.end());
+  const std::array<Vec3<double>, 3> edges{difference(p[1], p[0]), difference(p[2], p[1]),
+                                          difference(p[0], p[2])};
   const double longest =
       std::max({stable_norm(edges[0]), stable_norm(edges[1]), stable_norm(edges[2])});
   if (!(longest > 0)) return true;
