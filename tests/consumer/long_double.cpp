@@ -60,7 +60,9 @@ void lines() {
   expect_five("transport", ParallelTransport(mesh).along(path, along).y());
   expect_five("log map", ExactLogMapSolver(mesh).log_map(0).back().norm());
   const std::vector<VectorSource<T>> sources{{vertex_point<T>(0), along}, {here, along}};
-  expect_five("vector heat", VectorHeatSolver(mesh).transport(sources).back().norm());
+  const VectorHeatSolver<T> heat(mesh);
+  expect_five("vector heat", heat.transport(sources).back().norm());
+  expect_five("extended", heat.extend({0, last}, {T(5), T(5)})[1]);
 }
 
 void meshes() {

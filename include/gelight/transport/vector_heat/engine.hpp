@@ -137,13 +137,14 @@ class VectorHeatEngine {
     for (std::size_t k = 0; k < vertices.size(); ++k) {
       surface_.require_vertex(vertices[k]);
       require(std::isfinite(values[k]), "value ", k, " is ", values[k], ", which is not finite");
-      sums[vertices[k]] += Real{values[k]};
+      sums[vertices[k]] += static_cast<Real>(values[k]);
       counts[vertices[k]] += 1;
       require(std::isfinite(sums[vertices[k]]), "the values of vertex ", vertices[k], " sum to ",
               sums[vertices[k]]);
     }
     const auto [least, most] = std::minmax_element(values.begin(), values.end());
-    const auto extended = carried_mean(sums, counts, Real{*least}, Real{*most}, asked_in_query());
+    const auto extended = carried_mean(sums, counts, static_cast<Real>(*least),
+                                       static_cast<Real>(*most), asked_in_query());
     std::vector<T> result(extended.size());
     for (std::size_t i = 0; i < result.size(); ++i) result[i] = static_cast<T>(extended.data()[i]);
     return result;
