@@ -40,6 +40,7 @@ void distances() {
   const bool is_near = std::fabs(HeatSolver(mesh).distance(0).back() - 5) < T(0.2) &&
                        DijkstraSolver(mesh).distance(0).back() >= 5;
   expect_five("heat and Dijkstra", is_near ? 5 : 0);
+  expect_five("planner", DistancePlanner(mesh, {.tolerance = 1e-12}).distance(0).back());
   const auto bounds = Certifier(mesh).bounds(0, found);
   expect_five("bounds", bounds.lower.back() <= 5 && bounds.upper.back() < T(5.0001) ? 5 : 0);
   expect_five("isolines", 5 * static_cast<T>(isolines(surface, found, T(2)).size()));

@@ -45,7 +45,7 @@ namespace gelight::detail {
 template <std::floating_point T>
 class PlanEngine {
   using Method = detail::Method;
-  using Real = std::common_type_t<T, double>;  // double; by T, so that nothing is compiled unused
+  using Real = typename WorkingPrecision<T>::Real;  // by T, so that nothing is compiled unused
   template <class Type>
   using Deferred = detail::Deferred<Type, T>;
   using Solvers = PlannedSolvers<Real>;
@@ -390,7 +390,7 @@ class PlanEngine {
 
     // As the distances have it, which were rounded.
     [[nodiscard]] double way(Index v) const {
-      return double{distances[static_cast<std::size_t>(v)]} - starts.at(v);
+      return static_cast<double>(distances[static_cast<std::size_t>(v)]) - starts.at(v);
     }
   };
   /// How an answer's error against the mesh is known, what it is in the norm asked for, how many
