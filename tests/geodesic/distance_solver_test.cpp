@@ -8,6 +8,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "gelight/geodesic/certify.hpp"
@@ -292,6 +293,13 @@ TEST_CASE("a solver of a caller's own replaces distances that are infinite befor
       }
     }
   }
+}
+
+TEST_CASE("what converts to a vertex names one, whatever integer it is made of") {
+  const ExactSolver solver(icosphere<double>(1));
+  const std::integral_constant<std::size_t, 7> seven;
+  CHECK(solver.distance(seven) == solver.distance(7));
+  CHECK(solver.solve(seven).distances() == solver.distance(7));
 }
 
 TEST_CASE("several vertices are named in braces") {

@@ -52,8 +52,10 @@ using Sources = Array<Source<double>>;
 
 /// Integers by which no vertices are named, such as std::vector<std::size_t>.
 template <class Integers>
-concept OtherIntegers = std::integral<typename Integers::value_type> &&
-    !std::same_as<typename Integers::value_type, Index>;
+concept OtherIntegers =
+    std::integral<typename Integers::value_type> &&
+    !std::same_as<typename Integers::value_type, Index> &&
+    !std::convertible_to<const Integers&, Index>;  // one, such as std::integral_constant
 
 /// Does not compile, so that one sentence says why rather than each overload in turn.
 template <OtherIntegers Integers>
