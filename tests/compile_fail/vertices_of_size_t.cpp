@@ -1,4 +1,4 @@
-// expect: vertices are numbered by gelight::Index
+// expect: deleted
 #include <cstddef>
 #include <vector>
 

@@ -50,20 +50,13 @@ struct WorkingPrecision {
 
 using Sources = Array<Source<double>>;
 
-/// Integers by which no vertices are named, such as std::vector<std::size_t>.
+/// Integers by which no vertices are named, such as std::vector<std::size_t>: those are given as
+/// std::vector<gelight::Index>. Calls with them are deleted, for else compilers list all others.
 template <class Integers>
 concept OtherIntegers =
     std::integral<typename Integers::value_type> &&
     !std::same_as<typename Integers::value_type, Index> &&
     !std::convertible_to<const Integers&, Index>;  // one, such as std::integral_constant
-
-/// Does not compile, so that one sentence says why rather than each overload in turn.
-template <OtherIntegers Integers>
-[[nodiscard]] std::span<const Index> as_vertices(const Integers&) {
-  static_assert(!OtherIntegers<Integers>,
-                "vertices are numbered by gelight::Index: give a std::vector<gelight::Index>");
-  return {};
-}
 
 // Of any mesh that can be asked as a Surface can: here and below.
 template <class Mesh, std::floating_point T, class Real = typename Mesh::Scalar>
@@ -228,10 +221,8 @@ class DistanceQueries {
   [[nodiscard]] std::vector<T> distance(std::initializer_list<Index> vertices) const {
     return distance(std::span<const Index>(vertices.begin(), vertices.size()));
   }
-  template <OtherIntegers Vertices>
-  [[nodiscard]] std::vector<T> distance(const Vertices& vertices) const {
-    return distance(as_vertices(vertices));
-  }
+  template <OtherIntegers NotOfIndex>
+  std::vector<T> distance(const NotOfIndex& vertices) const = delete;
   ///@}
   /// Distance of every vertex from a point, or the nearest of several, with start distances.
   ///@{
@@ -260,10 +251,8 @@ class DistanceQueries {
   void distance_into(std::span<T> out, std::initializer_list<Index> vertices) const {
     distance_into(out, std::span<const Index>(vertices.begin(), vertices.size()));
   }
-  template <OtherIntegers Vertices>
-  void distance_into(std::span<T> out, const Vertices& vertices) const {
-    distance_into(out, as_vertices(vertices));
-  }
+  template <OtherIntegers NotOfIndex>
+  void distance_into(std::span<T> out, const NotOfIndex& vertices) const = delete;
   void distance_into(std::span<T> out, const Source<T>& source) const {
     distance_into(out, std::span<const Source<T>>(&source, 1));
   }

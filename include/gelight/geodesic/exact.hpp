@@ -247,10 +247,8 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   }
   [[nodiscard]] ExactField<T> solve(std::span<const Index> vertices,
                                     const ExactOptions<T>& options) const;
-  template <detail::OtherIntegers Vertices>
-  [[nodiscard]] ExactField<T> solve(const Vertices& vertices) const {
-    return solve(detail::as_vertices(vertices), options());
-  }
+  template <detail::OtherIntegers NotOfIndex>
+  ExactField<T> solve(const NotOfIndex& vertices) const = delete;
   [[nodiscard]] ExactField<T> solve(std::span<const Source<T>> sources) const {
     return solve(sources, options());
   }

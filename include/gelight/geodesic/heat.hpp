@@ -126,10 +126,8 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   [[nodiscard]] HeatResult<T> solve(std::initializer_list<Index> vertices) const {
     return solve(std::span<const Index>(vertices.begin(), vertices.size()));
   }
-  template <detail::OtherIntegers Vertices>
-  [[nodiscard]] HeatResult<T> solve(const Vertices& vertices) const {
-    return solve(detail::as_vertices(vertices));
-  }
+  template <detail::OtherIntegers NotOfIndex>
+  HeatResult<T> solve(const NotOfIndex& vertices) const = delete;
   [[nodiscard]] HeatResult<T> solve(const Source<T>& source) const {
     return solve(std::span<const Source<T>>(&source, 1));
   }

@@ -197,10 +197,8 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
   [[nodiscard]] PlannedDistances<T> solve(std::initializer_list<Index> vertices) const {
     return solve(std::span<const Index>(vertices.begin(), vertices.size()));
   }
-  template <detail::OtherIntegers Vertices>
-  [[nodiscard]] PlannedDistances<T> solve(const Vertices& vertices) const {
-    return solve(detail::as_vertices(vertices));
-  }
+  template <detail::OtherIntegers NotOfIndex>
+  PlannedDistances<T> solve(const NotOfIndex& vertices) const = delete;
   [[nodiscard]] PlannedDistances<T> solve(const Source<T>& source) const {
     return solve(std::span<const Source<T>>(&source, 1));
   }

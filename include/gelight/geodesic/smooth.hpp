@@ -140,10 +140,8 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
   [[nodiscard]] SmoothDistances<T> solve(std::initializer_list<Index> vertices) const {
     return solve(std::span<const Index>(vertices.begin(), vertices.size()));
   }
-  template <detail::OtherIntegers Vertices>
-  [[nodiscard]] SmoothDistances<T> solve(const Vertices& vertices) const {
-    return solve(detail::as_vertices(vertices));
-  }
+  template <detail::OtherIntegers NotOfIndex>
+  SmoothDistances<T> solve(const NotOfIndex& vertices) const = delete;
   [[nodiscard]] SmoothDistances<T> solve(const Source<T>& source) const {
     return solve(std::span<const Source<T>>(&source, 1));
   }
