@@ -222,7 +222,7 @@ class DistanceQueries {
     return distance(std::span<const Index>(vertices.begin(), vertices.size()));
   }
   template <OtherIntegers NotOfIndex>
-  std::vector<T> distance(const NotOfIndex& vertices) const = delete;
+  [[nodiscard]] std::vector<T> distance(const NotOfIndex& vertices) const = delete;
   ///@}
   /// Distance of every vertex from a point, or the nearest of several, with start distances.
   ///@{

@@ -248,7 +248,7 @@ class ExactSolver : public detail::DistanceQueries<ExactSolver<T>, T> {
   [[nodiscard]] ExactField<T> solve(std::span<const Index> vertices,
                                     const ExactOptions<T>& options) const;
   template <detail::OtherIntegers NotOfIndex>
-  ExactField<T> solve(const NotOfIndex& vertices) const = delete;
+  [[nodiscard]] ExactField<T> solve(const NotOfIndex& vertices) const = delete;
   [[nodiscard]] ExactField<T> solve(std::span<const Source<T>> sources) const {
     return solve(sources, options());
   }

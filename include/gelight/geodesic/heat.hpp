@@ -127,7 +127,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
     return solve(std::span<const Index>(vertices.begin(), vertices.size()));
   }
   template <detail::OtherIntegers NotOfIndex>
-  HeatResult<T> solve(const NotOfIndex& vertices) const = delete;
+  [[nodiscard]] HeatResult<T> solve(const NotOfIndex& vertices) const = delete;
   [[nodiscard]] HeatResult<T> solve(const Source<T>& source) const {
     return solve(std::span<const Source<T>>(&source, 1));
   }

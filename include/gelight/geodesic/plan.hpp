@@ -198,7 +198,7 @@ class DistancePlanner : public detail::DistanceQueries<DistancePlanner<T>, T> {
     return solve(std::span<const Index>(vertices.begin(), vertices.size()));
   }
   template <detail::OtherIntegers NotOfIndex>
-  PlannedDistances<T> solve(const NotOfIndex& vertices) const = delete;
+  [[nodiscard]] PlannedDistances<T> solve(const NotOfIndex& vertices) const = delete;
   [[nodiscard]] PlannedDistances<T> solve(const Source<T>& source) const {
     return solve(std::span<const Source<T>>(&source, 1));
   }

@@ -141,7 +141,7 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
     return solve(std::span<const Index>(vertices.begin(), vertices.size()));
   }
   template <detail::OtherIntegers NotOfIndex>
-  SmoothDistances<T> solve(const NotOfIndex& vertices) const = delete;
+  [[nodiscard]] SmoothDistances<T> solve(const NotOfIndex& vertices) const = delete;
   [[nodiscard]] SmoothDistances<T> solve(const Source<T>& source) const {
     return solve(std::span<const Source<T>>(&source, 1));
   }

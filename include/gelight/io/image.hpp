@@ -144,6 +144,7 @@ struct PngChunk {
   const stbi_uc* level = levels.get();
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
+      // NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult): stb wrote all levels
       const int colour = *level++ * most / 255;
       require(colour < colours, path, " has colour ", colour, " of ", colours, " at pixel ", x,
               ", ", y);
