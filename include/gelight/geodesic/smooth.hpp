@@ -29,8 +29,8 @@ struct SmoothOptions {
   /// Edges at which the mesh turns by more than this are creases, across which nothing is smoothed.
   /// In radians. But where those around that turn by less do so to both sides, by more than 0.35 of
   /// this in the mean, it is noise, and no creases; distances over it are rough. On spheres of 642
-  /// to 10,242 vertices with so much noise that a sixth or more of the edges turn by more than 0.7,
-  /// 98 % of the distances were or more, and at most 0.7 % were called smooth.
+  /// and 2,562 vertices whose radii are off by 4 to 16 % more than 98 % of the distances are, and
+  /// less than 1 % are called smooth.
   T crease_angle = T(0.7);
   /// Further creases, as pairs of vertices, which stay creases in noise, too.
   std::vector<std::array<Index, 2>> creases{};

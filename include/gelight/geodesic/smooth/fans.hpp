@@ -92,9 +92,8 @@ class Fans {
   }
 
   // The share of the crease angle by which, in the mean, edges about a crease may turn to both
-  // sides. On spheres whose noise looks like creases its median is about 0.46. About creases
-  // of boxes, stairs, cylinders, cones and domes of 9 faces around or more it is less than 0.22,
-  // and less than 0.29 on a torus of 18 by 9, which has steeper edges than the crease angle.
+  // sides: less than they do in noise that looks like creases, and more than about creases of
+  // cylinders, cones and the like of 9 faces around or more.
   static constexpr Real most_noise = 0.35;
 
   // Sums over edges that are not sharp, of the squares by which they turn out and in.
