@@ -179,6 +179,22 @@ TEST_CASE("bad meshes are refused with the value and its place") {
   CHECK(Surface<double>(mesh).length(0) == 0);
 }
 
+TEST_CASE("whichever coordinate is no number, its vertex is named") {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  for (const double wrong : {nan, -nan, infinity, -infinity, 1.01e75, -1.01e75}) {
+    for (std::size_t v = 0; v < 5; ++v) {  // the fifth is in no face
+      for (std::size_t k = 0; k < 3; ++k) {
+        Mesh<double> mesh = tetrahedron();
+        mesh.positions.push_back({1, 1, 1});
+        mesh.positions[v][k] = wrong;
+        CAPTURE(wrong);
+        CHECK(contains(message_of(mesh), "vertex " + std::to_string(v) + " has position ("));
+      }
+    }
+  }
+}
+
 TEST_CASE("of no size at all is a mesh too") {
   const Mesh<double> mesh{{{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, {{0, 1, 2}}};
   CHECK(Surface<double>(mesh).length(0) == 0);

@@ -328,6 +328,21 @@ TEST_CASE("every property holds on the meshes that once failed") {
   }
 }
 
+TEST_CASE("no solver takes a mesh with a coordinate that is no number") {
+  for (const auto& method : stress::methods()) {
+    for (std::size_t v = 0; v < 5; ++v) {  // the fifth is in no face
+      for (std::size_t k = 0; k < 3; ++k) {
+        Mesh<double> mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 2, 0}},
+                          {{0, 1, 2}, {2, 1, 3}}};
+        mesh.positions[v][k] = std::numeric_limits<double>::quiet_NaN();
+        CAPTURE(method.name);
+        CHECK_THROWS_AS((void)method.make(mesh, Precision::in_double)->distance(stress::from(0)),
+                        gelight::InvalidInput);
+      }
+    }
+  }
+}
+
 TEST_CASE("shrinking finds the few faces that matter") {
   Random random(4);
   const Mesh<double> mesh = test::random_grid(6, random);

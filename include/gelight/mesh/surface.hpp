@@ -136,8 +136,8 @@ template <std::floating_point T, TriangleMesh M>
     const auto& p = MeshTraits<M>::position(mesh, v);
     const Vec3<T> q(static_cast<T>(p[0]), static_cast<T>(p[1]), static_cast<T>(p[2]));
     const double x = std::fabs(static_cast<double>(q[0])), y = std::fabs(static_cast<double>(q[1]));
-    const double largest = std::max({x, y, std::fabs(static_cast<double>(q[2]))});
-    if (!(x + y + largest <= largest_coordinate)) require_in_reach(v, q);
+    const double z = std::fabs(static_cast<double>(q[2]));
+    if (!(x + y + z <= largest_coordinate)) require_in_reach(v, q);
     positions[v] = q;
     progress.step();
   }
