@@ -118,3 +118,14 @@ TEST_CASE_TEMPLATE("what is no number reaches no further than the filter", T, fl
     }
   }
 }
+
+TEST_CASE("an image without columns or rows is correlated into one") {
+  const std::array<double, 3> kernel{1, 2, 1};
+  for (const Border border :
+       {Border::reflect101, Border::reflect, Border::replicate, Border::zero}) {
+    for (const Index rows : {0, 3}) {
+      CHECK(correlate<double>(Image<double>(0, rows), kernel, 1, border) == Image<double>(0, rows));
+      CHECK(correlate<double>(Image<double>(rows, 0), kernel, 1, border) == Image<double>(rows, 0));
+    }
+  }
+}

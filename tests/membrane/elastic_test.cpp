@@ -80,3 +80,11 @@ TEST_CASE("the published membrane of the flat GelSight") {
   CHECK(worst_difference(surface_depth(FlatGelSightMembrane<double>(), contact, rest), published) <
         1e-6);
 }
+
+TEST_CASE("the flat GelSight's membrane of an image without columns or rows has none") {
+  for (const Index rows : {0, 3}) {
+    const Image<double> none(0, rows), flat(rows, 0);
+    CHECK(surface_depth(FlatGelSightMembrane<double>(), none, none) == none);
+    CHECK(surface_depth(FlatGelSightMembrane<double>(), flat, flat) == flat);
+  }
+}

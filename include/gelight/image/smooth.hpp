@@ -29,6 +29,7 @@ template <std::floating_point T, ImageOf<T> I>
   const Index width = static_cast<Index>(ImageTraits<I>::width(image));
   const Index height = static_cast<Index>(ImageTraits<I>::height(image));
   Image<T> rows(width, height), result(width, height);
+  if (width == 0) return result;
   std::vector<T> padded(static_cast<std::size_t>(width + taps));
   for (Index y = 0; y < height; ++y) {
     for (Index x = -anchor; x < width + taps - 1 - anchor; ++x) {

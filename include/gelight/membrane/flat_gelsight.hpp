@@ -158,6 +158,7 @@ class FlatGelSightMembrane {
     return {{width, height}, {width, height}};
   }
   void press_into(ImageView<T> surface, const Press<T>& press, Workspace& work) const {
+    if (press.window.is_empty()) return;
     const auto protrusion = [&](Index x, Index y) {
       return static_cast<double>(detail::protrusion(press.depth(x, y), press.rest(x, y)));
     };
