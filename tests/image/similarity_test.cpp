@@ -34,6 +34,9 @@ TEST_CASE("equal images") {
   const auto image = texture();
   CHECK(level_difference(image, image).worst == 0);
   CHECK(level_difference(image, image).beyond(0) == 0);
+  CHECK(level_difference(image, image).beyond(-1) == 40 * 30);
+  CHECK(level_difference(image, image).beyond(std::numeric_limits<int>::min()) == 40 * 30);
+  CHECK(level_difference(image, image).beyond(std::numeric_limits<int>::max()) == 0);
   CHECK(psnr(image, image) == std::numeric_limits<double>::infinity());
   CHECK(ssim(image, image) == gelight::test::approx(1).epsilon(1e-12));
 }

@@ -25,8 +25,7 @@ struct LevelDifference {
   /// How many pixels differ by more than so many levels.
   [[nodiscard]] std::int64_t beyond(int levels) const {
     std::int64_t count = 0;
-    for (int d = std::max(0, levels + 1); d < 256; ++d)
-      count += pixels[static_cast<std::size_t>(d)];
+    for (int d = 255; d >= 0 && d > levels; --d) count += pixels[static_cast<std::size_t>(d)];
     return count;
   }
 };
