@@ -206,4 +206,10 @@ TEST_CASE("a sigma that cannot be is refused") {
   }
   CHECK_THROWS_AS((void)gaussian_recursive(image, 0.4), InvalidInput);
   CHECK_THROWS_AS((void)gaussian_boxes(image, 1, 0), InvalidInput);
+  // More than can be counted, or kept.
+  for (const int passes : {1 << 28, std::numeric_limits<int>::max()}) {
+    CHECK_THROWS_AS((void)gaussian_boxes(image, 1, passes), InvalidInput);
+  }
+  CHECK(gaussian_radius(1e300, std::numeric_limits<Index>::max(), 1) ==
+        std::numeric_limits<Index>::max());
 }

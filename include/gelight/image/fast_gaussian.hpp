@@ -6,6 +6,7 @@
 #include <complex>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -329,7 +330,8 @@ requires std::floating_point<ImagePixel<I>>
 ///
 /// Three passes come within 4.3 % of the image's range, five within 2.4 %, for a sigma of 2 or
 /// more. 8 additions a pass and pixel, summed in double. Throws InvalidInput for a sigma that is
-/// not positive or above 1e5, and for less than one pass. (Gwosdek, Grewenig, Bruhn, Weickert,
+/// not positive or above 1e5, for less than one pass, and for passes that reach beyond 2^26 pixels
+/// together. (Gwosdek, Grewenig, Bruhn, Weickert,
 /// Theoretical foundations of Gaussian convolution by extended box filtering, 2011,
 /// doi:10.1007/978-3-642-24785-9_38)
 template <ImageLike I>
@@ -340,7 +342,10 @@ requires std::floating_point<ImagePixel<I>>
   detail::require_sigma(sigma, 0);
   detail::require(passes >= 1, passes, " passes are less than one");
   const auto box = detail::extended_box(sigma, passes);
-  return detail::filter_both_ways(image, passes * (box.radius + 1), border, [&](auto padded) {
+  const std::int64_t reach = std::int64_t{passes} * (box.radius + 1);
+  detail::require(reach <= 1 << 26, passes, " passes reach ", reach, " pixels, beyond 2^26");
+  const auto pad = static_cast<Index>(reach);
+  return detail::filter_both_ways(image, pad, border, [&](auto padded) {
     for (int pass = 0; pass < passes; ++pass) padded = detail::box_down(padded, box);
     return padded;
   });

@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -142,7 +143,8 @@ template <std::floating_point T>
 [[nodiscard]] inline Index gaussian_radius(double sigma, Index width, Index height) {
   detail::require(std::isfinite(sigma) && sigma >= 0, "sigma ", sigma,
                   " is negative or not finite");
-  const double most = 4.0 * std::max({width, height, Index{1}});
+  const double side = 4.0 * std::max({width, height, Index{1}});
+  const double most = std::min(side, double{std::numeric_limits<Index>::max()});
   return static_cast<Index>(std::min(std::ceil(4 * sigma), most));
 }
 
