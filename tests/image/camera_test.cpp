@@ -58,6 +58,12 @@ TEST_CASE("cameras that see nothing are refused by name") {
   CHECK(refusal({1, -3, 0, 0, 2, 2}).find("focal lengths (1, -3)") != std::string::npos);
   CHECK(refusal({nan, 1, 0, 0, 2, 2}).find("focal lengths (nan, 1)") != std::string::npos);
   CHECK(refusal({1, 1, nan, 0, 2, 2}).find("centre (nan, 0)") != std::string::npos);
+  const double tiny = std::numeric_limits<double>::denorm_min();
+  CHECK(refusal({tiny, 1, 0, 0, 1, 1}) == "accepted");  // its one pixel is on the axis
+  CHECK(refusal({tiny, 1, 0, 0, 3, 2}) ==
+        "the camera's ray through pixel (2, 1) is (inf, 1, 1), not finite");
+  CHECK(refusal({1, 0.1, 0, 1e308, 3, 2}) ==
+        "the camera's ray through pixel (0, 0) is (0, -inf, 1), not finite");
   CHECK(refusal({1, 1, 0, 0, 0, 2}).find("size 0 x 2") != std::string::npos);
   CHECK_THROWS_AS((void)Camera<double>::from_vertical_fov(0, 4, 4), InvalidInput);
   CHECK_THROWS_AS((void)Camera<double>::from_vertical_fov(3.2, 4, 4), InvalidInput);

@@ -272,6 +272,14 @@ TEST_CASE("depths of any unit have the same normals, or are refused by place") {
     CHECK(test::contains(test::refusal([&] { (void)plane_fit_normals(far, camera, 2); }),
                          "at pixel (7, 9) is not between"));
   }
+  // At whatever depth, such rays lead to where squares are no numbers.
+  Camera<double> wide = camera, off = camera;
+  wide.fx = 1e-150;
+  off.cy = -1e150;
+  for (const Camera<double>& eye : {wide, off}) {
+    CHECK(test::contains(test::refusal([&] { (void)plane_fit_normals(depth, eye, 2); }),
+                         "at pixel (0, 0) is not between"));
+  }
 }
 
 TEST_CASE("points that span no plane have no normal") {

@@ -4,6 +4,7 @@
 #include <concepts>
 #include <numbers>
 #include <type_traits>
+#include <utility>
 
 #include "gelight/concepts/image.hpp"
 #include "gelight/core/error.hpp"
@@ -64,7 +65,7 @@ struct Camera {
   }
 
   /// Throws InvalidInput for a size that is not positive, a focal length that is not positive and
-  /// finite, or a centre that is not finite.
+  /// finite, or a centre that is not finite or so many focal lengths off that a pixel's ray is not.
   void require_valid() const {
     detail::require(width > 0 && height > 0, "the camera's image size ", width, " x ", height,
                     " is not positive");
@@ -72,6 +73,12 @@ struct Camera {
                     "the camera's focal lengths (", fx, ", ", fy, ") are not positive and finite");
     detail::require(std::isfinite(cx) && std::isfinite(cy), "the camera's centre (", cx, ", ", cy,
                     ") is not finite");
+    // Each coordinate of a ray is largest on the first or the last column or row.
+    for (const auto& [u, v] : {std::pair{Index{0}, Index{0}}, {width - 1, height - 1}}) {
+      const Vec3<T> seen = ray(static_cast<T>(u), static_cast<T>(v));
+      detail::require(detail::is_finite(seen), "the camera's ray through pixel (", u, ", ", v,
+                      ") is (", seen.x(), ", ", seen.y(), ", 1), not finite");
+    }
   }
 };
 

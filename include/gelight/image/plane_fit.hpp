@@ -18,12 +18,24 @@
 namespace gelight {
 namespace detail {
 
-/// Throws InvalidInput for a surface whose distances' squares leave the range of numbers.
+/// The largest depth at which the points that a camera's pixels see have squares that are numbers.
+template <std::floating_point T>
+[[nodiscard]] double most_fitted(const Camera<T>& camera) {
+  const auto eye = camera.template cast<double>();
+  double longest = 1;  // of the rays' coordinates
+  for (const auto& ray : {eye.ray(0, 0), eye.ray(camera.width - 1, camera.height - 1)}) {
+    longest = std::max(longest, largest_part(ray));
+  }
+  return most_fitted_depth / longest;
+}
+
+/// Throws InvalidInput for a surface whose distances' squares leave the range of numbers; `most` is
+/// the largest depth at which they do not.
 template <class T>
-void require_fitted_depth(T z, Index x, Index y) {
-  const bool is_in_range = double{z} >= least_fitted_depth && double{z} <= most_fitted_depth;
+void require_fitted_depth(T z, Index x, Index y, double most) {
+  const bool is_in_range = double{z} >= least_fitted_depth && double{z} <= most;
   require(!is_depth(z) || is_in_range, "the depth ", z, " at pixel (", x, ", ", y,
-          ") is not between ", least_fitted_depth, " and ", most_fitted_depth);
+          ") is not between ", least_fitted_depth, " and ", most);
 }
 
 template <class T, class I>
@@ -65,7 +77,8 @@ void fit_planes(Image<Vec3<T>>& normals, const I& depth, const Camera<T>& camera
 /// degree, the normal leaves its direction for one that still faces the camera, so that it is a
 /// continuous function of the depths. Works in double whatever T is, on depths of any unit; the
 /// cost grows with the logarithm of the radius. Throws InvalidInput for a camera that is not valid,
-/// a depth image of another size, a radius below 1 and a depth that is not from 1e-140 to 1e140.
+/// a depth image of another size, a radius below 1 and a depth that is not from 1e-140 to 1e140, or
+/// at which a pixel sees a point farther beside the axis than that.
 template <std::floating_point T, ImageOf<T> I>
 [[nodiscard]] Image<Vec3<T>> plane_fit_normals(const I& depth, const Camera<T>& camera,
                                                Index radius) {
@@ -73,9 +86,11 @@ template <std::floating_point T, ImageOf<T> I>
   detail::require_camera_size(depth, camera, "the depth image");
   detail::require(radius >= 1, "a window of radius ", radius, " has no neighbours");
   if constexpr (sizeof(T) > 4) {
+    const double most = detail::most_fitted(camera);
     for (Index y = 0; y < camera.height; ++y) {
       for (Index x = 0; x < camera.width; ++x) {
-        detail::require_fitted_depth(static_cast<T>(ImageTraits<I>::pixel(depth, x, y)), x, y);
+        detail::require_fitted_depth(static_cast<T>(ImageTraits<I>::pixel(depth, x, y)), x, y,
+                                     most);
       }
     }
   }

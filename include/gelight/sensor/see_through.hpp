@@ -241,9 +241,11 @@ class SeeThroughRenderer {
                                                         const Background<T>& background) {
     camera.require_valid();
     detail::require_camera_size(rest_depth, camera, "the rest depth image");
+    const double most = detail::most_fitted(camera);
     for (Index y = 0; y < camera.height; ++y) {
       for (Index x = 0; x < camera.width; ++x) {
-        detail::require_fitted_depth(static_cast<T>(ImageTraits<D>::pixel(rest_depth, x, y)), x, y);
+        detail::require_fitted_depth(static_cast<T>(ImageTraits<D>::pixel(rest_depth, x, y)), x, y,
+                                     most);
       }
     }
     if (background.is_image()) {
