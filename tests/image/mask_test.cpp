@@ -19,6 +19,10 @@ TEST_CASE("a circle keeps what lies in it, its own pixels included") {
   }
   CHECK(known == 13);
   CHECK(masked(6, 3) == 2);
+  // Whose squares are infinite, or zero.
+  CHECK(std::isnan(circular_mask(Image<float>(1, 1), 1e300, 0, 1e200)(0, 0)));
+  CHECK(std::isnan(circular_mask(Image<float>(1, 1), 0, 1e-180, 1e-200)(0, 0)));
+  CHECK(circular_mask(Image<float>(1, 1), 1e200, 0, 1e300)(0, 0) == 0);
   CHECK_THROWS_AS((void)circular_mask(Image<float>(2, 2), 0, 0, -1), InvalidInput);
   CHECK_THROWS_AS(
       (void)circular_mask(Image<float>(2, 2), 0, 0, std::numeric_limits<double>::quiet_NaN()),

@@ -59,8 +59,8 @@ requires std::floating_point<ImagePixel<I>>
                   static_cast<Index>(ImageTraits<I>::height(depth)));
   for (Index y = 0; y < masked.height(); ++y) {
     for (Index x = 0; x < masked.width(); ++x) {
-      const double dx = x - cx, dy = y - cy;
-      masked(x, y) = dx * dx + dy * dy <= radius * radius ? ImageTraits<I>::pixel(depth, x, y)
+      // By no square, which of a circle far off would be infinite as that of its radius is.
+      masked(x, y) = std::hypot(x - cx, y - cy) <= radius ? ImageTraits<I>::pixel(depth, x, y)
                                                           : std::numeric_limits<T>::quiet_NaN();
     }
   }
