@@ -107,4 +107,13 @@ TEST_CASE("bad input is refused") {
   CHECK_THROWS_AS((void)packed<double>(LightField<double>{{0, 0, 5}}, up), InvalidInput);
   CHECK_THROWS_AS((void)packed<double>(LightField<double>{{nan, 0, 0}}, up), InvalidInput);
   CHECK_THROWS_AS((void)unpacked<double>(std::vector<CompactDirection>(2), up), InvalidInput);
+  const std::vector<CompactDirection> compact(1);
+  CHECK_THROWS_AS((void)unpacked<double>(compact, leaning), InvalidInput);
+  for (int i = 0; i < 3; ++i) {
+    for (const double bad : {nan, std::numeric_limits<double>::infinity()}) {
+      std::vector<Vec3<double>> normals = up;
+      normals[0][i] = bad;
+      CHECK_THROWS_AS((void)unpacked<double>(compact, normals), InvalidInput);
+    }
+  }
 }

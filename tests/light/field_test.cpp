@@ -65,6 +65,13 @@ TEST_CASE("a dimmed field has the lengths of its strengths") {
   CHECK(weak[1].norm() == gelight::test::approx(0.25));
   CHECK(weak[2].isZero());
   CHECK_THROWS_AS((void)dimmed<double>(field, std::span(shares).first(2)), InvalidInput);
+  for (const double bad : {-0.1, 1.5, not_a_number, inf}) {
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+      auto strengths = shares;
+      strengths[i] = bad;
+      CHECK_THROWS_AS((void)dimmed<double>(field, strengths), InvalidInput);
+    }
+  }
 }
 
 TEST_CASE("rectified directions are tangent, of unit length, nearest to what they were") {

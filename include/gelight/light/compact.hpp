@@ -38,6 +38,11 @@ namespace detail {
 inline constexpr int compact_steps = std::numeric_limits<std::int16_t>::max();
 
 template <std::floating_point T>
+void require_unit_normal(const Vec3<T>& normal, std::size_t i) {
+  const T length = norm(normal);
+  require(std::abs(length - 1) < T(1e-4), "normal ", i, " has length ", length);
+}
+template <std::floating_point T>
 void require_compact(const Vec3<T>& direction, std::size_t i) {
   // A unit vector may be longer than 1 by rounding.
   const T length = stable_norm(direction);
@@ -61,8 +66,7 @@ template <std::floating_point T>
                   " directions, there are ", normals.size(), " normals");
   std::vector<CompactDirection> compact(field.size());
   for (std::size_t i = 0; i < field.size(); ++i) {
-    detail::require(std::abs(norm(normals[i]) - 1) < T(1e-4), "normal ", i, " has length ",
-                    norm(normals[i]));
+    detail::require_unit_normal(normals[i], i);
     detail::require_compact(field[i], i);
     const auto [x, y] = plane_basis(normalized(normals[i]));
     const auto steps = [&](const Vec3<T>& axis) {
@@ -85,7 +89,7 @@ template <std::floating_point T>
 }
 
 /// A field back, with the normals it was packed with. Throws InvalidInput for another number of
-/// normals.
+/// normals, and for one that is not of unit length within 1e-4.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> unpacked(std::span<const CompactDirection> compact,
                                      std::span<const Vec3<T>> normals,
@@ -95,6 +99,7 @@ template <std::floating_point T>
   LightField<T> field;
   field.reserve(compact.size());
   for (std::size_t i = 0; i < compact.size(); ++i) {
+    detail::require_unit_normal(normals[i], i);
     field.push_back(unpacked<T>(compact[i], normals[i]));
     detail::check_points(cancelled, field.size(), compact.size(), "unpacking the field");
   }

@@ -87,13 +87,17 @@ template <std::floating_point T>
 }
 
 /// Directions shortened to the strength of the light, as `Light::direction` takes them. Throws
-/// InvalidInput for another number of strengths.
+/// InvalidInput for another number of strengths, and for one that is not from 0 to 1.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> dimmed(LightField<T> field,
                                    std::type_identity_t<std::span<const T>> strengths) {
   detail::require(field.size() == strengths.size(), "the field has ", field.size(),
                   " directions, there are ", strengths.size(), " strengths");
-  for (std::size_t i = 0; i < field.size(); ++i) field[i] *= strengths[i];
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    detail::require(strengths[i] >= 0 && strengths[i] <= 1, "strength ", i, " is ", strengths[i],
+                    ", not from 0 to 1");
+    field[i] *= strengths[i];
+  }
   return field;
 }
 
