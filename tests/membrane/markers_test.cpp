@@ -285,3 +285,31 @@ TEST_CASE("a photographed gel that a ball drags: the layer against Gaussians") {
   CHECK(by_gaussian > 0.73);
   CHECK(by_nothing > 1.7);
 }
+
+TEST_CASE("three Gaussians with what is no number are refused by name") {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const GaussianMarkers good{{{{10, 5}, 0.1}, {{12, 5}, 0.2}}, {9, 5}, {2, -1}, 0.2, 0, 0.1, 0.3};
+  const auto asked = [&](const char* what, auto&& spoil) {
+    for (const double bad : {nan, inf, -inf}) {
+      CAPTURE(bad);
+      GaussianMarkers markers = good;
+      spoil(markers, bad);
+      CHECK(contains(refusal([&] { (void)markers({0, 0}); }), what));
+      CHECK(contains(refusal([&] { (void)marker_displacement<double>(4, 4, markers); }), what));
+    }
+  };
+  CHECK(refusal([&] { (void)good({0, 0}); }) == "accepted");
+  for (int i = 0; i < 2; ++i) {
+    asked("centre", [&](auto& m, double bad) { m.centre[i] = bad; });
+    asked("shift", [&](auto& m, double bad) { m.shift[i] = bad; });
+    asked("touched dot 1 at", [&](auto& m, double bad) { m.touched[1].pixel[i] = bad; });
+  }
+  asked("touched dot 0 at", [&](auto& m, double bad) { m.touched[0].push = bad; });
+  asked("twist", [](auto& m, double bad) { m.twist = bad; });
+  asked("decays", [](auto& m, double bad) { m.push_decay = bad; });
+  asked("decays", [](auto& m, double bad) { m.shift_decay = bad; });
+  asked("decays", [](auto& m, double bad) { m.twist_decay = bad; });
+  GaussianMarkers grows = good;
+  grows.twist_decay = -0.1;
+  CHECK(contains(refusal([&] { (void)grows({0, 0}); }), "-0.1 is negative"));
+}

@@ -91,8 +91,29 @@ struct GaussianMarkers {
   double shift_decay = 0;        ///< of what is dragged along, per square of pixels
   double twist_decay = 0;        ///< of what is turned along, per square of pixels
 
-  /// How far a marker moves that was at a pixel.
+  /// Throws InvalidInput for a decay that is negative or not finite, and for a touched dot, a
+  /// centre, a shift and a twist that are not finite.
+  void require_valid() const {
+    for (const double decay : {push_decay, shift_decay, twist_decay}) {
+      detail::require(decay >= 0 && std::isfinite(decay), "decays ", push_decay, ", ", shift_decay,
+                      " and ", twist_decay, " of push, shift and twist: ", decay,
+                      " is negative or not finite");
+    }
+    detail::require(detail::is_finite(centre), "centre (", centre.x(), ", ", centre.y(),
+                    ") is not finite");
+    detail::require(detail::is_finite(shift), "shift (", shift.x(), ", ", shift.y(),
+                    ") is not finite");
+    detail::require(std::isfinite(twist), "twist ", twist, " is not finite");
+    for (std::size_t i = 0; i < touched.size(); ++i) {
+      const auto& [dot, push] = touched[i];
+      detail::require(detail::is_finite(dot) && std::isfinite(push), "touched dot ", i, " at (",
+                      dot.x(), ", ", dot.y(), ") with push ", push, " is not finite");
+    }
+  }
+
+  /// How far a marker moves that was at a pixel. Throws InvalidInput as require_valid does.
   [[nodiscard]] Vec2<double> operator()(const Vec2<double>& pixel) const {
+    require_valid();
     double along = 0, down = 0;
     for (const Touched& dot : touched) {
       const double x = pixel.x() - dot.pixel.x(), y = pixel.y() - dot.pixel.y();
