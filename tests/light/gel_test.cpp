@@ -213,6 +213,11 @@ TEST_CASE("what is no LED is refused, and the hook cancels") {
     refuses([&](auto& led) { led.index = bad; });
     refuses([&](auto& led) { led.power = bad; });
   }
+  // Of no gel, and squares that are no numbers.
+  for (const double bad : {1e-3, 1e3, 1e200}) {
+    refuses([&](auto& led) { led.index = bad; });
+    CHECK_THROWS_AS(GelLight<double>(grid(2, 2, 1.0, 1.0), {.index = bad}), InvalidInput);
+  }
   refuses([&](auto& led) { led.depth = -0.1; });
   refuses([&](auto& led) { led.depth = 1.1; });
   refuses([&](auto& led) { led.depth = nan; });

@@ -67,8 +67,8 @@ template <std::floating_point T>
 ///
 /// Throws InvalidInput for another number of normals than positions, a position that is not finite,
 /// a normal that is zero or not finite, and an LED whose vectors are zero or not finite, whose
-/// thickness, index or power is not positive and finite, or whose depth is not within the gel. O(1)
-/// a point.
+/// thickness or power is not positive and finite, whose index is not from 0.01 to 100, or whose
+/// depth is not within the gel. O(1) a point.
 template <std::floating_point T>
 [[nodiscard]] LightField<T> gel_field(const GelLed<T>& led, std::span<const Vec3<T>> positions,
                                       std::span<const Vec3<T>> normals,
@@ -78,7 +78,7 @@ template <std::floating_point T>
     detail::require(value > 0 && std::isfinite(value), "the gel's LED: ", what, " is ", value);
   };
   require_positive(led.thickness, "thickness");
-  require_positive(led.index, "index");
+  detail::require_index(double{led.index}, "the gel's LED");
   require_positive(led.power, "power");
   detail::require(led.depth >= 0 && led.depth <= led.thickness, "an LED at depth ", led.depth,
                   " of a gel ", led.thickness, " thick");

@@ -224,14 +224,15 @@ class GelLight {
 
   /// Of a membrane with normals outwards, unless `gel` says otherwise; where it has a border, that
   /// is taken on trust. Throws InvalidInput as Surface does, for one that is not an oriented
-  /// manifold, for a closed one whose normals point the other way, and for a size or an index that
-  /// is not positive and finite.
+  /// manifold, for a closed one whose normals point the other way, for a size that is not positive
+  /// and finite, and for an index that is not from 0.01 to 100.
   explicit GelLight(const TriangleMesh auto& membrane, const GelSheet<T>& gel = {})
       : surface_(membrane), gel_(gel) {
-    for (const T value : {gel.thickness, gel.full_within, gel.index}) {
+    for (const T value : {gel.thickness, gel.full_within}) {
       detail::require(value > 0 && std::isfinite(value), "a gel of thickness ", gel.thickness,
-                      " and index ", gel.index, ", lit fully within ", gel.full_within);
+                      ", lit fully within ", gel.full_within);
     }
+    detail::require_index(double{gel.index}, "the gel");
     require_oriented(surface_);
     // Gel fills a closed membrane: the other way, its light would be dark or come from behind.
     const double volume = detail::enclosed_volume(surface_);

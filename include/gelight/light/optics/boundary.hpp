@@ -5,6 +5,7 @@
 #include <concepts>
 #include <numbers>
 
+#include "gelight/core/error.hpp"
 #include "gelight/core/types.hpp"
 
 // A room of light/traced.hpp and light/gel.hpp: what becomes of a ray at a boundary. (Templates so
@@ -19,6 +20,13 @@ template <std::same_as<double> Real>
   const double angle = 2 * std::numbers::pi * turn;
   const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
   return cosine * axis + sine * (std::cos(angle) * x + std::sin(angle) * y);
+}
+
+/// Throws InvalidInput for a refractive index whose square and inverse say nothing, as that of no
+/// gel does; `what` has it.
+inline void require_index(double index, const char* what) {
+  require(index >= 0.01 && index <= 100, what, " has refractive index ", index,
+          ", not from 0.01 to 100");
 }
 
 /// What an unpolarised ray meets at a boundary between two media.
