@@ -157,6 +157,31 @@ TEST_CASE("a renderer of another rest depth is told so") {
         rest);
 }
 
+TEST_CASE(
+    "where a renderer has no membrane nor has a layer, where it has one a layer has it, too") {
+  const auto depth = ball(50, 40);
+  const Image<double> full(100, 80, rest);
+  auto holed = full;
+  holed(70, 20) = std::numeric_limits<double>::quiet_NaN();
+  const auto layer_of = [](const Image<double>& seen) {
+    return LayerMembrane<double>(
+        ElasticLayer<double>(camera(), seen, {1e5, 0.48, 3e-3}, {.sideways = false}));
+  };
+  for (const auto* const seen : {&std::as_const(full), &std::as_const(holed)}) {
+    const auto surface = surface_depth(layer_of(*seen), depth, holed);
+    for (Index y = 0; y < 80; ++y) {
+      for (Index x = 0; x < 100; ++x) {
+        CHECK(std::isnan(surface(x, y)) == (x == 70 && y == 20));
+      }
+    }
+  }
+  for (const double none : {std::numeric_limits<double>::quiet_NaN(), inf, 0.0, -1.0}) {
+    holed(70, 20) = none;
+    CHECK(test::contains(test::refusal([&] { (void)surface_depth(layer_of(holed), depth, full); }),
+                         "at pixel (70, 20) the renderer's rest depth is 0.03 m, the layer's"));
+  }
+}
+
 TEST_CASE("no force brings the surface behind the camera") {
   const ElasticLayer layer(camera(), rest, {1e5, 0.3, inf}, {.sideways = false});
   const Image<double> plate(100, 80, rest);

@@ -24,8 +24,9 @@ namespace gelight {
 /// it is pressed in by a force. Some 20 convolutions and memory from the heap for every frame; for
 /// the surface alone BulgingMembrane is far cheaper.
 ///
-/// The layer's rest depth is to be that of the renderer, to a hundredth of a pixel's width. Where
-/// the object's depth is not known, nothing touches. A frame throws InvalidInput as
+/// The layer's rest depth is to be that of the renderer, to a hundredth of a pixel's width, and
+/// known wherever that is. Where the object's depth is not known, nothing touches. A frame throws
+/// InvalidInput for another rest depth, as
 /// ElasticLayer::press does, and for a contact that is off by more than `most_residual` of the
 /// deepest press. A model of the concept MembraneModel, but for what `warm` says.
 template <std::floating_point T>
@@ -75,7 +76,8 @@ class LayerMembrane {
     }
     for (Index y = press.window.top; y < press.window.bottom; ++y) {
       for (Index x = press.window.left; x < press.window.right; ++x) {
-        surface(x, y) = work.contact->depth(x, y);
+        const T rest = press.rest(x, y);
+        surface(x, y) = std::isnan(rest) ? rest : work.contact->depth(x, y);
       }
     }
   }
@@ -93,7 +95,8 @@ class LayerMembrane {
     for (Index y = press.window.top; y < press.window.bottom; ++y) {
       for (Index x = press.window.left; x < press.window.right; ++x) {
         const T seen = press.rest(x, y), own = layer_.rest_depth()(x, y);
-        detail::require(!(std::abs(double{seen} - double{own}) > most), "at pixel (", x, ", ", y,
+        const bool is_same = std::abs(double{seen} - double{own}) <= most;  // no, where it is NaN
+        detail::require(is_same || std::isnan(seen), "at pixel (", x, ", ", y,
                         ") the renderer's rest depth is ", seen, " m, the layer's ", own, " m");
       }
     }
