@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
+
 #include "gelight/light/linear.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -44,4 +46,7 @@ TEST_CASE("each pixel gets the direction of the surface point that it shows, the
   CHECK_THROWS_AS((void)gelight::bake(field, raster, [] { return true; }), gelight::Cancelled);
   CHECK_THROWS_AS((void)gelight::bake(gelight::LightField<double>(3), raster),
                   gelight::InvalidInput);
+  auto cut = raster;
+  cut.barycentric = gelight::Image<std::array<double, 3>>(32, 23);
+  CHECK_THROWS_AS((void)gelight::pixel_points(cut), gelight::InvalidInput);
 }

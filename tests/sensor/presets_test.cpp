@@ -470,6 +470,19 @@ TEST_CASE(
         "the light model gives 3 directions for 4 points");
 }
 
+TEST_CASE("the coating's light is of a raster of the camera's size") {
+  const auto sensor = gelsight_mini(32, 24, 0.002f);
+  const auto rest = rasterize(sensor.membrane, sensor.camera);
+  auto faces = rest, depths = rest;
+  faces.face = Image<Index>(32, 23, 0);
+  depths.depth = Image<float>(31, 24, 0.02f);
+  CHECK(test::refusal([&] { (void)coating_light(sensor, rest); }) == "accepted");
+  CHECK(test::refusal([&] { (void)coating_light(sensor, faces); }) ==
+        "the image of faces is 32 x 23 pixels, the camera's image 32 x 24");
+  CHECK(test::refusal([&] { (void)coating_light(sensor, depths); }) ==
+        "the depth image is 31 x 24 pixels, the camera's image 32 x 24");
+}
+
 TEST_CASE("a sensor that cannot be is refused") {
   CHECK(test::refusal([] { (void)geltip<double>(0, 480); }) != "accepted");
   CHECK(test::refusal([] { (void)geltip<double>(640, 480, 0.02); }) != "accepted");

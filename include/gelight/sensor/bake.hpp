@@ -17,8 +17,12 @@
 namespace gelight {
 
 /// The surface points that the pixels show, row after row, without the pixels that show none.
+/// Throws InvalidInput for a raster whose images of faces and of places in them are of different
+/// sizes.
 template <std::floating_point T>
 [[nodiscard]] std::vector<SurfacePoint<T>> pixel_points(const Raster<T>& raster) {
+  detail::require_same_size(raster.face, raster.barycentric, "the image of faces",
+                            "the image of places in faces");
   std::vector<SurfacePoint<T>> points;
   for (Index y = 0; y < raster.face.height(); ++y) {
     for (Index x = 0; x < raster.face.width(); ++x) {

@@ -118,7 +118,8 @@ template <std::floating_point T = float>
 
 /// What the camera of a sensor sees of its coating by the light that this scatters: each LED's
 /// colour, faded with the straight distance, in shares of full light; black beside the membrane.
-/// Throws InvalidInput unless there is a colour for each LED, and as `strength` does.
+/// Throws InvalidInput unless there is a colour for each LED, for a raster of another size than the
+/// camera's image, and as `strength` does.
 template <std::floating_point T>
 [[nodiscard]] Background<T> coating_light(const SensorPreset<T>& sensor, const Raster<T>& rest);
 

@@ -285,6 +285,8 @@ template <std::floating_point T>
               ", which is not in shares of full light from 0 to 1");
     }
   }
+  require_camera_size(rest.face, camera, "the image of faces");
+  require_camera_size(rest.depth, camera, "the depth image");
   Image<std::array<T, 3>> seen(camera.width, camera.height);
   std::vector<T> distances;
   std::vector<std::array<T, 3>*> pixels;
