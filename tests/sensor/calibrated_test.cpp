@@ -259,6 +259,49 @@ TEST_CASE("the renderer makes of a sensor's file what the fit predicts") {
   CHECK(contains(refusal([&] { (void)read_sensor(path); }), "cannot be opened"));
 }
 
+TEST_CASE("a reflectance that is no number at a pixel, or in float, is refused by name") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto lights = std::get<LightsReflectance>(reflectances()[0]);
+  const auto table = std::get<TableReflectance>(reflectances()[2]);
+  const auto sensor_of = [](const FittedReflectance& model) {
+    return CalibratedSensor{gradient(), model, 9, {}};
+  };
+  // In the gel's surface, at a node of the places: infinitely bright.
+  auto within = lights;
+  within.lights[1].place = {0, 0, 0};
+  auto steep = lights;
+  steep.falloff = -1e300;
+  for (const LightsReflectance& model : {within, steep}) {
+    CHECK(contains(refusal([&] { (void)CalibratedReflectance<double>(sensor_of(model)); }),
+                   "of a reflectance's table of touched gel is"));
+  }
+  CHECK(contains(refusal([&] {
+                   (void)predict(sensor_of(steep), {50, 50, 10}, 30);
+                 }),
+                 "the reflectance changes pixel ("));
+  // What double holds, and float does not.
+  for (const bool touched : {true, false}) {
+    auto model = table;
+    (touched ? model.touched : model.free)[99] = -1e37;
+    CHECK(refusal([&] { (void)CalibratedReflectance<double>(sensor_of(model)); }) == "accepted");
+    CHECK(contains(refusal([&] { (void)CalibratedReflectance<float>(sensor_of(model)); }),
+                   touched ? "number 99 of the table of touched gel is -"
+                           : "number 99 of the table of free gel is -"));
+  }
+  auto narrow = table;
+  narrow.reach = 1e-100;
+  CHECK(refusal([&] { (void)CalibratedReflectance<double>(sensor_of(narrow)); }) == "accepted");
+  CHECK(contains(refusal([&] { (void)CalibratedReflectance<float>(sensor_of(narrow)); }),
+                 "a table of reach 1e-100"));
+  for (std::size_t c = 0; c < 3; ++c) {
+    Change level{};
+    level[c] = nan;
+    CHECK(refusal([&] {
+            (void)predict(sensor_of(table), {50, 50, 10}, 30, level);
+          }) == "a photograph brighter by nan grey levels");
+  }
+}
+
 TEST_CASE("where there is no normal the image is the background, touched or not") {
   const Image<Rgb8> background = gradient();
   const std::vector<double> nothing(width, 0), all(width, 1);

@@ -118,7 +118,8 @@ GELIGHT_INLINE void require_press(const BallPress& press, const Image<Rgb8>& bac
 
 /// The photograph that a calibrated sensor would take of a ball pressed in: `level` grey levels
 /// brighter. Throws InvalidInput for a sensor that write_sensor refuses, a circle that is none of
-/// the ball's or has no place, and a bulge longer than 1e4 pixels.
+/// the ball's or has no place, a level that is not finite, a bulge longer than 1e4 pixels, and a
+/// reflectance that is infinite or none at a pixel.
 [[nodiscard]] GELIGHT_INLINE Image<std::array<double, 3>> predict(const CalibratedSensor& sensor,
                                                                   const Circle& contact,
                                                                   double ball_radius,

@@ -47,7 +47,9 @@ class CalibratedReflectance {
   /// The renderer tells which pixels an object touches.
   static constexpr bool reads_touched = true;
 
-  /// Throws InvalidInput for a background of less than 2 x 2 pixels, and as `tabulated` does.
+  /// Throws InvalidInput for a background of less than 2 x 2 pixels, for a reach by which T does
+  /// not hold half of the nodes, for numbers of which T does not hold 4096 times as much, and as
+  /// `tabulated` does.
   explicit CalibratedReflectance(const CalibratedSensor& sensor, int nodes = 17)
       : shared_(std::make_shared<const Rows>(sensor.background,
                                              tabulated(sensor.reflectance, nodes))) {}
@@ -135,6 +137,7 @@ class CalibratedReflectance {
           last(std::nextafter(static_cast<T>(table.nodes - 1), T(0))) {
       detail::require(width > 1 && height > 1, "a calibrated background of ", width, " x ", height,
                       " pixels");
+      require_held(table);
       for (Index x = 0; x < width; ++x) places.push_back(static_cast<T>(2.0 * x / (width - 1) - 1));
       background.reserve(4 * image.pixels().size());
       for (const Rgb8& pixel : image.pixels()) {
@@ -143,6 +146,20 @@ class CalibratedReflectance {
       }
       tables.resize(static_cast<std::size_t>(2 * table_size() * height));
       for (Index y = 0; y < height; ++y) fold(table, y);
+    }
+
+    // A sum of a node's terms, in grey levels, is infinite in T otherwise, and may be no number.
+    static void require_held(const TableReflectance& table) {
+      const auto most = static_cast<double>(std::numeric_limits<T>::max());
+      detail::require((table.nodes - 1) / (2 * table.reach) <= most, "a table of reach ",
+                      table.reach, ", too little to divide by");
+      for (const std::vector<double>* const part : {&table.touched, &table.free}) {
+        for (std::size_t i = 0; i < part->size(); ++i) {
+          detail::require(std::abs((*part)[i]) <= most / 4096, "number ", i, " of the table of ",
+                          part == &table.free ? "free" : "touched", " gel is ", (*part)[i],
+                          ", more than the images' type can hold");
+        }
+      }
     }
 
     // The table at row y, for free gel and then for touched.

@@ -287,6 +287,7 @@ inline void require_reflectance(const FittedReflectance& model) {
 /// A table of another reflectance, at `nodes` (odd) along each coordinate of the normal: between
 /// nodes bilinear, in the place the quadratic nearest to it on a grid of 5 x 5. A table stays as it
 /// is. Throws InvalidInput for a reflectance with numbers that cannot be or another count of them,
+/// for one that is infinite or none at some normal and place, as by a light in the gel's surface,
 /// and for nodes that are even or not from 3 to 65.
 [[nodiscard]] inline TableReflectance tabulated(const FittedReflectance& model, int nodes = 17) {
   detail::require_reflectance(model);
@@ -308,6 +309,8 @@ inline void require_reflectance(const FittedReflectance& model) {
       });
       numbers.insert(numbers.end(), quadratic.begin(), quadratic.end());
     }
+    detail::require_finite(numbers, touched ? "a reflectance's table of touched gel"
+                                            : "a reflectance's table of free gel");
   }
   return table;
 }

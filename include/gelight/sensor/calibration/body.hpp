@@ -764,6 +764,9 @@ GELIGHT_INLINE Image<std::array<double, 3>> predict(const CalibratedSensor& sens
   detail::require_sensor(sensor);
   detail::require(std::isfinite(contact.x) && std::isfinite(contact.y), "a circle at (", contact.x,
                   ", ", contact.y, ")");
+  for (const double by : level) {
+    detail::require(std::isfinite(by), "a photograph brighter by ", by, " grey levels");
+  }
   const Index width = sensor.background.width(), height = sensor.background.height();
   const detail::BallSurface surface(contact.radius, ball_radius, sensor.bulge_length,
                                     detail::farthest_corner(contact, sensor.background));
@@ -776,6 +779,8 @@ GELIGHT_INLINE Image<std::array<double, 3>> predict(const CalibratedSensor& sens
                        dx * dx + dy * dy <= contact.radius * contact.radius};
       const Change by = n.isZero() && !p.touched ? Change{} : change(sensor.reflectance, p);
       for (std::size_t c = 0; c < 3; ++c) {
+        detail::require(std::isfinite(by[c]), "the reflectance changes pixel (", x, ", ", y,
+                        ") by ", by[c]);
         out(x, y)[c] = sensor.background(x, y)[c] + level[c] +
                        detail::background_level(sensor.background, x, y, c) * by[c];
       }
