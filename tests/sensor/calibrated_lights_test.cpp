@@ -239,11 +239,13 @@ TEST_CASE("fitted lights without their directions, or images of other sizes, are
   CHECK(said([](auto&...) {}) == "accepted");
   CHECK(contains(said([](auto&, auto&, auto& d, auto&) { d.pop_back(); }), "2 images"));
   CHECK(contains(said([](auto&, auto&, auto& d, auto&) { d[1] = Field(3, 4); }), "3 x 4"));
-  CHECK(contains(said([&](auto&, auto&, auto& d, auto&) { d[1](5, 5).x() = nan; }), "of light 1"));
+  CHECK(contains(said([&](auto&, auto&, auto& d, auto&) { d[1](5, 5).x() = nan; }),
+                 "the direction of light 1 at pixel (5, 5) is (nan, "));
   CHECK(contains(said([](auto&, auto& n, auto&, auto&) { n = Field(3, 4); }), "normals"));
-  CHECK(contains(said([&](auto&, auto& n, auto&, auto&) { n(2, 2).z() = nan; }), "normals"));
-  CHECK(contains(said([&](auto&, auto& n, auto&, auto&) { n(2, 2) *= 3; }), "normals"));
-  CHECK(contains(said([&](auto&, auto& n, auto&, auto&) { n(2, 2) *= 1e-14; }), "normals"));
+  CHECK(contains(said([&](auto&, auto& n, auto&, auto&) { n(2, 2).z() = nan; }),
+                 "the normal at rest at pixel (2, 2) is (0, 0, nan)"));
+  CHECK(contains(said([&](auto&, auto& n, auto&, auto&) { n(2, 2) *= 3; }), "normal at rest"));
+  CHECK(contains(said([&](auto&, auto& n, auto&, auto&) { n(2, 2) *= 1e-14; }), "normal at rest"));
   CHECK(said([&](auto&, auto& n, auto&, auto&) { n(2, 2) *= 0; }) == "accepted");
   // In float, where it would count as a normal of that length.
   const std::vector<Image<Vec3<float>>> along(model.lights.size(),
@@ -253,7 +255,7 @@ TEST_CASE("fitted lights without their directions, or images of other sizes, are
                        model, gradient(), far_camera().cast<float>(),
                        Image<Vec3<float>>(width, height, Vec3<float>(0, 0, -1e-6f)), along);
                  }),
-                 "normals"));
+                 "normal at rest at pixel (0, 0)"));
   CHECK(contains(said([](auto&, auto&, auto&, auto& b) { b = Image<Rgb8>(7, 8); }), "background"));
   for (const double bad : {nan, 0.0, std::numeric_limits<double>::infinity()}) {
     Camera<double> camera = far_camera();

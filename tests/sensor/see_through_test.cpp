@@ -444,7 +444,7 @@ TEST_CASE("input that cannot be used is refused before anything is written") {
   auto dim = lights;
   dim[1].diffuse = unknown;
   CHECK(refusal([&] { SeeThroughRenderer(camera, rest, dim); }) ==
-        "light 1 has a colour or coefficient that is not finite");
+        "light 1 has diffuse coefficient nan, which is not finite");
 
   const SeeThroughRenderer renderer(camera, rest, lights);
   Image<Rgb8> out(width, height, {1, 2, 3}), before = out;

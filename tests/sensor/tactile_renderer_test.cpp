@@ -563,7 +563,10 @@ TEST_CASE("input that cannot be used is refused by name, before anything is writ
                  "shininess 2.5"));
   lights = two_lights();
   lights[0].rgb[2] = inf;
-  CHECK(contains(make(camera, rest, lights), "light 0 has a colour"));
+  CHECK(contains(make(camera, rest, lights), ", inf), which is not in shares of full light"));
+  lights = two_lights();
+  lights[1].specular = unknown;
+  CHECK(make(camera, rest, lights) == "light 1 has specular coefficient nan, which is not finite");
   CHECK(contains(make(camera, rest, {}, {}, TactileOptions{.smoothing_sigma = unknown}),
                  "sigma nan"));
   CHECK(contains(make(camera, rest, {}, {}, TactileOptions{.smoothing_sigma = -2}), "sigma -2"));

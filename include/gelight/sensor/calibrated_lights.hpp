@@ -1,11 +1,11 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -47,11 +47,11 @@ class CalibratedLights {
                     " images of directions for ", model.lights.size(), " lights");
     require_size(all.background, camera, "the background");
     require_size(all.rest_normals, camera, "the image of normals at rest");
-    detail::require(are_normals(all.rest_normals),
-                    "normals at rest are not all finite, and of length 1 or 0");
+    require_all(all.rest_normals, "the normal at rest", "finite, and of length 1 or 0", is_normal);
     for (std::size_t k = 0; k < all.directions.size(); ++k) {
       require_size(all.directions[k], camera, "an image of directions");
-      detail::require(finite(all.directions[k]), "directions of light ", k, " are not all finite");
+      require_all(all.directions[k], detail::joined("the direction of light ", k), "finite",
+                  [](const Vec3<T>& v) { return detail::is_finite(v); });
     }
   }
 
@@ -91,14 +91,19 @@ class CalibratedLights {
                     image.width(), " x ", image.height(), " pixels, the camera ", camera.width,
                     " x ", camera.height);
   }
-  [[nodiscard]] static bool are_normals(const Image<Vec3<T>>& image) {
-    return std::all_of(image.pixels().begin(), image.pixels().end(), [](const Vec3<T>& n) {
-      return n.isZero(0) || std::abs(norm(cast<double>(n)) - 1) < 1e-3;
-    });
+  [[nodiscard]] static bool is_normal(const Vec3<T>& n) {
+    return n.isZero(0) || std::abs(norm(cast<double>(n)) - 1) < 1e-3;
   }
-  [[nodiscard]] static bool finite(const Image<Vec3<T>>& image) {
-    return std::all_of(image.pixels().begin(), image.pixels().end(),
-                       [](const Vec3<T>& v) { return detail::is_finite(v); });
+  template <class Is>
+  static void require_all(const Image<Vec3<T>>& image, const std::string& what, const char* how,
+                          const Is& is) {
+    for (Index y = 0; y < image.height(); ++y) {
+      for (Index x = 0; x < image.width(); ++x) {
+        const Vec3<T>& v = image(x, y);
+        detail::require(is(v), what, " at pixel (", x, ", ", y, ") is (", v.x(), ", ", v.y(), ", ",
+                        v.z(), "), not ", how);
+      }
+    }
   }
 
   [[nodiscard]] Change change_at(Index x, Index y, const Vec3<double>& n, bool touched) const {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -25,15 +24,15 @@ template <class T>
 void require_light(const Light<T>& light, const Camera<T>& camera, Specular form, bool any_length,
                    const std::string& name) {
   const auto finite = [](T value) { return std::isfinite(value); };
+  const auto require_coefficient = [&](T value, const char* which) {
+    require(finite(value), name, " has ", which, ' ', value, ", which is not finite");
+    require(std::abs(double{value}) <= most_light<T>, name, " has coefficient ", value,
+            ", which is more than the images' type can hold");
+  };
   constexpr T most = T(1 + beyond_full_light);
   require_camera_size(light.direction, camera, ("the direction image of " + name).c_str());
-  require(std::all_of(light.rgb.begin(), light.rgb.end(), finite) && finite(light.diffuse) &&
-              finite(light.specular),
-          name, " has a colour or coefficient that is not finite");
-  for (const T coefficient : {light.diffuse, light.specular}) {
-    require(std::abs(double{coefficient}) <= most_light<T>, name, " has coefficient ", coefficient,
-            ", which is more than the images' type can hold");
-  }
+  require_coefficient(light.diffuse, "diffuse coefficient");
+  require_coefficient(light.specular, "specular coefficient");
   for (const T share : light.rgb) {
     require(share >= 0 && share <= most, name, " has colour (", light.rgb[0], ", ", light.rgb[1],
             ", ", light.rgb[2], "), which is not in shares of full light from 0 to 1");
