@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
 #include <span>
 #include <string>
@@ -443,6 +444,23 @@ TEST_CASE("a sensor without a colour for each LED is refused") {
   sensor.colours.pop_back();
   CHECK_THROWS_WITH_AS((void)tactile_renderer(sensor), "there are 3 LEDs and 2 colours",
                        InvalidInput);
+}
+
+TEST_CASE("a coating that reflects no share of the light is refused, by any light") {
+  for (const float bad :
+       {-0.1f, 1.1f, std::numeric_limits<float>::infinity(),
+        -std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      auto sensor = gelsight_mini(32, 24, 0.002f);
+      sensor.coating[c] = bad;
+      CAPTURE(bad);
+      CHECK(test::contains(test::refusal([&] { (void)tactile_renderer(sensor); }),
+                           "the coating reflects "));
+      CHECK(
+          test::contains(test::refusal([&] { (void)tactile_renderer(sensor, gel_light(sensor)); }),
+                         "the coating reflects "));
+    }
+  }
 }
 
 TEST_CASE(

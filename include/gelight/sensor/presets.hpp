@@ -118,8 +118,9 @@ template <std::floating_point T = float>
 
 /// What the camera of a sensor sees of its coating by the light that this scatters: each LED's
 /// colour, faded with the straight distance, in shares of full light; black beside the membrane.
-/// Throws InvalidInput unless there is a colour for each LED, for a raster of another size than the
-/// camera's image, and as `strength` does.
+/// Throws InvalidInput unless there is a colour for each LED, for a coating that does not reflect
+/// shares of the light, for a raster of another size than the camera's image, and as `strength`
+/// does.
 template <std::floating_point T>
 [[nodiscard]] Background<T> coating_light(const SensorPreset<T>& sensor, const Raster<T>& rest);
 
@@ -190,8 +191,8 @@ template <std::floating_point T>
 /// shortest paths on the membrane. Light that is not tangent to the membrane lights it at rest too:
 /// so much is taken off the coating's light. Takes as long as the model's fields. Throws
 /// InvalidInput unless
-/// there is a colour for each LED, where the camera sees nothing of the membrane, and as the parts
-/// do.
+/// there is a colour for each LED and a coating that reflects shares of it, where the camera sees
+/// nothing of the membrane, and as the parts do.
 ///@{
 template <std::floating_point T, LightModel<T> Model>
 [[nodiscard]] TactileRenderer<T> tactile_renderer(const SensorPreset<T>& sensor,

@@ -279,6 +279,10 @@ template <std::floating_point T>
                                                    const Camera<T>& camera, const Raster<T>& rest) {
   require(sensor.leds.size() == sensor.colours.size(), "there are ", sensor.leds.size(),
           " LEDs and ", sensor.colours.size(), " colours");
+  for (const T share : sensor.coating) {
+    require(share >= 0 && share <= 1, "the coating reflects ", share,
+            ", which is not a share of light from 0 to 1");
+  }
   for (std::size_t k = 0; k < sensor.colours.size(); ++k) {
     for (const T share : sensor.colours[k]) {
       require(share >= 0 && share <= 1, "LED ", k, " has colour ", share,
