@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "gelight/core/error.hpp"
@@ -40,6 +41,11 @@ TEST_CASE("a path of one point or none has no length; a foreign point is refused
   CHECK(gelight::length(surface, Path<double>{vertex_point<double>(2)}) == 0);
   CHECK_THROWS_AS((void)gelight::length(
                       surface, Path<double>{vertex_point<double>(0), vertex_point<double>(4)}),
+                  InvalidInput);
+  CHECK_THROWS_AS((void)gelight::length(surface, Path<double>{vertex_point<double>(4)}),
+                  InvalidInput);
+  const auto nan = std::numeric_limits<float>::quiet_NaN();
+  CHECK_THROWS_AS((void)gelight::length(surface, Path<float>{face_point<float>(0, {0, 1, nan})}),
                   InvalidInput);
 }
 

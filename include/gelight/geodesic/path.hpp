@@ -48,6 +48,7 @@ template <std::floating_point T, std::floating_point P = T>
 /// Throws InvalidInput for a point that is not of the surface, and for a length that T cannot hold.
 template <std::floating_point T, std::floating_point P = T>
 [[nodiscard]] T length(const Surface<T>& surface, const Path<P>& path) {
+  if (path.size() == 1) surface.require_point(path[0]);
   double sum = 0;
   for (std::size_t i = 1; i < path.size(); ++i) {
     const auto from = detail::point_of(surface, path[i - 1]);
