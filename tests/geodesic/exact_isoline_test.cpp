@@ -548,3 +548,16 @@ TEST_CASE("what cannot be answered is refused") {
   CHECK(exact_isolines(near, 0.9).size() == 1);
   CHECK_THROWS_AS((void)exact_isolines(whole, 1.0, [] { return true; }), Cancelled);
 }
+
+TEST_CASE("an area within a level that float cannot hold is refused") {
+  const auto area = [](float size) {
+    const ExactSolver solver(grid<float>(2, 2, size, size));
+    ExactOptions<float> options;
+    options.keep_windows = true;
+    return area_within(solver.solve(0, options), 10 * size);
+  };
+  CHECK(area(1.8e19F) == test::approx(3.24e38).epsilon(1e-6));
+  for (const float size : {1.9e19F, 1e25F}) {
+    CHECK(test::contains(test::refusal([&] { (void)area(size); }), "more than its type can hold"));
+  }
+}

@@ -12,6 +12,7 @@
 #include "gelight/mesh/shapes.hpp"
 #include "support/approx.hpp"
 #include "support/hard_meshes.hpp"
+#include "support/refusal.hpp"
 #include "support/scan_meshes.hpp"
 
 using namespace gelight;
@@ -161,4 +162,17 @@ TEST_CASE("infinite values, no line, and bad input") {
   CHECK_THROWS_AS((void)isolines(surface, distance, 1.0), InvalidInput);
   distance.pop_back();
   CHECK_THROWS_AS((void)area_below(surface, distance, 1.0), InvalidInput);
+}
+
+TEST_CASE("an area that float cannot hold is refused; one that it holds comes out") {
+  const auto area = [](float size) {
+    const Surface<float> sheet(gelight::grid<float>(2, 3, size, size));
+    return area_below(sheet, std::vector<float>(12, 0), 1.0F);
+  };
+  CHECK(area(1.8e19F) == gelight::test::approx(3.24e38).epsilon(1e-6));
+  CHECK(area(1e-18F) == gelight::test::approx(1e-36).epsilon(1e-6));
+  for (const float size : {1.9e19F, 1e25F, 1e38F}) {
+    CHECK(gelight::test::contains(gelight::test::refusal([&] { (void)area(size); }),
+                                  "more than its type can hold"));
+  }
 }

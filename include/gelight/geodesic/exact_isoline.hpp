@@ -55,7 +55,7 @@ template <std::floating_point T>
                                                           const CancelHook& cancelled = {});
 
 /// The area that is nearer than a level, which its exact isolines enclose; faces without area count
-/// as none. Throws as `exact_isolines` does.
+/// as none. Throws as `exact_isolines` does, and InvalidInput for an area that T cannot hold.
 template <std::floating_point T>
 [[nodiscard]] T area_within(const ExactField<T>& field, std::type_identity_t<T> level,
                             const CancelHook& cancelled = {});

@@ -42,7 +42,8 @@ template <std::same_as<double> T>
 ///@}
 
 /// The area on which a value of the vertices, linear over each face, is below a level: that which
-/// its isolines enclose. Faces with an infinite value are left out. Throws as `isolines` does.
+/// its isolines enclose. Faces with an infinite value are left out. Throws as `isolines` does, and
+/// InvalidInput for an area that T cannot hold.
 ///@{
 template <std::floating_point T>
 [[nodiscard]] T area_below(const Surface<T>& surface,

@@ -68,6 +68,7 @@ class ArcTracer {
       pieces_.resize(first);
       for (Index h = 3 * f; h < 3 * f + 3; ++h) sum += area_beside_edge(h, from);
     });
+    require(sum <= largest_number<T>, "the area is ", sum, ", more than its type can hold");
     return static_cast<T>(sum);
   }
 

@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstddef>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "gelight/core/array.hpp"
@@ -49,13 +50,16 @@ class IsolineTracer {
   }
 
   [[nodiscard]] T area_below() const {
-    double sum = 0;
-    for (Index f = 0; f < surface_.face_count(); ++f) sum += static_cast<double>(area_below(f));
+    Real sum = 0;
+    for (Index f = 0; f < surface_.face_count(); ++f) sum += area_below(f);
+    require(static_cast<double>(sum) <= largest_number<T>, "the area is ", sum,
+            ", more than its type can hold");
     return static_cast<T>(sum);
   }
 
  private:
   using Mesh = Surface<T>;
+  using Real = std::common_type_t<T, double>;  // of areas: float holds few products of lengths
 
   [[nodiscard]] T value(Index v) const { return values_[static_cast<std::size_t>(v)]; }
   [[nodiscard]] bool is_low(Index v) const { return value(v) < level_; }
@@ -117,18 +121,19 @@ class IsolineTracer {
     return line;
   }
 
-  [[nodiscard]] T area_below(Index f) const {
+  [[nodiscard]] Vec3<Real> side(Index from, Index to) const {
+    return cast<Real>(surface_.position(to)) - cast<Real>(surface_.position(from));
+  }
+  [[nodiscard]] Real area_below(Index f) const {
     const auto v = surface_.face(f);
     if (!is_finite(f)) return 0;
-    const T whole = stable_norm(cross<T>(surface_.position(v[1]) - surface_.position(v[0]),
-                                         surface_.position(v[2]) - surface_.position(v[0]))) /
-                    2;
+    const Real whole = stable_norm(cross<Real>(side(v[0], v[1]), side(v[0], v[2]))) / 2;
     const auto low = std::count_if(v.begin(), v.end(), [&](Index u) { return is_low(u); });
-    if (low == 0 || low == 3) return low == 3 ? whole : T(0);
+    if (low == 0 || low == 3) return low == 3 ? whole : Real(0);
     // The corner that is cut off.
     std::size_t k = 0;
     while (is_low(v[k]) != (low == 1)) ++k;
-    const T cut = whole * share(v[k], v[(k + 1) % 3]) * share(v[k], v[(k + 2) % 3]);
+    const Real cut = whole * share(v[k], v[(k + 1) % 3]) * share(v[k], v[(k + 2) % 3]);
     return low == 1 ? cut : whole - cut;
   }
 
