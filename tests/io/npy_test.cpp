@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <string>
+#include <utility>
 
 #include "support/refusal.hpp"
 
@@ -194,4 +196,33 @@ TEST_CASE("files that cannot be used are refused with their name and fault") {
   if (std::filesystem::exists("/dev/full")) {
     CHECK_THROWS_AS(write_npy("/dev/full", Image<float>(1, 1)), InvalidInput);
   }
+}
+
+namespace {
+
+// An image that says it is of a size, and has no pixels.
+struct Sized {
+  std::int64_t columns = 0, rows = 0;
+  [[nodiscard]] std::int64_t width() const { return columns; }
+  [[nodiscard]] std::int64_t height() const { return rows; }
+  float operator()(Index, Index) const { return 0; }
+};
+
+}  // namespace
+
+TEST_CASE("an image of a size that is none is not written") {
+  const std::string path = saved("sized.npy", "as it was");
+  const std::int64_t beyond = std::int64_t{std::numeric_limits<Index>::max()} + 1;
+  for (const auto& [columns, rows] : {std::pair<std::int64_t, std::int64_t>{-1, 2},
+                                      {2, -1},
+                                      {beyond, 0},
+                                      {0, beyond},
+                                      {2 * beyond, 1}}) {
+    const std::string size = std::to_string(columns) + " x " + std::to_string(rows);
+    const Sized image{columns, rows};
+    CHECK(contains(gelight::test::refusal([&] { write_npy(path, image); }), size));
+    CHECK(std::filesystem::file_size(path) == 9);
+  }
+  write_npy(path, Sized{3, 2});
+  CHECK(read_npy<float>(path) == Image<float>(3, 2));
 }

@@ -15,6 +15,7 @@
 #include <string>
 #include <system_error>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "gelight/concepts/image.hpp"
@@ -226,13 +227,18 @@ template <class P>
 }
 
 /// Writes an image in NumPy's .npy format, in the shapes that read_npy reads. Throws
-/// InvalidInput where the file cannot be written.
+/// InvalidInput for a size that is negative or more than Index counts, and where the file cannot be
+/// written.
 template <ImageLike I>
 void write_npy(const std::string& path, const I& image) {
   using P = ImagePixel<I>;
   using Pixel = detail::NpyPixel<P>;
-  const auto width = static_cast<Index>(ImageTraits<I>::width(image));
-  const auto height = static_cast<Index>(ImageTraits<I>::height(image));
+  const auto columns = ImageTraits<I>::width(image);
+  const auto rows = ImageTraits<I>::height(image);
+  detail::require(std::in_range<Index>(columns) && std::in_range<Index>(rows) &&
+                      std::cmp_greater_equal(columns, 0) && std::cmp_greater_equal(rows, 0),
+                  "an image of ", columns, " x ", rows, " pixels cannot be written to ", path);
+  const auto width = static_cast<Index>(columns), height = static_cast<Index>(rows);
   std::vector<P> pixels;
   pixels.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for (Index y = 0; y < height; ++y) {
