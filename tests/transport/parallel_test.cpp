@@ -262,3 +262,20 @@ TEST_CASE("bad input is refused by name") {
   const ParallelTransport with_lonely(lonely);
   CHECK_THROWS_AS((void)with_lonely.tangent_basis(vertex_point<double>(42)), InvalidInput);
 }
+
+TEST_CASE_TEMPLATE("a vector longer than its parts can be is refused, one as long comes back", T,
+                   float, double) {
+  const ParallelTransport transport(icosphere<T>(1));
+  const T most = std::numeric_limits<T>::max();
+  for (Index v = 0; v < transport.surface().vertex_count(); ++v) {
+    const gelight::Path<T> path{vertex_point<T>(v)};
+    const auto [x, y] = transport.tangent_basis(vertex_point<T>(v));
+    const Vec3<T> inside = most / 2 * x + most / 2 * y;
+    CHECK((transport.along(path, inside) / most - inside / most).norm() < 1e-6);
+    // Its part along x + y is as long as their coordinates' amounts, times the most.
+    Vec3<T> beyond;
+    for (int k = 0; k < 3; ++k) beyond[k] = std::copysign(most, x[k] + y[k]);
+    CHECK(refusal([&] { (void)transport.along(path, beyond); }).find("longer than one of its") !=
+          std::string::npos);
+  }
+}

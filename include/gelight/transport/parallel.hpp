@@ -47,12 +47,16 @@ class ParallelTransport {
   /// The vector at the end of a path that is parallel to a vector at its start, of which the part
   /// in the tangent plane counts. The path may run along a border. Throws InvalidInput for a path
   /// without points, with a point that is not of the surface, or with two points in a row that no
-  /// face holds; and for a vector that is not finite. Cost: O(1) a piece, O(valence) at vertices.
+  /// face holds; and for a vector that is not finite, or whose part there is longer than T's
+  /// largest number. Cost: O(1) a piece, O(valence) at vertices.
   [[nodiscard]] Vec3<T> along(const Path<T>& path, const Vec3<T>& vector) const {
     detail::require(detail::is_finite(vector), "the vector (", vector[0], ", ", vector[1], ", ",
                     vector[2], ") is not finite");
     const std::complex<double> turn = std::polar(1.0, turn_along(path));
     const auto start = planes_.basis(checked(path.front())).project(cast<double>(vector));
+    const double length = std::abs(start);
+    detail::require(length <= detail::largest_number<T>, "the vector (", vector[0], ", ", vector[1],
+                    ", ", vector[2], ") is ", length, " long, longer than one of its parts can be");
     return cast<T>(planes_.basis(checked(path.back())).embed(turn * start));
   }
 
