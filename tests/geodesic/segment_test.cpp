@@ -219,6 +219,16 @@ TEST_CASE("pieces of no length are points; bad input") {
   }
 }
 
+TEST_CASE("a spacing that the surface's type does not hold leaves out no segment") {
+  const auto mesh = icosphere<float>(2);
+  const Surface<float> surface(mesh);
+  const auto ends = [&](std::size_t k) { return vertex_point<double>(mesh.faces[0][k]); };
+  const std::vector<Segment<double>> point{{ends(0), ends(0)}}, side{{ends(0), ends(1)}};
+  CHECK(sources_along(surface, point, 1e-60).size() == 1);
+  CHECK(sources_along(surface, side, 1e60).size() == 2);
+  CHECK_THROWS_AS((void)sources_along(surface, side, 1e-60), InvalidInput);
+}
+
 TEST_CASE(
     "a segment at a right angle to a side, but for rounding, is no nearer than through space") {
   Random random(31);

@@ -106,9 +106,12 @@ template <std::floating_point Real, std::floating_point T>
     const auto front = detail::fronts_of(surface, segments[i], i)[0];
     const Real length = detail::stable_norm(surface.difference(
         segments[i].begin.template cast<Real>(), segments[i].end.template cast<Real>()));
-    detail::require(length <= Real(1e6) * Real(spacing), "the spacing is ", spacing,
+    // The narrower type may hold no such spacing.
+    using Wide = std::common_type_t<Real, T>;
+    const Wide step = spacing;
+    detail::require(length <= Wide(1e6) * step, "the spacing is ", spacing,
                     ", less than a millionth of segment ", i);
-    const auto pieces = static_cast<Index>(std::ceil(length / Real(spacing)));
+    const auto pieces = static_cast<Index>(std::ceil(length / step));
     for (Index k = 0; k <= pieces; ++k) {
       const Real t = pieces > 0 ? static_cast<Real>(k) / static_cast<Real>(pieces) : Real(0);
       const auto point = detail::simplified(surface, face_point(front.face, front.at(t)));
