@@ -498,3 +498,30 @@ TEST_CASE("bad input and cancelling") {
   const CancelHook stop([&asked] { return ++asked > 3; });
   CHECK_THROWS_AS((void)trace_geodesic(surface, p, d, 1e6, stop), Cancelled);
 }
+
+TEST_CASE("on a mesh of floats a direction of doubles may have any length") {
+  const auto mesh = icosphere<float>(2);
+  const auto p = face_point<double>(3, {0.2, 0.3, 0.5});
+  const Vec3<double> d(1, 0.3, 0.2);
+  const auto path = trace_geodesic(mesh, p, d, 1.0);
+  for (const double scale : {1e-300, 1e-60, 1e60, 1e300}) {
+    CAPTURE(scale);
+    const auto scaled = trace_geodesic(mesh, p, Vec3<double>(scale * d), 1.0);
+    REQUIRE(scaled.size() == path.size());
+    CHECK(scaled.back().element == path.back().element);
+    for (std::size_t k = 0; k < 3; ++k) {
+      CHECK(std::abs(scaled.back().weights[k] - path.back().weights[k]) < 1e-5);
+    }
+  }
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  for (int k = 0; k < 3; ++k) {
+    for (const double wrong : {nan, std::numeric_limits<double>::infinity()}) {
+      Vec3<double> odd = d;
+      odd[k] = wrong;
+      CHECK_THROWS_AS((void)trace_geodesic(mesh, p, odd, 1.0), InvalidInput);
+    }
+  }
+  CHECK_THROWS_AS((void)trace_geodesic(mesh, p, Vec3<double>(0, 0, 0), 1.0), InvalidInput);
+  const std::string refusal = test::refusal([&] { (void)trace_geodesic(mesh, p, d, 1e60); });
+  CHECK(test::contains(refusal, "is beyond the numbers of the mesh"));
+}

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <type_traits>
 
 #include "gelight/concepts/mesh.hpp"
 #include "gelight/core/compiled.hpp"
+#include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/geodesic/path.hpp"
@@ -53,6 +55,7 @@ template <TriangleMesh M>
   return detail::traced_on(Surface<MeshScalar<M>>(mesh), point, direction, length, cancelled);
 }
 /// From a point in another precision: of a float mesh on its solver's surface, which is of doubles.
+/// A length beyond the numbers of the mesh is refused, too.
 template <TriangleMesh M, std::floating_point T>
 requires(!std::same_as<T, MeshScalar<M>>)
     [[nodiscard]] Path<T> trace_geodesic(const M& mesh, const SurfacePoint<T>& point,
@@ -60,9 +63,13 @@ requires(!std::same_as<T, MeshScalar<M>>)
                                          std::type_identity_t<T> length,
                                          const CancelHook& cancelled = {}) {
   using Real = MeshScalar<M>;
-  const Path<Real> path =
-      trace_geodesic(mesh, detail::point_of(Surface<Real>(mesh), point), cast<Real>(direction),
-                     static_cast<Real>(length), cancelled);
+  const auto shorter = static_cast<Real>(length);
+  detail::require(std::isfinite(shorter) == std::isfinite(length), "the length ", length,
+                  " is beyond the numbers of the mesh");
+  // Of any length: the mesh's type may hold no such number.
+  const Vec3<T> way = detail::is_finite(direction) ? detail::scaled(direction).first : direction;
+  const Path<Real> path = trace_geodesic(mesh, detail::point_of(Surface<Real>(mesh), point),
+                                         cast<Real>(way), shorter, cancelled);
   Path<T> out;
   for (const SurfacePoint<Real>& p : path) out.push_back(p.template cast<T>());
   return out;
