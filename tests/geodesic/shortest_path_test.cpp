@@ -320,6 +320,8 @@ TEST_CASE("what is not of the mesh is refused") {
   CHECK(test::contains(refusal([&] { (void)paths.straightened(jump); }), "point 1"));
   CHECK(
       test::contains(refusal([&] { (void)faces_along(Surface<double>(mesh), jump); }), "point 1"));
+  const Path<double> after_repeats{jump[0], jump[0], jump[0], jump[1], jump[1], jump[2]};
+  CHECK(test::contains(refusal([&] { (void)paths.straightened(after_repeats); }), "point 4"));
 }
 
 TEST_CASE("a query is cancelled, and the next one is as if it had not been") {

@@ -80,11 +80,11 @@ template <std::floating_point T>
 auto PathSolver<T>::straightened(const Path<T>& path) const -> Path<T> {
   detail::require(!path.empty(), "the path has no points");
   std::vector<Point> points;
-  for (const auto& p : path) {
-    const Point point = checked(p);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const Point point = checked(path[i]);
     if (!points.empty() && points.back() == point) continue;
     detail::require(points.empty() || detail::share_face(surface(), points.back(), point),
-                    "no face holds point ", points.size() - 1, " of the path and the next");
+                    "no face holds point ", i - 1, " of the path and the next");
     points.push_back(point);
   }
   return cast(taut(points));
