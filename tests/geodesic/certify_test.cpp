@@ -272,6 +272,9 @@ TEST_CASE("the largest error that distances can have") {
   CHECK(bounds.error_of(std::vector<double>{0, 0.95, 2, 7}).max == infinite);
   CHECK(bounds.error_of(std::vector<double>{0, infinite, 2, infinite}).max == infinite);
   CHECK_THROWS_AS((void)bounds.error_of(std::vector<double>{0}), InvalidInput);
+  auto uneven = bounds;
+  uneven.lower.pop_back();
+  CHECK_THROWS_AS((void)uneven.error_of(good), InvalidInput);
 }
 
 TEST_CASE("what cannot be used is refused") {

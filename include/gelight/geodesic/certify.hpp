@@ -38,10 +38,12 @@ struct DistanceBounds {
 
   /// The largest error that distances can have, given the bounds: infinite where a lower bound is
   /// zero, where a distance is not finite but the bounds are, and the other way round. Throws
-  /// InvalidInput for another number of distances.
+  /// InvalidInput for another number of distances, or of the other bounds.
   [[nodiscard]] RelativeError error_of(std::span<const T> distances) const {
     detail::require(distances.size() == upper.size(), "there are ", distances.size(),
                     " distances for ", upper.size(), " vertices");
+    detail::require(lower.size() == upper.size(), "there are ", lower.size(), " lower bounds and ",
+                    upper.size(), " upper ones");
     RelativeError error;
     std::size_t count = 0;
     for (std::size_t v = 0; v < upper.size(); ++v) {
