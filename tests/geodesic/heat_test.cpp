@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <span>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -16,6 +18,7 @@
 #include "gelight/mesh/shapes.hpp"
 #include "gelight/views/mesh_view.hpp"
 #include "support/approx.hpp"
+#include "support/refusal.hpp"
 #include "support/relative_error.hpp"
 #include "support/scan_meshes.hpp"
 
@@ -446,6 +449,18 @@ TEST_CASE("bad options and queries are refused") {
   CHECK_THROWS_AS((void)solver.distance(std::vector<Index>{}), InvalidInput);
   CHECK_THROWS_AS((void)solver.solve(9), InvalidInput);
   CHECK_THROWS_AS((void)solver.solve(std::vector<Index>{}), InvalidInput);
+}
+
+TEST_CASE("of several sources, each alone, the one is named that is refused") {
+  const HeatSolver solver(grid<double>(2, 2));
+  for (std::size_t wrong = 0; wrong < 10; ++wrong) {
+    std::vector<gelight::Source<double>> sources(10, {gelight::vertex_point<double>(4), 0});
+    sources[wrong].distance = std::numeric_limits<double>::quiet_NaN();
+    const auto ask = [&] {
+      (void)solver.distance_from_each(std::span<const gelight::Source<double>>(sources));
+    };
+    CHECK(test::contains(test::refusal(ask), "source " + std::to_string(wrong) + " starts"));
+  }
 }
 
 namespace {

@@ -72,7 +72,7 @@ template <class Place>
 auto HeatSolver<T>::solve_each(std::span<const Place> places) const -> std::vector<std::vector<T>> {
   std::vector<detail::Sources> queries;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    queries.push_back(detail::checked_sources(surface(), places.subspan(i, 1)));
+    queries.push_back(detail::Sources{detail::checked_source(surface(), places[i], i)});
   }
   std::vector<std::vector<T>> result;
   for (const auto& solution : engine_->solutions(queries)) {
