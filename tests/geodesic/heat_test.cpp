@@ -444,6 +444,11 @@ TEST_CASE("bad options and queries are refused") {
   CHECK_THROWS_AS(HeatSolver(mesh, {.time_factor = 0}), InvalidInput);
   CHECK_THROWS_AS(HeatSolver(mesh, {.time_factor = std::numeric_limits<double>::quiet_NaN()}),
                   InvalidInput);
+  for (const int boundary : {-1, 3, std::numeric_limits<int>::max()}) {
+    const gelight::HeatOptions options{.boundary = static_cast<gelight::HeatBoundary>(boundary)};
+    CHECK(test::contains(test::refusal([&] { (void)HeatSolver(mesh, options); }),
+                         "boundary " + std::to_string(boundary)));
+  }
   const HeatSolver solver(mesh);
   CHECK_THROWS_AS((void)solver.distance(9), InvalidInput);
   CHECK_THROWS_AS((void)solver.distance(std::vector<Index>{}), InvalidInput);

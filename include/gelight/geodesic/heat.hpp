@@ -101,7 +101,7 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
 
  public:
   /// Throws InvalidInput as Surface does, and for a time factor that is not positive, an exact
-  /// radius or a number of refinements that is negative.
+  /// radius or a number of refinements that is negative, a boundary that is none.
   template <TriangleMesh M>
   explicit HeatSolver(const M& mesh, const HeatOptions& options = {})
       : HeatSolver(Surface<Real>(mesh, options.cancelled.part(0, 0)), options, nullptr) {}

@@ -54,6 +54,9 @@ class HeatEngine {
             ", less than 0");
     require(options.refinements >= 0, "the number of refinements is ", options.refinements,
             ", less than 0");
+    const auto boundary = static_cast<int>(options.boundary);
+    require(boundary >= 0 && boundary <= static_cast<int>(HeatBoundary::averaged), "boundary ",
+            boundary, " of 3");
     const CancelHook cancelled = rising(options.cancelled, "the heat solver's set-up");
     if (system_ != nullptr) {
       system_->require_made_of(surface_);
