@@ -444,6 +444,8 @@ TEST_CASE("bad options and queries are refused") {
   CHECK_THROWS_AS(HeatSolver(mesh, {.time_factor = 0}), InvalidInput);
   CHECK_THROWS_AS(HeatSolver(mesh, {.time_factor = std::numeric_limits<double>::quiet_NaN()}),
                   InvalidInput);
+  CHECK(test::contains(test::refusal([&] { (void)HeatSolver(mesh, {.time_factor = 1e308}); }),
+                       "products with it are not finite"));
   for (const int boundary : {-1, 3, std::numeric_limits<int>::max()}) {
     const gelight::HeatOptions options{.boundary = static_cast<gelight::HeatBoundary>(boundary)};
     CHECK(test::contains(test::refusal([&] { (void)HeatSolver(mesh, options); }),

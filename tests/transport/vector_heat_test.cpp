@@ -376,6 +376,9 @@ TEST_CASE("bad input is refused by name") {
   CHECK_THROWS_AS((void)solver.transport(0, Vec(nan, 0, 0)), InvalidInput);
   CHECK_THROWS_AS((void)solver.transport(42, basis[0]), InvalidInput);
   CHECK_THROWS_AS((void)solver.transport(std::vector<VectorSource<double>>{}), InvalidInput);
+  for (const double time : {0.0, -1.0, nan, 1e308}) {
+    CHECK_THROWS_AS((VectorHeatSolver(mesh, {.time_factor = time})), InvalidInput);
+  }
   CHECK_THROWS_AS((void)solver.log_map(-1), InvalidInput);
   // Each is as long as a double may be, together they are longer.
   const Vec longest = 1e308 * basis[0];

@@ -100,8 +100,9 @@ class HeatSolver : public detail::DistanceQueries<HeatSolver<T>, T> {
   using Real = typename detail::WorkingPrecision<T>::Real;
 
  public:
-  /// Throws InvalidInput as Surface does, and for a time factor that is not positive, an exact
-  /// radius or a number of refinements that is negative, a boundary that is none.
+  /// Throws InvalidInput as Surface does, and for a time factor that is not positive or so
+  /// large that products with it are not finite, an exact radius or a number of refinements that is
+  /// negative, a boundary that is none.
   template <TriangleMesh M>
   explicit HeatSolver(const M& mesh, const HeatOptions& options = {})
       : HeatSolver(Surface<Real>(mesh, options.cancelled.part(0, 0)), options, nullptr) {}

@@ -83,9 +83,10 @@ class VectorHeatSolver {
 
  public:
   /// Throws InvalidInput as Surface does, for faces that are not oriented alike, for edges of more
-  /// than two faces, and for a time factor that is not positive. Each matrix is factored when it is
-  /// first needed: one to transport from a single source, one more for several sources and to
-  /// extend, one more for the log map and for directions from a border.
+  /// than two faces, and for a time factor that is not positive or so large that products with it
+  /// are not finite. Each matrix is factored when it is first needed: one to transport from a
+  /// single source, one more for several sources and to extend, one more for the log map and for
+  /// directions from a border.
   template <TriangleMesh M>
   explicit VectorHeatSolver(const M& mesh, const VectorHeatOptions& options = {})
       : VectorHeatSolver(Surface<double>(mesh, options.cancelled.part(0, 0)), nullptr, options) {}

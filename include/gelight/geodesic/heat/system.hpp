@@ -57,6 +57,10 @@ struct HeatSystem {
       // A vertex without faces has no area; it is its own component and never heated.
       heat.values[pattern->diagonal(v)] += mass[v] > 0 ? mass[v] : 1;
     }
+    for (const Real x : heat.values) {
+      require(std::isfinite(x), "the heat's time factor is ", time_factor,
+              ", so large that products with it are not finite");
+    }
     (void)dissection(cancelled.part(0.1, 0.2));
     if (backend != nullptr) analysis_ = backend(*pattern, dissection()->order());
   }
