@@ -8,6 +8,7 @@
 #include <iterator>
 #include <limits>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "support/refusal.hpp"
@@ -81,6 +82,20 @@ TEST_CASE("files that are not whole PNG images are refused with their name") {
     CHECK(refusal(cut) ==
           cut + " is not a PNG image that can be read: it ends within its chunk IEND");
   }
+}
+
+TEST_CASE("a PNG whose data begin as none do is refused, though stb does not say why") {
+  const std::string path = temporary("unpacked.png");
+  write_png(path, gradient());
+  std::ifstream whole(path, std::ios::binary);
+  std::string bytes(std::istreambuf_iterator<char>(whole), {});
+  const std::size_t block = bytes.find("IDAT") + 6;
+  bytes[block] = 7;  // the last block, of the kind that is none
+  std::ofstream(path, std::ios::binary) << bytes;
+  std::string colours;
+  // A thread of its own, for which stb has said nothing yet.
+  std::thread([&] { colours = refusal(path); }).join();
+  CHECK(colours == path + " is not a PNG image that can be read: its data are damaged");
 }
 
 const char listed_bytes[] =

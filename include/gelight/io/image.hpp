@@ -115,7 +115,9 @@ struct PngChunk {
     if (end == 0) return "it ends before its chunk IEND";
     if (end + 4 > png.size()) return "it ends within its chunk IEND";
   }
-  return is_read ? nullptr : stbi_failure_reason();
+  if (is_read) return nullptr;
+  const char* const reason = stbi_failure_reason();  // which stb does not always give
+  return reason != nullptr ? reason : "its data are damaged";
 }
 
 /// Throws where a file is no whole image.
