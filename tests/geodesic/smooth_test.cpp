@@ -557,6 +557,21 @@ TEST_CASE("bad input") {
   CHECK_THROWS_AS((void)solver.distance(std::span<const Index>()), InvalidInput);
 }
 
+TEST_CASE(
+    "a path by distances on another mesh is refused, by those on an equal one it is the same") {
+  const SmoothDistanceSolver solver(icosphere<double>(2)), equal(icosphere<double>(2));
+  const auto own = solver.path(solver.solve(3), 100);
+  const auto same = solver.path(equal.solve(3), 100);
+  CHECK(same.length == own.length);
+  CHECK(same.on_mesh == own.on_mesh);
+  for (const auto& mesh : {icosphere<double>(1), icosphere<double>(3), icosphere<double>(2, 1.5),
+                           grid<double>(8, 17)}) {
+    const auto distances = SmoothDistanceSolver(mesh).solve(0);
+    CHECK(test::contains(test::refusal([&] { (void)solver.path(distances, 7); }),
+                         "the distances were made of another mesh"));
+  }
+}
+
 TEST_CASE("no smooth distance is below its start by rounding") {
   // 1 and 3 lie at one place. The way from the one to the other crosses 0-2 where both are.
   const Mesh<double> mesh{

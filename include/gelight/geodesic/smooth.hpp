@@ -159,7 +159,8 @@ class SmoothDistanceSolver : public detail::DistanceQueries<SmoothDistanceSolver
   ///@}
 
   /// The path on the smooth surface from the source to a point; empty where none leads. Throws
-  /// InvalidInput for a point that is not of the mesh. The distances are those of this solver.
+  /// InvalidInput for a point that is not of the mesh, and distances on another mesh. The distances
+  /// are those of this solver.
   ///@{
   [[nodiscard]] SmoothPath<T> path(const SmoothDistances<T>& distances, Index vertex) const {
     return path(distances, vertex_point<T>(vertex));

@@ -488,6 +488,26 @@ template <std::floating_point T, TriangleMesh M>
   }
 }
 
+/// Throws InvalidInput unless what was made of a surface may be used with another: unless they are
+/// the same number by number. At once where they share their arrays.
+template <std::floating_point T>
+void require_same_mesh(const Surface<T>& surface, const Surface<T>& made_of, const char* what) {
+  if (&surface.position(0) == &made_of.position(0)) return;
+  require(surface.vertex_count() == made_of.vertex_count() &&
+              surface.face_count() == made_of.face_count(),
+          what, " made of another mesh, of ", made_of.vertex_count(), " vertices and ",
+          made_of.face_count(), " faces, not ", surface.vertex_count(), " and ",
+          surface.face_count());
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    require(surface.position(v) == made_of.position(v), what, " made of another mesh: its vertex ",
+            v, " lies elsewhere");
+  }
+  for (Index f = 0; f < surface.face_count(); ++f) {
+    require(surface.face(f) == made_of.face(f), what, " made of another mesh: its face ", f,
+            " has other vertices");
+  }
+}
+
 }  // namespace detail
 
 /// The data of a mesh, checked.

@@ -162,19 +162,7 @@ struct HeatSystem {
 
   /// Throws InvalidInput unless the system was made of a surface that is the same number by number.
   void require_made_of(const Surface<Real>& surface) const {
-    require(surface.vertex_count() == surface_.vertex_count() &&
-                surface.face_count() == surface_.face_count(),
-            "the system was made of another mesh, of ", surface_.vertex_count(), " vertices and ",
-            surface_.face_count(), " faces, not ", surface.vertex_count(), " and ",
-            surface.face_count());
-    for (Index v = 0; v < surface.vertex_count(); ++v) {
-      require(surface.position(v) == surface_.position(v),
-              "the system was made of another mesh: its vertex ", v, " lies elsewhere");
-    }
-    for (Index f = 0; f < surface.face_count(); ++f) {
-      require(surface.face(f) == surface_.face(f), "the system was made of another mesh: its face ",
-              f, " has other vertices");
-    }
+    require_same_mesh(surface, surface_, "the system was");
   }
 
   /// 1 for each vertex in the component of a vertex with a load.

@@ -104,6 +104,7 @@ class SmoothEngine {
   [[nodiscard]] SmoothPath<T> path(const SmoothDistances<T>& distances,
                                    const SurfacePoint<T>& point) const {
     surface().require_point(point);
+    require_same_mesh(surface(), solution_of(distances.mesh).surface, "the distances were");
     const auto on_mesh = distances.mesh.path(point.template cast<Real>());
     SmoothPath<T> out;
     for (const auto& p : on_mesh) out.on_mesh.push_back(p.template cast<T>());
