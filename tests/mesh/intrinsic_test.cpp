@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "gelight/mesh/operators.hpp"
 #include "gelight/mesh/shapes.hpp"
 #include "support/approx.hpp"
+#include "support/refusal.hpp"
 
 using namespace gelight;
 
@@ -93,4 +95,15 @@ TEST_CASE("edges of three faces, or of faces oriented against each other, stay")
   CHECK(intrinsic_delaunay(Surface(opposed)).lengths[0] == gelight::test::approx(9));
   const Mesh<double> agreed{{{0, 0, 0}, {9, 0, 0}, {4, 1, 0}, {4, -1, 0}}, {{0, 1, 2}, {1, 0, 3}}};
   CHECK(intrinsic_delaunay(Surface(agreed)).lengths[0] == gelight::test::approx(2));
+}
+
+TEST_CASE("a unit of lengths that is no positive number is refused") {
+  const Surface surface(grid<double>(2, 2));
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  for (const double unit : {0.0, -0.0, -1.0, infinity, -infinity, std::nan("")}) {
+    CHECK(test::contains(test::refusal([&] { (void)intrinsic_triangulation(surface, unit); }),
+                         "the unit of lengths"));
+    CHECK_THROWS_AS((void)intrinsic_delaunay(surface, unit), InvalidInput);
+  }
+  CHECK(intrinsic_triangulation(surface, 0.25).lengths[0] == 4 * surface.length(0));
 }

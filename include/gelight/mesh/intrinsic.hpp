@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "gelight/core/array.hpp"
+#include "gelight/core/error.hpp"
 #include "gelight/core/progress.hpp"
 #include "gelight/core/types.hpp"
 #include "gelight/mesh/surface.hpp"
@@ -84,9 +85,12 @@ inline PlanarFace laid_out(const std::array<double, 3>& l) {
 }  // namespace detail
 
 /// A surface's own triangulation with lengths in units of `unit`, faces of no area mollified.
+/// Throws InvalidInput for a unit that is not positive or not finite.
 template <std::floating_point Real>
 [[nodiscard]] IntrinsicTriangulation<Real> intrinsic_triangulation(const Surface<Real>& surface,
                                                                    double unit = 1) {
+  detail::require(unit > 0 && std::isfinite(unit), "the unit of lengths is ", unit,
+                  ", not a positive number");
   IntrinsicTriangulation<Real> result;
   result.vertex_count = surface.vertex_count();
   result.origins.resize_for_writes(static_cast<std::size_t>(surface.halfedge_count()));
@@ -244,6 +248,7 @@ void flip_to_delaunay(IntrinsicTriangulation<Real>& mesh, auto&& flip_edge,
 /// Where some face has (almost) no area, all edges are first lengthened by the same small amount.
 /// Edges of one face, or of more than two, or of two faces oriented against each other stay. Ends
 /// after at most 1000 flips for each edge, sooner on any mesh met so far. Asks the hook meanwhile.
+/// Throws InvalidInput for a unit that is not positive or not finite.
 template <std::floating_point Real>
 [[nodiscard]] IntrinsicTriangulation<Real> intrinsic_delaunay(const Surface<Real>& surface,
                                                               double unit = 1,
