@@ -534,6 +534,24 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("the offset of a segment grows with the mesh, whatever its unit") {
+  const auto offset = [](double unit) {
+    const ExactSolver solver(grid<double>(6, 6, 6 * unit, 6 * unit));
+    const Segment<double> segment{face_point<double>(30, {0.2, 0.3, 0.5}),
+                                  face_point<double>(30, {0.6, 0.3, 0.1})};
+    const auto field = solver.solve(std::span<const Segment<double>>(&segment, 1));
+    const auto lines = exact_isolines(field, unit);
+    CHECK(lines.size() == 1);
+    return std::array{length_of(lines) / unit, area_within(field, unit) / unit / unit};
+  };
+  const auto expected = offset(1);
+  // To 1e16 and more 1 may be added without changing them.
+  for (const int exponent : {-200, -60, 52, 54, 60, 200}) {
+    CAPTURE(exponent);
+    CHECK(offset(std::ldexp(1, exponent)) == expected);
+  }
+}
+
 TEST_CASE("what cannot be answered is refused") {
   const auto mesh = icosphere<double>(2);
   const ExactSolver solver(mesh);

@@ -250,10 +250,12 @@ class ArcTracer {
     std::sort(cuts_.begin(), cuts_.end());
     const Real least = disc.is_straight ? same_ : same_ / disc.radius;  // what is rounding
     const auto first = pieces_.size();
-    Real from = 0, to = begin - 1;
+    // (Not `begin - 1`, which is `begin` on a mesh of 1e16.)
+    constexpr Real none = -unreachable<Real>;
+    Real from = 0, to = none;
     const auto finish = [&] {
-      if (to >= begin) add_piece(disc, from, to - from);
-      to = begin - 1;
+      if (to > none) add_piece(disc, from, to - from);
+      to = none;
     };
     for (std::size_t i = 0; i + 1 < cuts_.size(); ++i) {
       if (cuts_[i + 1] - cuts_[i] <= least) continue;
@@ -261,7 +263,7 @@ class ArcTracer {
         finish();
         continue;
       }
-      if (to < begin) from = cuts_[i];
+      if (to == none) from = cuts_[i];
       to = cuts_[i + 1];
     }
     finish();
