@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -528,4 +529,29 @@ double worst_between_field_and_rays(unsigned seed) {
 TEST_CASE("the field and the rays of a plane light a point by the same face, however near a side") {
   CHECK(worst_between_field_and_rays<double>(21) < 1e-8);
   CHECK(worst_between_field_and_rays<float>(22) < 1e-3);
+}
+
+TEST_CASE_TEMPLATE("plane light is the same whatever the surface's unit", T, float, double) {
+  const auto light = [](int exponent) {
+    auto mesh = gelight::membrane<T>(T(0.5), T(2), T(0.25));
+    for (auto& p : mesh.positions) {
+      for (T& x : p) x = std::ldexp(x, exponent);
+    }
+    const Surface<T> surface(mesh);
+    std::vector<SurfacePoint<T>> points = gelight::vertex_points(surface);
+    for (Index f = 0; f < surface.face_count(); ++f) {
+      points.push_back(gelight::face_point<T>(f, {T(0.25), T(0.25), T(0.5)}));
+    }
+    const std::vector<SurfacePoint<T>> led{vertex_point<T>(3), points.back()};
+    auto rays = gelight::plane_rays<T>(surface, led, points);
+    for (T& distance : rays.distance) distance = std::ldexp(distance, -exponent);
+    return std::tuple{plane_field(surface, led[1], points), rays.direction, rays.distance,
+                      rays.lighting};
+  };
+  const auto expected = light(0);
+  // Products of four lengths of these no float holds, of two of the last.
+  for (const int exponent : {-100, -60, -45, 45, 60, 100}) {
+    CAPTURE(exponent);
+    CHECK(light(exponent) == expected);
+  }
 }

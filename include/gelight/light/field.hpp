@@ -135,13 +135,14 @@ template <class T>
   return detail::stable_unit(v);
 }
 
-/// Twice the area of a face times its unit normal.
-template <std::floating_point T>
-[[nodiscard]] Vec3<T> face_normal(const Surface<T>& surface, Index f) {
+/// Twice the area of a face times its unit normal; in another precision if asked.
+template <std::floating_point T, std::floating_point Real = T>
+[[nodiscard]] Vec3<Real> face_normal(const Surface<T>& surface, Index f) {
+  using namespace detail::arithmetic;
   const auto [a, b, c] = surface.face(f);
-  const Vec3<T> ab = surface.position(b) - surface.position(a);
-  const Vec3<T> ac = surface.position(c) - surface.position(a);
-  return cross(ab, ac);
+  const Vec3<Real> from = cast<Real>(surface.position(a));
+  return cross<Real>(cast<Real>(surface.position(b)) - from,
+                     cast<Real>(surface.position(c)) - from);
 }
 
 /// A point nearer to a side of its face than this share of the face's height is taken to be on it.

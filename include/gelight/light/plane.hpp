@@ -35,7 +35,7 @@ template <std::floating_point T>
 
 namespace detail {
 
-/// The mean normal of the faces at a point, by area.
+/// The mean normal of the faces at a point, by area, of any length.
 template <std::floating_point T>
 [[nodiscard]] Vec3<T> mean_normal(const Surface<T>& surface, const SurfacePoint<T>& point);
 

@@ -53,10 +53,12 @@ namespace detail {
 
 template <std::floating_point T>
 Vec3<T> mean_normal(const Surface<T>& surface, const SurfacePoint<T>& point) {
+  using namespace detail::arithmetic;
   surface.require_point(point);
-  Vec3<T> normal = Vec3<T>(0, 0, 0);
-  for (const Index f : faces_at(surface, point)) normal += face_normal(surface, f);
-  return normal;
+  using Real = std::common_type_t<T, double>;  // products of floats may vanish or overflow
+  Vec3<Real> normal(0, 0, 0);
+  for (const Index f : faces_at(surface, point)) normal += face_normal<T, Real>(surface, f);
+  return cast<T>(scaled(normal).first);
 }
 
 }  // namespace detail

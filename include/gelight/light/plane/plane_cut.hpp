@@ -19,11 +19,12 @@ namespace gelight::detail {
 /// The curves in which the planes through an LED that hold a given normal cut a surface, one plane
 /// at a time.
 ///
-/// Coordinates are the LED's: x and y in its tangent plane, z along the normal. A plane is named by
-/// its turn about the normal. A vertex counts as above the plane or below it, never on it, so that
-/// every face that a curve enters it also leaves, whatever vertices and edges the plane meets. On
-/// which side those count that are in the plane but for rounding matters where they are a border:
-/// then light comes along it if it does so by the planes a hair to the one side or the other.
+/// Coordinates are the LED's: x and y in its tangent plane, z along the normal; in a unit of the
+/// surface's size, so that products of them are numbers. A plane is named by its turn about the
+/// normal. A vertex counts as above the plane or below it, never on it, so that every face that a
+/// curve enters it also leaves, whatever vertices and edges the plane meets. On which side those
+/// count that are in the plane but for rounding matters where they are a border: then light comes
+/// along it if it does so by the planes a hair to the one side or the other.
 template <std::floating_point T>
 class PlaneCut {
  public:
@@ -37,13 +38,15 @@ class PlaneCut {
   /// How light arrives at a point by an arc, which enters one of the point's faces at `entry`.
   struct Arrival {
     Vec3<T> direction = Vec3<T>(0, 0, 0);  // in the LED's coordinates
-    T length = unreachable<T>;
+    T length = unreachable<T>;             // in the surface's unit
     Index entry = -1;
     const Arc* arc = nullptr;
   };
 
   PlaneCut(const Surface<T>& surface, const SurfacePoint<T>& led, const Vec3<T>& normal)
-      : surface_(surface), led_(surface.position(led)), led_faces_(faces_at(surface, led)) {
+      : surface_(surface), led_faces_(faces_at(surface, led)) {
+    choose_unit();
+    led_ = surface.position(led) / unit_;
     const Vec3<T> z = direction_of(normal);
     const Vec3<T> aside = std::abs(z[0]) < T(0.5) ? Vec3<T>::UnitX() : Vec3<T>::UnitY();
     const Vec3<T> x = direction_of(cross(z, aside));
@@ -52,9 +55,6 @@ class PlaneCut {
     places_.reserve(vertices);
     angles_.reserve(vertices);
     for (Index v = 0; v < surface.vertex_count(); ++v) {
-      if (!surface.corners(v).empty()) {  // without a face it is cut nowhere
-        farthest_ = std::max(farthest_, surface.position(v).template lpNorm<Eigen::Infinity>());
-      }
       places_.push_back(local(surface.position(v)));
       angles_.push_back(angle_of(places_.back()));
     }
@@ -62,7 +62,9 @@ class PlaneCut {
     for (const Index f : led_faces_) is_led_face_[f] = 1;
   }
 
-  [[nodiscard]] Vec3<T> local(const Vec3<T>& p) const { return axes_.transpose() * (p - led_); }
+  [[nodiscard]] Vec3<T> local(const Vec3<T>& p) const {
+    return axes_.transpose() * (p / unit_ - led_);
+  }
   [[nodiscard]] Vec3<T> in_space(const Vec3<T>& direction) const { return axes_ * direction; }
   [[nodiscard]] const Vec3<T>& place(Index vertex) const { return places_[vertex]; }
   [[nodiscard]] T angle(Index vertex) const { return angles_[vertex]; }
@@ -106,7 +108,7 @@ class PlaneCut {
     arrivals_.clear();
     const Array<Index> faces = faces_at(surface_, point);
     if (std::any_of(faces.begin(), faces.end(), [&](Index f) { return is_led_face(f); })) {
-      arrivals_.push_back({direction_of(place), stable_norm(place), -1, nullptr});
+      arrivals_.push_back({direction_of(place), unit_ * stable_norm(place), -1, nullptr});
       return arrivals_;
     }
     const T angle = angle_of(place);
@@ -127,6 +129,16 @@ class PlaneCut {
   }
 
  private:
+  // A power of two, by which nothing is rounded.
+  void choose_unit() {
+    for (Index v = 0; v < surface_.vertex_count(); ++v) {
+      if (surface_.corners(v).empty()) continue;  // it is cut nowhere
+      farthest_ = std::max(farthest_, largest_part(surface_.position(v)));
+    }
+    unit_ = std::ldexp(T(1), std::max(std::ilogb(farthest_), std::numeric_limits<T>::min_exponent));
+    farthest_ /= unit_;
+  }
+
   // By comparing turns alone, so that it is the same for all faces at a vertex.
   [[nodiscard]] bool is_above(Index v, T turn) const {
     if (in_plane_ != InPlane::by_turn && is_in_plane(v, turn)) return in_plane_ == InPlane::above;
@@ -207,8 +219,8 @@ class PlaneCut {
 
   [[nodiscard]] Arrival arrival_by(const Arc& arc, Index entry, const Vec3<T>& place) const {
     const Vec3<T> to_point = place - arc.places[entry];
-    return {direction_by(arc, entry, to_point), arc.lengths[entry] + stable_norm(to_point), entry,
-            &arc};
+    return {direction_by(arc, entry, to_point),
+            unit_ * (arc.lengths[entry] + stable_norm(to_point)), entry, &arc};
   }
 
   /// The direction in which an arc crosses the face that it enters at `entry`.
@@ -240,6 +252,7 @@ class PlaneCut {
       std::max(T(next_to_vertex), 4096 * std::numeric_limits<T>::epsilon());
 
   const Surface<T>& surface_;
+  T unit_ = 1;
   Vec3<T> led_;
   T farthest_ = 0;  // coordinate from the origin
   Array<Index> led_faces_;
