@@ -71,3 +71,19 @@ TEST_CASE("radial light leaves the LED on all sides") {
   }
   CHECK(worst < 0.1);
 }
+
+TEST_CASE("an emission of any length gives light of unit length") {
+  const Surface<float> surface(gelight::icosphere(2, 1.0F));
+  const gelight::VectorHeatSolver<float> solver(surface);
+  const auto points = gelight::vertex_points(surface);
+  const auto light = [&](float length) {
+    return transport_field(solver, 5, Vec3<float>(length, length / 2, 0), points);
+  };
+  const auto expected = light(1);
+  // The squares of all but the first are beyond float.
+  for (const int exponent : {10, 100, 120, -80, -100}) {
+    CAPTURE(exponent);
+    const auto field = light(std::ldexp(1.0F, exponent));
+    for (std::size_t i = 0; i < field.size(); ++i) CHECK((field[i] - expected[i]).norm() < 1e-6F);
+  }
+}

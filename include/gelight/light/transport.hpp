@@ -65,10 +65,7 @@ template <std::floating_point T>
                                         std::span<const SurfacePoint<T>> points,
                                         const CancelHook& cancelled) {
   LightField<T> field = means(surface, at_vertices, points, cancelled);
-  for (Vec3<T>& direction : field) {
-    const T length = norm(direction);
-    if (length > 0) direction /= length;
-  }
+  for (Vec3<T>& direction : field) direction = direction_of(direction);
   return field;
 }
 
