@@ -69,6 +69,25 @@ double angle_between(const Vec& a, const Vec& b) { return std::atan2(a.cross(b).
 
 }  // namespace
 
+TEST_CASE("on sides of no length there is a tangent plane, and no vector is lost") {
+  for (const double side : {1.0, 0.0}) {
+    const ParallelTransport carry(
+        Mesh<double>{{{0, 0, 0}, {0, 0, 0}, {side, 0, 0}, {0, side, 0}}, {{0, 1, 2}, {1, 0, 3}}});
+    for (const auto& point : {edge_point(0, 1, 0.5), face_point<double>(0, {0.25, 0.25, 0.5})}) {
+      const auto [x, y] = carry.tangent_basis(point);
+      CHECK(x.norm() == test::approx(1));
+      CHECK(y.norm() == test::approx(1));
+      CHECK(x.dot(y) == test::approx(0));
+      const Path<double> path{point, vertex_point<double>(2)}, back{path[1], point};
+      const Vec there = carry.along(path, x);
+      CHECK(there.norm() == test::approx(1));
+      CHECK((carry.along(back, there) - x).norm() < 1e-12);
+      // The other side's direction stays along it.
+      if (side > 0) CHECK((carry.along(path, Vec(1, 0, 0)) - Vec(1, 0, 0)).norm() < 1e-6);
+    }
+  }
+}
+
 TEST_CASE("holonomy round an apex is its angle defect, whatever the way round") {
   for (const double angle : {1.0, 3.0, 5.0}) {
     const Surface surface(cone(9, angle));

@@ -82,8 +82,9 @@ class TangentPlanes {
     if (point.kind == Kind::edge && !surface_.is_border(h)) {
       normal += unit_normal(surface_.face_of(surface_.twin(h)));
     }
-    const Vec3<Real> x =
-        stable_unit(surface_.position(surface_.tip(h)) - surface_.position(surface_.origin(h)));
+    const Vec3<Real> x = unit_way(surface_.origin(h), surface_.tip(h));
+    // A side of no length is laid out at a right angle to the others.
+    if (!(squared_norm(x) > 0)) return basis_across(unit_way(surface_.origin(h), surface_.apex(h)));
     Vec3<Real> y = stable_unit(cross(normal, x));
     if (!(squared_norm(y) > 0)) y = unit_orthogonal(x);
     return {x, y};
@@ -144,6 +145,16 @@ class TangentPlanes {
     const Vec3<Real> ab = surface_.position(b) - surface_.position(a);
     const Vec3<Real> ac = surface_.position(c) - surface_.position(a);
     return stable_unit(cross(stable_unit(ab), stable_unit(ac)));
+  }
+
+  [[nodiscard]] Vec3<Real> unit_way(Index from, Index to) const {
+    return stable_unit(surface_.position(to) - surface_.position(from));
+  }
+
+  // Any plane through a direction, which is y; or any at all, where that is zero.
+  [[nodiscard]] static TangentBasis<Real> basis_across(Vec3<Real> y) {
+    if (!(squared_norm(y) > 0)) y = Vec3<Real>::UnitY();
+    return {unit_orthogonal(y), y};
   }
 
   Surface<Real> surface_;
