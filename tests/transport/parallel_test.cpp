@@ -69,6 +69,18 @@ double angle_between(const Vec& a, const Vec& b) { return std::atan2(a.cross(b).
 
 }  // namespace
 
+TEST_CASE(
+    "a tangent plane whose first edge is at a right angle to it has a basis of unit vectors") {
+  const ParallelTransport carry(
+      Mesh<double>{{{0, -1, -1}, {-1, 0, -1}, {1, 0, 0}, {0, -1, -1}, {-1, -1, 0}},
+                   {{0, 3, 2}, {0, 1, 3}, {1, 4, 3}}});
+  const auto [x, y] = carry.tangent_basis(vertex_point<double>(3));
+  CHECK(x.norm() == test::approx(1));
+  CHECK(y.norm() == test::approx(1));
+  CHECK(x.dot(y) == test::approx(0));
+  CHECK((x.cross(y) - Vec(1, 1, 1) / std::sqrt(3.0)).norm() < 1e-12);
+}
+
 TEST_CASE("on sides of no length there is a tangent plane, and no vector is lost") {
   for (const double side : {1.0, 0.0}) {
     const ParallelTransport carry(

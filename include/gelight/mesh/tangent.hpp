@@ -58,9 +58,9 @@ void require_oriented(const Surface<Real>& surface) {
 ///
 /// The plane is that of the mean normal, weighted by the faces' angles, and its x that of the first
 /// edge that has a length, whatever the triangulation whose angles are scaled. Where no face has an
-/// area, or normals cancel, it is one through that edge; where no edge has a length, any. The
-/// angles are turned to fit the edges' own directions best. Each fan of a bow-tie vertex is turned
-/// by itself.
+/// area, or normals cancel, it is one through that edge; where no edge has a length, any. Where
+/// the edge is at a right angle to the plane, x is any in that. The angles are turned to fit the
+/// edges' own directions best. Each fan of a bow-tie vertex is turned by itself.
 template <std::floating_point Real>
 class TangentFrames {
  public:
@@ -187,8 +187,10 @@ class TangentFrames {
     if (along.isZero(0)) along = Vec3<Real>::UnitX();
     if (!(norm(normal) > no_normal)) normal = detail::unit_orthogonal(along);
     normal = detail::stable_unit(normal);
-    Vec3<Real> x = detail::stable_unit(along - dot(normal, along) * normal);
-    if (!(squared_norm(x) > 0)) x = detail::unit_orthogonal(normal);
+    // Of an edge at a right angle to the plane, as of a face without area, rounding is left.
+    const Vec3<Real> flat = along - dot(normal, along) * normal;
+    const bool lies_in = norm(flat) > no_normal;
+    const Vec3<Real> x = lies_in ? detail::stable_unit(flat) : detail::unit_orthogonal(normal);
     bases_[v] = {x, cross(normal, x)};
   }
 
