@@ -316,8 +316,9 @@ constexpr auto saturation = []<class T>(Findings& findings, T) {
     const TactileRenderer<T> refused(camera<T>(), rest_depth<T>(), own);
   });
   own[0].rgb[0] = std::numeric_limits<T>::quiet_NaN();
-  findings.expect_refusal(
-      "not finite", [&] { const TactileRenderer<T> refused(camera<T>(), rest_depth<T>(), own); });
+  findings.expect_refusal("light 0 has colour (nan, 0, 1)", [&] {
+    const TactileRenderer<T> refused(camera<T>(), rest_depth<T>(), own);
+  });
 };
 
 constexpr auto overlap = []<class T>(Findings& findings, T) {
