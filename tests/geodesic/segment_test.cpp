@@ -376,3 +376,23 @@ TEST_CASE("needles: paths to points next to vertices begin on the segment, too")
     }
   }
 }
+
+TEST_CASE(
+    "a line past a corner within rounding: the path to the vertex behind it goes by the corner") {
+  // Behind a face that is flat but for 1e-15, a vertex next to the corner that hides it.
+  Mesh<double> mesh;
+  mesh.positions = {{0.9999999, -2e-7, 1},
+                    {2.0000002, -1e-7, 1},
+                    {-4e-7, -3e-7, 1},
+                    {0.9999999, 1, 1},
+                    {2.0000002, -4e-7, 1}};
+  mesh.faces = {{0, 1, 2}, {1, 3, 2}, {1, 4, 3}};
+  const Segment<double> segment{face_point<double>(0, {0.25, 0.09375, 0.65625}),
+                                face_point<double>(0, {0.375, 0.234375, 0.390625})};
+  const Surface<double> surface(mesh);
+  const auto field = ExactSolver(mesh).solve(std::span<const Segment<double>>(&segment, 1));
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    CAPTURE(v);
+    CHECK(std::abs(length(surface, field.path(v)) - field.distance(v)) < 1e-9);
+  }
+}

@@ -130,16 +130,21 @@ class PathBacktrace {
   // Those from segments are so but for this share of the mesh's size.
   static constexpr Real front_error = 8e-9;
 
-  // By the corner of the point's faces that is the shortest way: what loses its way round one is
-  // next to it.
+  // By the other corner of the point's faces that is the shortest way: what loses its way round one
+  // is next to it.
   [[nodiscard]] Array<Point> by_corner(const End& end) const {
+    const auto& surface = solution_.surface;
     Array<Point> path{end.point};
     Real least = unreachable<Real>;
     Index corner = -1;
-    for_each_vertex_near(solution_.surface, end.point, [&](Index v, Real gap) {
-      if (!(solution_.distances[v] + gap < least)) return;
-      least = solution_.distances[v] + gap;
-      corner = v;
+    for_each_face_at(surface, end.point, [&](Index f) {
+      for (const Index v : surface.face(f)) {
+        if (end.point == vertex_point<Real>(v)) continue;
+        const Real way = solution_.distances[v] + straight_distance(surface, end.point, v);
+        if (!(way < least)) continue;
+        least = way;
+        corner = v;
+      }
     });
     if (corner < 0) return {};
     const Array<Point> rest = by_lines(PointQuery<Real>(solution_).at_vertex(corner));
