@@ -396,3 +396,25 @@ TEST_CASE(
     CHECK(std::abs(length(surface, field.path(v)) - field.distance(v)) < 1e-9);
   }
 }
+
+TEST_CASE("needles round an edge of three faces: a wave that goes round them comes to an end") {
+  Mesh<double> mesh;
+  mesh.positions = {
+      {101.000004, 98.999996, 100}, {100.000004, 98.999996, 100},  {98.999996, 101.000002, 100},
+      {98.999996, 101.000003, 100}, {101.000004, 101.000001, 100}, {101.000004, 99, 100},
+      {101.000004, 98.999997, 100}, {101.000001, 98.999996, 100},  {101, 99.999996, 100}};
+  mesh.faces = {{7, 0, 1}, {8, 1, 0}, {7, 1, 2}, {8, 2, 1}, {7, 2, 3}, {8, 3, 2},
+                {7, 3, 4}, {8, 4, 3}, {7, 4, 5}, {8, 5, 4}, {7, 5, 6}, {8, 6, 5},
+                {7, 6, 0}, {8, 0, 6}, {4, 5, 3}, {5, 0, 8}};
+  const Surface<double> surface(mesh);
+  const double size = detail::size_of(surface);
+  const Segment<double> segment{vertex_point<double>(7),
+                                face_point<double>(6, {0.625, 0.140625, 0.234375})};
+  const auto field = ExactSolver(mesh).solve(std::span<const Segment<double>>(&segment, 1));
+  for (Index v = 0; v < surface.vertex_count(); ++v) {
+    CAPTURE(v);
+    CHECK(std::abs(length(surface, field.path(v)) - field.distance(v)) < 4e-9 * size);
+  }
+  const Vec3<double> a = surface.position(segment.begin), b = surface.position(segment.end);
+  CHECK(std::abs(field.distance(5) - to_piece(surface.position(5), a, b)) < 4e-9 * size);
+}

@@ -202,6 +202,8 @@ class WindowPropagation {
   // length, and finds nothing more.
   static constexpr std::ptrdiff_t most_lists_per_halfedge = 2;
   static constexpr unsigned char most_times_nearer = 50;
+  // What the radius of a segment's wave leaves in doubt, as a share of the mesh's size.
+  static constexpr Real front_rounding = 0x1p-31;
   // What is not clearly shorter is by this share.
   static constexpr Real tie = 0.6 * (1 - clearly_shorter);
   // What unfolding leaves in doubt of a path's direction, in radians; where it is short in its last
@@ -233,7 +235,7 @@ class WindowPropagation {
     if (keeps_any() || kept.bytes() > 0) kept.reset(surface_->halfedge_count());
     counts = {};
     waiting_.reset(surface_->halfedge_count());
-    if (faces_->has_lines()) times_nearer_.assign(distances.size(), 0);
+    if (counts_times()) times_nearer_.assign(distances.size(), 0);
     active_.clear();
     settled_since_bound_ = 0;
   }
@@ -750,20 +752,32 @@ class WindowPropagation {
     } else if (last.bend == surface_->length(h) && surface_->length(Mesh::next(h)) > 0) {
       last = {{0, 0}, Arrival::from_vertex, surface_->tip(h)};
     }
-    if (!faces_->has_lines() || may_come_nearer(h, nearest.distance)) {
+    if (!counts_times() || may_come_nearer(h, list_.origin[n], nearest.distance)) {
       arrive(surface_->apex(h), nearest.distance, last);
     }
   }
 
   // Round faces without area rounding makes the way to a vertex a little shorter every time: it
   // must do so clearly, if it did many times even for the longest edge that it may have come by.
-  [[nodiscard]] bool may_come_nearer(Index h, Real distance) {
+  // So it does round needles where the way begins on a segment, as much as its wave's radius takes.
+  [[nodiscard]] bool may_come_nearer(Index h, Index origin, Real distance) {
     const Index apex = surface_->apex(h);
     unsigned char& times = times_nearer_[apex];
-    const Real edge = times < most_times_nearer ? surface_->length(h) : longest_edge_;
-    if (!(distance + (1 - clearly_shorter) * (distance + edge) < distances[apex])) return false;
+    const bool is_often = times >= most_times_nearer;
+    const Real edge = is_often ? longest_edge_ : surface_->length(h);
+    Real clearly = (1 - clearly_shorter) * (distance + edge);
+    if (is_of_front(origin)) clearly += (is_often ? 8 : 1) * front_rounding * limits_->size;
+    if (!(distance + clearly < distances[apex])) return false;
     times = std::min<unsigned char>(times + 1, most_times_nearer);
     return true;
+  }
+  [[nodiscard]] bool counts_times() const {
+    return faces_->has_lines() || !limits_->fronts.empty();
+  }
+  [[nodiscard]] bool is_of_front(Index origin) const {
+    if (limits_->fronts.empty()) return false;
+    while (origins[origin].kind == Origin::Kind::crossing) origin = origins[origin].previous;
+    return origins[origin].kind == Origin::Kind::front;
   }
 
   void cross(Index h) {
@@ -818,7 +832,7 @@ class WindowPropagation {
   Real bound_ = unreachable<Real>;
   IndexedHeap<Real> heap_;
   Array<char> settled_;                // of each vertex: whether it was ever the nearest one
-  Array<unsigned char> times_nearer_;  // of each vertex, on meshes with faces without area
+  Array<unsigned char> times_nearer_;  // of each vertex, where those are counted
   Array<Index> reached_;               // vertices with a distance
   bool is_further_ = false;
   bool is_done_ = false;  // the last run came to its end: nothing waits to be settled
