@@ -418,3 +418,24 @@ TEST_CASE("needles round an edge of three faces: a wave that goes round them com
   const Vec3<double> a = surface.position(segment.begin), b = surface.position(segment.end);
   CHECK(std::abs(field.distance(5) - to_piece(surface.position(5), a, b)) < 4e-9 * size);
 }
+
+TEST_CASE("corners at one place, behind faces of no area: paths are as long as distances, too") {
+  Mesh<double> mesh;
+  mesh.positions = {{0, 0, 0}, {1, -1, 0}, {0, 0, 0},  {0, 0, 0},
+                    {1, 1, 0}, {0, 0, 0},  {-1, 1, 0}, {0, -1, 0}};
+  mesh.faces = {{6, 0, 1}, {7, 1, 0}, {6, 1, 2}, {7, 2, 1}, {6, 2, 3}, {7, 3, 2}, {6, 3, 4},
+                {7, 4, 3}, {6, 4, 5}, {7, 5, 4}, {6, 5, 0}, {7, 0, 5}, {5, 6, 7}};
+  const Surface<double> surface(mesh);
+  const Segment<double> segment{face_point<double>(10, {0.25, 0.1875, 0.5625}),
+                                face_point<double>(10, {0.375, 0.078125, 0.546875})};
+  for (const bool keep_windows : {false, true}) {
+    ExactOptions<double> options;
+    options.keep_windows = keep_windows;
+    const auto field =
+        ExactSolver(mesh, options).solve(std::span<const Segment<double>>(&segment, 1));
+    for (Index v = 0; v < surface.vertex_count(); ++v) {
+      CAPTURE(v);
+      CHECK(std::abs(length(surface, field.path(v)) - field.distance(v)) < 1e-9);
+    }
+  }
+}

@@ -38,11 +38,18 @@ class PathBacktrace {
   [[nodiscard]] Array<Point> back(const End& end, const auto& again) const {
     if (!end.back.empty()) return end.back;
     if (!(end.distance < unreachable<Real>)) return {};
+    const Real most = most_path_error * end.distance + front_error * solution_.size;
     Array<Point> path = by_lines(end);
-    const Real error = path_error(path, end.distance);
-    if (error <= most_path_error * end.distance + front_error * solution_.size) return path;
-    Array<Point> other = solution_.fronts.empty() ? again() : by_corner(end);
-    return path_error(other, end.distance) < error ? other : path;
+    Real error = path_error(path, end.distance);
+    const auto take_better = [&](Array<Point> other) {
+      const Real other_error = path_error(other, end.distance);
+      if (!(other_error < error)) return;
+      path = std::move(other);
+      error = other_error;
+    };
+    if (error > most && !solution_.fronts.empty()) take_better(by_corner(end));
+    if (error > most) take_better(again());
+    return path;
   }
 
   /// The same where all windows were kept.
