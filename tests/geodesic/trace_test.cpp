@@ -525,3 +525,19 @@ TEST_CASE("on a mesh of floats a direction of doubles may have any length") {
   const std::string refusal = test::refusal([&] { (void)trace_geodesic(mesh, p, d, 1e60); });
   CHECK(test::contains(refusal, "is beyond the numbers of the mesh"));
 }
+
+TEST_CASE("along edges, round an octahedron many times") {
+  Mesh<double> mesh;
+  mesh.positions = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  mesh.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
+                {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
+  const Surface<double> surface(mesh);
+  constexpr std::size_t edges = 200000;
+  const double far = (edges + 0.5) * std::sqrt(2.0);
+  const auto path = trace_geodesic(surface, vertex_point<double>(0), Vec3<double>(-1, 1, 0), far);
+  REQUIRE(path.size() == edges + 2);
+  for (std::size_t i = 0; i <= edges; i += 997) {
+    CHECK(path[i] == vertex_point<double>(static_cast<Index>(i % 4)));
+  }
+  CHECK(length(surface, path) == gelight::test::approx(far).epsilon(1e-9));
+}

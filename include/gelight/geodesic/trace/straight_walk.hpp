@@ -43,7 +43,10 @@ class StraightWalk {
     } else {
       leave_face(from, way);
     }
-    while (halfedge_ >= 0) cross_face();
+    while (halfedge_ >= 0 || corner_ >= 0) {
+      while (halfedge_ >= 0) cross_face();
+      if (corner_ >= 0) pass_corner();
+    }
     return std::move(path_);
   }
 
@@ -407,14 +410,20 @@ class StraightWalk {
     direction_ = {std::cos(angle), std::sin(angle)};
   }
 
-  // Along a half-edge, from a place on it to one of its ends.
+  // Along a half-edge, from a place on it to one of its ends. From there it goes on in its turn: a
+  // long way along short edges would be as many calls deep.
   void go_along(Index h, double x, bool to_tip) {
     halfedge_ = -1;
     const double rest = to_tip ? length(h) - x : x;
     if (left_ < rest) return end_in(h, {to_tip ? x + left_ : x - left_, 0});
     left_ -= rest;
-    if (to_tip) return pass_vertex(Mesh::next(h), corner(Mesh::next(h)));
-    pass_vertex(h, 0);
+    corner_ = to_tip ? Mesh::next(h) : h;
+    back_ = to_tip ? corner(corner_) : 0;
+  }
+  void pass_corner() {
+    const Index h = std::exchange(corner_, -1);
+    if ((++crossings_ & 4095) == 0 && !gets_on()) return finish();
+    pass_vertex(h, back_);
   }
 
   // --- across a face -----------------------------------------------------------------------------
@@ -525,6 +534,9 @@ class StraightWalk {
   double left_before_ = -1;
   std::int64_t crossings_ = 0;
   Path<T> path_;
+  // Where it has come along an edge to its end: a half-edge from there, and the way back from it.
+  Index corner_ = -1;
+  double back_ = 0;
   // Where it enters a face: by which half-edge, how far along it, and which way in its frame.
   Index halfedge_ = -1;
   double x_ = 0;
