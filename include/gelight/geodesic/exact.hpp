@@ -88,7 +88,8 @@ struct ExactArrival {
 /// How a path leaves its source.
 template <std::floating_point T>
 struct ExactDeparture {
-  Vec3<T> direction;  ///< Unit tangent in the direction of travel; zero for a path of no length.
+  Vec3<T> direction;  ///< Unit tangent in the direction of travel; zero where the path begins
+                      ///< with a piece of no length, between vertices at one place.
   Index halfedge;     ///< A half-edge of the face into which the path goes: one that starts at a
                       ///< source vertex, lies on a source's edge, or the first of a source's face.
   T angle;            ///< From that half-edge towards the inside of the face, in radians.
