@@ -11,7 +11,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(gelight_compiled PRIVATE --param=ggc-min-heapsize=1000000)
 endif()
 
-# Tests that are compiled for a debugger, in two thirds of the time, still spend theirs in what they
+# Tests that are compiled for a debugger, in five sixths of the time, still spend theirs in what they
 # link.
 if(CMAKE_CXX_FLAGS_RELEASE MATCHES "-Og")
   target_compile_options(gelight_compiled PRIVATE -O1)
