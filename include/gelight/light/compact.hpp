@@ -42,6 +42,7 @@ void require_unit_normal(const Vec3<T>& normal, std::size_t i) {
   const T length = norm(normal);
   require(std::abs(length - 1) < T(1e-4), "normal ", i, " has length ", length);
 }
+
 template <std::floating_point T>
 void require_compact(const Vec3<T>& direction, std::size_t i) {
   // A unit vector may be longer than 1 by rounding.

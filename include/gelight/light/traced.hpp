@@ -289,8 +289,7 @@ class LightTracer {
     std::vector<Medium> media{{gel.index, gel.absorption}};
     for (const auto& layer : layers) media.push_back({layer.index, layer.absorption});
     for (std::size_t k = 0; k < media.size(); ++k) {
-      detail::require(media[k].index >= 0.01 && media[k].index <= 100, "layer ", k,
-                      " has refractive index ", media[k].index, ", not from 0.01 to 100");
+      detail::require_index(media[k].index, detail::joined("layer ", k).c_str());
       detail::require(media[k].absorption >= 0 && std::isfinite(media[k].absorption), "layer ", k,
                       " has absorption ", media[k].absorption);
     }
